@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_asking import desk
+from tests.agents.test_conversation import chat
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import typed
 from text2sim.agents.criticism import Exhibit, criticise
@@ -30,7 +30,7 @@ def judged(
     model = Scripted({"critic": [fenced(reply) for reply in replies]})
     exhibit = Exhibit(1, "", "the evidence", frozenset({"run", "frame:1", "expect:open"}), (), missed, facts)
     contract = Contract((), {"expect": {}, "measures": {}, "events": {}}, frozenset())
-    return criticise(desk(tmp_path, model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
+    return criticise(chat(tmp_path, model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
 
 
 def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
@@ -84,10 +84,10 @@ def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> No
     model = Scripted(
         {"reader": [fenced("requirements: {a: {what: x, importance: 5}}"), fenced("missing: {a: {what: y}}")]}
     )
-    found = take_apart(desk(tmp_path, model), "x and y")
+    found = take_apart(chat(tmp_path, model), "x and y")
     assert {name: one.what for name, one in found.items()} == {"a": "x", "a_too": "y"}
     assert "- `a` (5): x" in model.questions("reader")[1]
-    assert take_apart(desk(tmp_path / "mute", Scripted({})), "x") == {}
+    assert take_apart(chat(tmp_path / "mute", Scripted({})), "x") == {}
 
 
 def test_a_short_wish_is_its_own_requirement() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import Scripted
-from tests.agents.test_asking import desk
+from tests.agents.test_conversation import chat
 from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
 from text2sim.agents import session as sessions
@@ -68,8 +68,8 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
 
 def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
-    deck = DealtCards(None, lambda event, /, *, live=False, **what: None)
-    return decision_faults(decision, agreed()[0], CASE, Report(**report), deck, Path("case.yaml"), anew=anew)
+    dealt = DealtCards(None, lambda event, /, *, live=False, **what: None)
+    return decision_faults(decision, agreed()[0], CASE, Report(**report), dealt, Path("case.yaml"), anew=anew)
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
     made = AgentLoop(
-        tmp_path, Request("A ball falls."), desk(tmp_path, model), DealtCards(None, quiet), quiet, Limits()
+        tmp_path, Request("A ball falls."), chat(tmp_path, model), DealtCards(None, quiet), quiet, Limits()
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
@@ -219,12 +219,12 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     asked: list[Any] = []
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
     made = AgentLoop(
-        tmp_path, Request("A ball."), desk(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, Limits()
+        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, Limits()
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
     made.agreement.plan.keeps = ["low"]
-    made.workshop.mended = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
+    made.workshop.fixed = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
     assert ESTIMATE in {rule.id for rule in RULES}
     guess = Problem("/bodies/ball", "about 9 s of wall time for each simulated second", 1, 1, rule=ESTIMATE)
     for pace in (0.0, 2.5):
@@ -246,7 +246,7 @@ def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
 ) -> None:
     quiet = lambda event, /, *, live=False, **what: None  # noqa: E731
     made = AgentLoop(
-        tmp_path, Request("A ball."), desk(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
+        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
         Limits(minutes_left=lambda: left),
     )  # fmt: skip
     made.path, made.agreement = tmp_path / "case.yaml", agreed()[0]

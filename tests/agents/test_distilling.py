@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_asking import desk
+from tests.agents.test_conversation import chat
 from text2sim.agents.distilling import distill
 from text2sim.card_library.library import load_library
 from text2sim.spec_schema.errors import RunError
@@ -54,7 +54,7 @@ def case(tmp_path: Path) -> Path:
 def test_a_card_says_what_came_of_the_attempts_whatever_the_model_says(tmp_path: Path, case: Path) -> None:
     wrong, right = (fenced(CARD.format(failing=a, repaired=b)) for a, b in ((2, 1), (1, 2)))
     model = Scripted({"distiller": [wrong, right]})
-    assert distill(desk(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
+    assert distill(chat(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
     assert "attempt 2 did not fail" in model.questions("distiller")[1]
     library = load_library([tmp_path / "cards"])
     assert not library.problems
@@ -67,7 +67,7 @@ def test_a_loop_without_a_mended_failure_teaches_nothing(tmp_path: Path, case: P
     record = case / "generation" / "attempts" / "02" / "attempt.json"
     record.write_text(record.read_text().replace('"ok": true', '"ok": false'))
     with pytest.raises(RunError, match="nothing to learn"):
-        distill(desk(tmp_path, Scripted({})), case, tmp_path / "cards")
+        distill(chat(tmp_path, Scripted({})), case, tmp_path / "cards")
 
 
 def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again(tmp_path: Path, case: Path) -> None:
@@ -75,7 +75,7 @@ def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again
         Scripted({"distiller": [fenced(CARD.format(failing=1, repaired=2))]}),
         tmp_path / "cards/falls-from-too-high",
     )
-    distill(desk(tmp_path, model), case, tmp_path / "cards")
+    distill(chat(tmp_path, model), case, tmp_path / "cards")
     whole = {path.name: path.read_bytes() for path in card.iterdir()}
     for path in card.iterdir():
         path.unlink()
@@ -83,21 +83,21 @@ def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole["card.yaml"]) - 1, hard))
     try:
         with pytest.raises(OSError, match="File too large") as met:
-            distill(desk(tmp_path, model), case, tmp_path / "cards")
+            distill(chat(tmp_path, model), case, tmp_path / "cards")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert met.value.filename == str(card / "card.yaml")
     assert {path.name for path in card.iterdir()} == {"failing.yaml", "repaired.yaml"}
-    distill(desk(tmp_path, model), case, tmp_path / "cards")
+    distill(chat(tmp_path, model), case, tmp_path / "cards")
     assert {path.name: path.read_bytes() for path in card.iterdir()} == whole
     assert len(model.asked) == 1
     (card / "failing.yaml").write_text("another")
     with pytest.raises(RunError, match="is there already"):
-        distill(desk(tmp_path, model), case, tmp_path / "cards")
+        distill(chat(tmp_path, model), case, tmp_path / "cards")
 
 
 def test_two_cards_of_one_name_go_back(tmp_path: Path, case: Path) -> None:
     right = CARD.format(failing=1, repaired=2)
     model = Scripted({"distiller": [fenced(right + right.partition("cards:\n")[2]), fenced(right)]})
-    assert distill(desk(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
+    assert distill(chat(tmp_path, model), case, tmp_path / "cards") == ["falls-from-too-high"]
     assert "an `id` of its own" in model.questions("distiller")[1]

@@ -78,7 +78,7 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     ]
     texts: list[str] = []
     loop = stub(
-        [], [RoleFailed("planner", ["/event: missing"])], made=[], desk=SimpleNamespace(attempt=0),
+        [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
         _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=Limits(),
         _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
         outcome=lambda state, why: Outcome(state, why),

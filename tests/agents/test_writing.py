@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_asking import desk
+from tests.agents.test_conversation import chat
 from text2sim.agents import language
 from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
@@ -39,7 +39,7 @@ FILE = Path("drop/case.yaml")
 
 def written(tmp_path: Path, *replies: str, section: str = "bodies"):
     model = Scripted({section: [fenced(reply) for reply in replies]})
-    found = write_section(desk(tmp_path, model), section, PLAN, "A ball falls.", "", "", FILE)
+    found = write_section(chat(tmp_path, model), section, PLAN, "A ball falls.", "", "", FILE)
     return found, model.questions(section)
 
 
@@ -85,7 +85,7 @@ def test_the_planners_expectations_are_not_overwritten(tmp_path: Path) -> None:
 def changed(tmp_path: Path, *replies: str, section: str = "bodies"):
     model = Scripted({section: [fenced(reply) for reply in replies]})
     case = {**CASE, "actions": {"events": dict(PLAN.checks.events), "expect": dict(PLAN.checks.expect)}}
-    found = change_section(desk(tmp_path, model), section, PLAN, case, "Larger.", [], "", FILE)
+    found = change_section(chat(tmp_path, model), section, PLAN, case, "Larger.", [], "", FILE)
     return found, model.questions(section)
 
 
@@ -152,7 +152,7 @@ def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
 def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
     problems = ["/bodies/ball/mount: a ring of soft cloth would fit in a box or on a cone; give it a `hinge` [x]"]
-    change_section(desk(tmp_path, model), "bodies", PLAN, CASE, "Mend this.", problems, "", FILE)
+    change_section(chat(tmp_path, model), "bodies", PLAN, CASE, "Mend this.", problems, "", FILE)
     asked = model.questions("bodies")[0]
     assert "- `hinge`:" in asked
     assert "- `cone`:" not in asked
@@ -162,7 +162,7 @@ def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -
 def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
     change_section(
-        desk(tmp_path, model), "bodies", PLAN, CASE, "Put `ball` on a hinge; friction 0.2.", [], "", FILE,
+        chat(tmp_path, model), "bodies", PLAN, CASE, "Put `ball` on a hinge; friction 0.2.", [], "", FILE,
         "A ball falls on a floor.", ["lands: first happened at 0.3 s"], "derived: substeps = 4",
     )  # fmt: skip
     asked = model.questions("bodies")[0]
@@ -186,7 +186,7 @@ def test_shapes_of_asset_agents_are_put_in(tmp_path: Path, key: str) -> None:
     sculpted = {"kind": "capsule", "radius": 0.1, "length": 0.2}
     model = Scripted({"bodies": [fenced(f"{key}{{ball: {{kind: rigid, pose: {{pos: [0, 0, 1]}}}}}}")]})
     found = write_section(
-        desk(tmp_path, model),
+        chat(tmp_path, model),
         "bodies",
         PLAN,
         "A ball falls.",

@@ -1,4 +1,4 @@
-"""Meshes of any origin: what is said of them, how they are mended, which are refused."""
+"""Meshes of any origin: what is said of them, how they are repaired, which are refused."""
 
 import json
 import os
@@ -85,19 +85,19 @@ def test_thin_walls_are_told(tmp_path: Path):
 
 
 def test_a_broken_mesh_is_mended(tmp_path: Path):
-    mended = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
-    assert mended.report.problems == ()
-    assert mended.report.watertight
-    assert mended.report.volume == pytest.approx(4 / 3 * np.pi * 0.1**3, rel=0.02)
-    said = " ".join(mended.done)
+    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
+    assert repaired.report.problems == ()
+    assert repaired.report.watertight
+    assert repaired.report.volume == pytest.approx(4 / 3 * np.pi * 0.1**3, rel=0.02)
+    said = " ".join(repaired.done)
     for word in ("closed holes", "face outwards", "1 loose speck", "scaled by"):
         assert word in said
 
 
 def test_what_is_mended_is_a_shape_of_the_language(tmp_path: Path):
-    mended = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
-    (tmp_path / f"out{mended.suffix}").write_bytes(mended.content)
-    shape = load_mesh(f"out{mended.suffix}", tmp_path)
+    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
+    (tmp_path / f"out{repaired.suffix}").write_bytes(repaired.content)
+    shape = load_mesh(f"out{repaired.suffix}", tmp_path)
     assert shape.closed
     assert np.ptp(shape.vertices, axis=0) == pytest.approx([0.2] * 3, rel=0.01)
     assert shape.vertices[:, 2].min() == pytest.approx(0.0, abs=1e-9)
@@ -106,40 +106,40 @@ def test_what_is_mended_is_a_shape_of_the_language(tmp_path: Path):
 def test_a_mesh_that_faces_inwards_is_turned(tmp_path: Path):
     ball = trimesh.creation.icosphere(2)
     ball.invert()
-    mended = repair(read(ball, tmp_path), Wish())
-    assert mended.surface.volumes().sum() > 0
-    assert mended.remains == ()
+    repaired = repair(read(ball, tmp_path), Wish())
+    assert repaired.surface.volumes().sum() > 0
+    assert repaired.remains == ()
 
 
 def test_the_wall_of_a_hollow_keeps_facing_into_it(tmp_path: Path):
     hollow = trimesh.creation.icosphere(3, 0.5)
     hollow.invert()
     shell = trimesh.util.concatenate([trimesh.creation.icosphere(3), hollow])
-    mended = repair(read(shell, tmp_path), Wish())
-    assert mended.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi * (1 - 0.125), rel=0.02)
+    repaired = repair(read(shell, tmp_path), Wish())
+    assert repaired.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi * (1 - 0.125), rel=0.02)
 
 
 def test_a_flat_mesh_is_not_closed_and_said_to_be_flat(tmp_path: Path):
-    mended = repair(
+    repaired = repair(
         read(trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]), tmp_path), Wish()
     )
-    assert len(mended.surface.faces) == 2
-    assert any("flat" in text for text in mended.remains)
+    assert len(repaired.surface.faces) == 2
+    assert any("flat" in text for text in repaired.remains)
 
 
 @pytest.mark.parametrize("most", [200, 1000])
 def test_many_triangles_become_few_and_stay_closed(tmp_path: Path, most: int):
-    mended = repair(read(trimesh.creation.icosphere(5), tmp_path), Wish(triangles=most))
-    assert len(mended.surface.faces) <= most
-    assert mended.surface.watertight
-    assert mended.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi, rel=0.05)
+    repaired = repair(read(trimesh.creation.icosphere(5), tmp_path), Wish(triangles=most))
+    assert len(repaired.surface.faces) <= most
+    assert repaired.surface.watertight
+    assert repaired.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi, rel=0.05)
 
 
 def test_a_picture_stays_where_it_was(tmp_path: Path):
-    mended = repair_mesh(saved(textured_ball(), tmp_path / "ball.glb"), Wish(size=1.0, triangles=600, origin="mass"))
-    assert mended.suffix == ".glb"
-    assert mended.report.textured and mended.report.watertight and mended.report.triangles <= 600
-    (tmp_path / "out.glb").write_bytes(mended.content)
+    repaired = repair_mesh(saved(textured_ball(), tmp_path / "ball.glb"), Wish(size=1.0, triangles=600, origin="mass"))
+    assert repaired.suffix == ".glb"
+    assert repaired.report.textured and repaired.report.watertight and repaired.report.triangles <= 600
+    (tmp_path / "out.glb").write_bytes(repaired.content)
     (part,) = load_paint("out.glb", tmp_path)
     assert part.picture is not None and part.uvs is not None
     # y of the file is z of the case, and the place in the picture still says the height
@@ -153,8 +153,8 @@ def test_parts_with_colours_of_their_own_keep_them(tmp_path: Path):
         ball.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=color))
         scene.add_geometry(ball)
     (tmp_path / "two.glb").write_bytes(scene.export(file_type="glb"))  # type: ignore[arg-type]
-    mended = repair_mesh(tmp_path / "two.glb", Wish(triangles=1000))
-    (tmp_path / "out.glb").write_bytes(mended.content)
+    repaired = repair_mesh(tmp_path / "two.glb", Wish(triangles=1000))
+    (tmp_path / "out.glb").write_bytes(repaired.content)
     found = {part.rgba[:3]: part.vertices[:, 0].mean() for part in load_paint("out.glb", tmp_path) if part.rgba}
     assert found[1.0, 0.0, 0.0] < 0 < found[0.0, 0.0, 1.0]
 
@@ -163,8 +163,8 @@ def test_corner_colours_come_along(tmp_path: Path):
     ball = trimesh.creation.icosphere(4)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (0, 255, 0, 255), (255, 0, 0, 255)).astype(np.uint8)
     (tmp_path / "ball.ply").write_bytes(bytes(ball.export(file_type="ply")))
-    mended = repair_mesh(tmp_path / "ball.ply", Wish(triangles=800, origin="keep"))
-    (tmp_path / "out.glb").write_bytes(mended.content)
+    repaired = repair_mesh(tmp_path / "ball.ply", Wish(triangles=800, origin="keep"))
+    (tmp_path / "out.glb").write_bytes(repaired.content)
     surface, _ = read_surface(tmp_path / "out.glb")
     assert surface.rgba is not None
     high = surface.vertices[surface.faces][..., 2] > 0.2
@@ -218,19 +218,19 @@ def test_the_origin_goes_where_it_is_wanted(tmp_path: Path):
 def test_the_opening_of_a_bowl_is_meant_and_a_hole_is_not(tmp_path: Path, openings: bool):
     bowl = trimesh.creation.icosphere(4)
     bowl.update_faces((bowl.triangles_center[:, 2] < 0.3) & (np.arange(len(bowl.faces)) != 2000))
-    mended = repair(read(bowl, tmp_path), Wish(openings=openings))
-    assert any("closed holes" in text for text in mended.done)
-    assert mended.surface.watertight == openings
-    lid = mended.surface.vertices[mended.surface.faces].mean(1)[:, 2] > 0.99 * mended.surface.extent[2]
+    repaired = repair(read(bowl, tmp_path), Wish(openings=openings))
+    assert any("closed holes" in text for text in repaired.done)
+    assert repaired.surface.watertight == openings
+    lid = repaired.surface.vertices[repaired.surface.faces].mean(1)[:, 2] > 0.99 * repaired.surface.extent[2]
     assert lid.any() == openings
 
 
 def test_what_cannot_be_closed_gets_a_skin(tmp_path: Path):
     half = trimesh.creation.icosphere(4)
     half.update_faces(half.triangles_center[:, 2] < 0.6)
-    mended = repair_mesh(saved(half, tmp_path / "bowl.stl"), Wish(holes=3, wrap=True))
-    assert mended.report.watertight
-    assert any("closed skin" in text for text in mended.done)
+    repaired = repair_mesh(saved(half, tmp_path / "bowl.stl"), Wish(holes=3, wrap=True))
+    assert repaired.report.watertight
+    assert any("closed skin" in text for text in repaired.done)
 
 
 # --- strangers ---------------------------------------------------------------------------------------------

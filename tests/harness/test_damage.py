@@ -11,7 +11,7 @@ import pytest
 
 from text2sim.evidence.evidence import judge
 from text2sim.harness.rescue import rescue
-from text2sim.recording.inventory import RECORDED, fault, take
+from text2sim.recording.inventory import RECORDED, fault, list_files
 from text2sim.recording.record import RunRecord
 
 EXPECT = {
@@ -30,7 +30,7 @@ def run(new_run: Callable[..., Any]) -> Path:
     folder = recording.write(chunk=40)
     (folder / "geometry").mkdir()
     (folder / "geometry" / "index.json").write_text("{}")
-    RunRecord("case", "finished", {"sim": "1"}, recorded=take(folder, RECORDED)).write(folder)
+    RunRecord("case", "finished", {"sim": "1"}, recorded=list_files(folder, RECORDED)).write(folder)
     return folder
 
 
@@ -124,4 +124,4 @@ def test_a_record_with_values_of_other_types_is_none(run: Path, change: dict[str
 
 def test_copies_of_a_run_hold_the_same_files(run: Path, tmp_path: Path):
     shutil.copytree(run, tmp_path / "copy")
-    assert take(tmp_path / "copy", RECORDED) == take(run, RECORDED)
+    assert list_files(tmp_path / "copy", RECORDED) == list_files(run, RECORDED)

@@ -68,10 +68,10 @@ class Studio:
         }
         self.run, self.path = make_run(boxes), tmp_path / "case.yaml"
         self.model, self.events = Scripted(replies), list[tuple[str, dict[str, Any]]]()
-        desk = Conversation(
+        chat = Conversation(
             {"": self.model}, CallLog(tmp_path / "calls"), Account(), Budget(None, None, None), self.emit
         )
-        self.cinematography = Cinematography(desk, REQUEST, self.path, self.run, self.emit)
+        self.cinematography = Cinematography(chat, REQUEST, self.path, self.run, self.emit)
         self.refilmed: list[str] = []
 
     def emit(self, event: str, *, live: bool = False, **what: Any) -> None:

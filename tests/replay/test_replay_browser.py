@@ -57,7 +57,7 @@ def test_a_click_names_the_body_under_it(page: chromium.Chromium) -> None:
     # A point of the falling box, where the camera of the film sees it.
     page.ask("replay.choose(-1), replay.seek(0)")
     spot = page.ask("""(() => {
-        replay.eye.look(0);
+        replay.control.look(0);
         replay.stage.camera.updateMatrixWorld();
         const at = new THREE.Vector3(-0.5, 0, 1).project(replay.stage.camera);
         const { clientWidth: w, clientHeight: h } = replay.canvas;
@@ -118,11 +118,11 @@ def test_cameras_of_the_film(page: chromium.Chromium) -> None:
     page.ask("document.getElementById('camera').value = '1'")
     page.ask("document.getElementById('camera').dispatchEvent(new Event('change'))")
     page.ask("replay.seek(0)")
-    assert page.ask("replay.eye.look(0), replay.stage.camera.position.toArray()") == pytest.approx([3, 0, 1.5])
-    later = page.ask("replay.eye.look(0.08), replay.stage.camera.position.toArray()")
+    assert page.ask("replay.control.look(0), replay.stage.camera.position.toArray()") == pytest.approx([3, 0, 1.5])
+    later = page.ask("replay.control.look(0.08), replay.stage.camera.position.toArray()")
     assert np.hypot(later[0], later[1]) == pytest.approx(3, rel=0.01)
     assert later[1] > 2
-    page.ask("replay.eye.orbit.dispatchEvent({type: 'start'})")
+    page.ask("replay.control.orbit.dispatchEvent({type: 'start'})")
     assert page.ask("document.getElementById('camera').value") == "free", "a drag goes on from there"
 
 

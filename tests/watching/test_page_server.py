@@ -16,15 +16,15 @@ SCENE = b'{"contents": {}, "blob": ""}'
 
 
 @pytest.fixture
-def board():
-    board = PageState(case="drop", file="case.yaml", words="ready", tone="good")
-    board.show_scene("1-1", "1", SCENE, whole=False)
-    return board
+def state():
+    state = PageState(case="drop", file="case.yaml", words="ready", tone="good")
+    state.show_scene("1-1", "1", SCENE, whole=False)
+    return state
 
 
 @pytest.fixture
-def server(board):
-    server = PageServer(board)
+def server(state):
+    server = PageServer(state)
     yield server
     server.close()
 
@@ -66,7 +66,7 @@ def test_it_listens_on_this_machine_only(server):
         pass
 
 
-@pytest.mark.parametrize("path", ["/", "/board", "/scene/1-1", "//board", "/wrong/board", "/wrong/", "*"])
+@pytest.mark.parametrize("path", ["/", "/state", "/scene/1-1", "//state", "/wrong/state", "/wrong/", "*"])
 def test_nothing_without_the_secret(server, path):
     assert ask(server, path, secret=False)[0] == 404
 
@@ -86,7 +86,7 @@ def test_nothing_without_the_secret(server, path):
 )
 def test_nothing_for_other_sites(server, headers):
     """Also not for one whose name was made to mean this machine."""
-    assert ask(server, "board", **headers)[0] == 404
+    assert ask(server, "state", **headers)[0] == 404
 
 
 def test_a_link_from_elsewhere_can_be_followed(server):
@@ -104,8 +104,8 @@ def test_nothing_but_page_board_and_scenes(server, path):
 
 
 def test_nothing_can_be_sent_to_it(server):
-    assert ask(server, "board", method="POST")[0] == 501
-    assert ask(server, "board", method="PUT")[0] == 501
+    assert ask(server, "state", method="POST")[0] == 501
+    assert ask(server, "state", method="PUT")[0] == 501
 
 
 def test_a_scene(server):
@@ -115,17 +115,17 @@ def test_a_scene(server):
     assert (status, body, headers["Content-Length"]) == (200, b"", str(len(SCENE)))
 
 
-def test_the_scene_before_can_still_be_read_but_no_older_one(server, board):
-    board.show_scene("1-2", "1", b"two", whole=False)
+def test_the_scene_before_can_still_be_read_but_no_older_one(server, state):
+    state.show_scene("1-2", "1", b"two", whole=False)
     assert ask(server, "scene/1-1")[2] == SCENE
-    board.show_scene("1-3", "1", b"three", whole=True)
+    state.show_scene("1-3", "1", b"three", whole=True)
     assert ask(server, "scene/1-1")[0] == 404
     assert ask(server, "scene/1-2")[2] == b"two"
-    assert json.loads(ask(server, "board")[2])["scene"] == {"name": "1-3", "take": "1", "whole": True}
+    assert json.loads(ask(server, "state")[2])["scene"] == {"name": "1-3", "take": "1", "whole": True}
 
 
 class Listener:
-    """A page that follows the board."""
+    """A page that follows the state."""
 
     def __init__(self, server):
         port = int(server.url.split(":")[2].split("/")[0])
@@ -142,19 +142,19 @@ class Listener:
                 return None
 
 
-def test_a_page_is_told_of_every_change(server, board):
+def test_a_page_is_told_of_every_change(server, state):
     listener = Listener(server)
     assert listener.answer.headers["Content-Type"] == "text/event-stream"
     assert listener.news()["words"] == "ready"
-    board.show(words="simulating", progress=0.5)
+    state.show(words="simulating", progress=0.5)
     assert listener.news()["progress"] == 0.5
-    board.show(words="simulating")
-    board.show(words="done")
+    state.show(words="simulating")
+    state.show(words="done")
     assert listener.news()["words"] == "done", "what is no change is no news"
 
 
-def test_pages_are_let_go_at_the_end(board):
-    server = PageServer(board)
+def test_pages_are_let_go_at_the_end(state):
+    server = PageServer(state)
     listener = Listener(server)
     listener.news()
     threading.Timer(0.1, server.close).start()
@@ -166,7 +166,7 @@ def test_there_are_not_more_pages_than_it_can_follow(server):
     assert [listener.answer.status for listener in listeners] == [200] * LISTENERS + [503]
 
 
-def test_a_port_that_is_taken(server, board):
+def test_a_port_that_is_taken(server, state):
     port = int(server.url.split(":")[2].split("/")[0])
     with pytest.raises(OSError):
-        PageServer(board, port)
+        PageServer(state, port)

@@ -12,7 +12,7 @@ from text2sim.runtime import warm_engine as engine_module
 
 def shown(watched):
     """What the page has to know of the scene that it shows."""
-    return json.loads(watched.board.scene(watched.content()["scene"]["name"]))["contents"]
+    return json.loads(watched.state.scene(watched.content()["scene"]["name"]))["contents"]
 
 
 HIGHER = ("1.5]", "1.7]")

@@ -96,8 +96,8 @@ class Command:
         return connection.getresponse().read()
 
     @property
-    def board(self):
-        return json.loads(self.get("board"))
+    def state(self):
+        return json.loads(self.get("state"))
 
     @property
     def children(self):
@@ -144,9 +144,9 @@ def test_a_save_gives_new_states_judgement_and_scene(warm):
     assert "simulated in" in done[2]
     assert "shown" in done[2]
     assert done[2].endswith("finished, 1 of 1 expectations came true")
-    board = warm.board
-    assert board["tone"] == "good"
-    scene = json.loads(warm.get("scene/" + board["scene"]["name"]))["contents"]
+    state = warm.state
+    assert state["tone"] == "good"
+    scene = json.loads(warm.get("scene/" + state["scene"]["name"]))["contents"]
     assert (scene["expect"][0]["ok"], scene["measures"][0]["name"]) == (True, "height")
     assert {piece["body"] for piece in scene["pieces"]} == {"floor", "ball", *(f"block[{k}]" for k in range(3))}
 
@@ -175,7 +175,7 @@ def test_problems_are_told_at_once(warm):
     warm.case.write_text(text.replace("radius: 0.1", "raduis: 0.1"))
     warm.wait("error: unknown key `raduis`", said)
     assert time.monotonic() - begun < 30.0, "0.1 s on a quiet machine"
-    assert warm.board["scene"], "the scene stays"
+    assert warm.state["scene"], "the scene stays"
     said = len(warm.lines)
     warm.case.write_text(text)
     warm.wait("nothing to do", said)
@@ -185,18 +185,18 @@ def test_problems_are_told_at_once(warm):
 def test_a_divergence_is_told_and_survived(warm):
     done = warm.save(max_speed=1.0)
     assert "diverged" in done[2]
-    assert "speed of " in warm.board["words"]
+    assert "speed of " in warm.state["words"]
     assert "finished" in warm.save(max_speed=150.0)[2]
 
 
 @pytest.mark.usefixtures("engine")
 def test_another_look_is_drawn_without_another_simulation(warm):
-    before = warm.board["scene"]["name"]
+    before = warm.state["scene"]["name"]
     take = warm.take
     done = warm.save(color="blue")
     assert "simulated" not in done[2]
     assert warm.take == take
-    assert warm.board["scene"]["name"] != before
+    assert warm.state["scene"]["name"] != before
 
 
 @pytest.mark.usefixtures("engine")

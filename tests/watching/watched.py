@@ -35,12 +35,12 @@ class Watched:
         self.file.write_text(text)
         self.runs = folder / "watch-drop"
         self.runs.mkdir()
-        self.board = PageState(case="drop", file="case.yaml")
+        self.state = PageState(case="drop", file="case.yaml")
         self.said: list[tuple[str, Any]] = []
         """What the listener was told, in order."""
         self.stops = 0
         options = {"engine": "fake_engine", **options}
-        self.session = Session(self.file, self.runs, lambda: examine(self.file), self.board, self, Options(**options))
+        self.session = Session(self.file, self.runs, lambda: examine(self.file), self.state, self, Options(**options))
         self._thread = threading.Thread(target=self.session.run, args=(lambda: self.stops,))
 
     def start(self) -> "Watched":
@@ -73,7 +73,7 @@ class Watched:
         raise AssertionError(f"no {kind} in {self.said[after:]} after {self.said[:after]}")
 
     def content(self) -> dict[str, Any]:
-        return json.loads(self.board.read()[1])
+        return json.loads(self.state.read()[1])
 
     # As a listener.
 

@@ -52,21 +52,21 @@ class Supplies:
     """What the Writers have to know of them."""
 
 
-def supply(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
+def supply(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     """Have one asset made.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         asset: The asset that the plan asks for.
         plan: The plan.
         request: The user's request.
         case: The case folder.
     """
     maker = _mechanism if asset.kind == "mechanism" else _shape
-    return maker(desk, asset, plan, request, case)
+    return maker(chat, asset, plan, request, case)
 
 
-def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
+def _mechanism(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     proofs: list[Proof] = []
 
     def check(answer: MechanismAnswer) -> None:
@@ -80,7 +80,7 @@ def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Reques
     kinds = {"articulated", "hinge", "slider", "ball", "fixed", "free", "compound", "cylinder", "capsule", "tube"}
     system = system_prompt(ROLES["articulation"], rules=language.rules(), pages=language.pages("bodies", kinds))
     question, images = _question(asset, plan, request), request.images
-    answer = desk.ask("articulation", system, question, typed(MechanismAnswer, check), images)
+    answer = chat.ask("articulation", system, question, typed(MechanismAnswer, check), images)
     links = ", ".join(f"{asset.body}.{name}" for name in answer.body.get("links") or {})
     words = f"`{asset.body}`: a mechanism, complete. Links and joints: {links or 'see its kind'}."
     joints = [told(f"{asset.body}.{name}", one) for name, one in (proofs[-1].control or {}).items()]
@@ -88,7 +88,7 @@ def _mechanism(desk: Conversation, asset: Asset, plan: CasePlan, request: Reques
     return Supplies({asset.body: answer.body}, words=[" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
 
 
-def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
+def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     kind = plan.bodies[asset.body].kind
     takes = language.shapes_of(kind) or language.shapes_of("rigid")
 
@@ -110,7 +110,7 @@ def _shape(desk: Conversation, asset: Asset, plan: CasePlan, request: Request, c
     pages = language.pages("bodies", set(takes) & _SHAPES | _SCULPTED)
     system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
     question = _question(asset, plan, request, f"It is for a `{kind}` body, which takes the shapes {', '.join(takes)}.")
-    answer = desk.ask("mesh", system, question, typed(ShapeAnswer, check), request.images)
+    answer = chat.ask("mesh", system, question, typed(ShapeAnswer, check), request.images)
     shape = answer.shape
     if shape is None:
         assert answer.generate is not None

@@ -96,15 +96,15 @@ class Cinematography:
     """The pass over one accepted case.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         request: Text of the request.
         path: Path of the case file.
         run: The run folder.
         emit: Callback for journal events.
     """
 
-    def __init__(self, desk: Conversation, request: str, path: Path, run: Path, emit: Emit) -> None:
-        self._desk, self._request, self._path, self._run, self._emit = desk, request, path, run, emit
+    def __init__(self, chat: Conversation, request: str, path: Path, run: Path, emit: Emit) -> None:
+        self._chat, self._request, self._path, self._run, self._emit = chat, request, path, run, emit
         self._tried: list[FilmedTreatment] = []
 
     def best(self, text: str) -> FilmedTreatment | None:
@@ -118,7 +118,7 @@ class Cinematography:
             RunError, MachineError: If stills of the case as it is cannot be traced.
             StoppedError: If the user stopped it.
         """
-        if not self._desk.vision("viewer"):
+        if not self._chat.vision("viewer"):
             return None
         self._tried = [self._judged("as_it_is", text, self._sheet(text))]
         try:
@@ -191,13 +191,13 @@ class Cinematography:
             marks=yaml_text(
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
-            sheet=self._desk.vision("render"),
+            sheet=self._chat.vision("render"),
             evenly=EVENLY,
             events=EVENTS,
             instruction=f"Propose {many} that would be marked higher.",
         )
-        images = (best.sheet,) if self._desk.vision("render") else ()
-        self._desk.ask("render", system, question, typed(Treatments, check), images)
+        images = (best.sheet,) if self._chat.vision("render") else ()
+        self._chat.ask("render", system, question, typed(Treatments, check), images)
         return dict(texts)
 
     # --- judgement ------------------------------------------------------------------------------------------------
@@ -216,7 +216,7 @@ class Cinematography:
     def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
-        marks: Marks = self._desk.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
+        marks: Marks = self._chat.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
         parts = {part: getattr(marks, part) for part in WEIGHTS}
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"

@@ -43,7 +43,7 @@ class Exhibit:
 
 
 def criticise(
-    desk: Conversation,
+    chat: Conversation,
     request: Request,
     plan: CasePlan,
     exhibit: Exhibit,
@@ -58,7 +58,7 @@ def criticise(
     are still faulty are dropped.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         request: The request.
         plan: The plan.
         exhibit: The evidence.
@@ -72,7 +72,7 @@ def criticise(
         evidence += f"\n\n## Restated expectations: do they ask for less?\n\n{told}"
     if not exhibit.images:
         evidence += "\n\nThere are no pictures of this run."
-    elif not desk.vision("critic"):
+    elif not chat.vision("critic"):
         evidence += "\n\n(There are pictures, but you cannot see pictures: judge by the numbers.)"
     question = render(
         "judge",
@@ -87,9 +87,9 @@ def criticise(
     )
     images = (*exhibit.images, *request.images)
     system = system_prompt(CRITIC)
-    critique: Critique = desk.ask("critic", system, question, typed(Critique), images)
+    critique: Critique = chat.ask("critic", system, question, typed(Critique), images)
     if wrong := _faults(critique, request, exhibit, contract, path):
-        critique = _amended(desk, system, critique, wrong, exhibit)
+        critique = _amended(chat, system, critique, wrong, exhibit)
     return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
 
 
@@ -131,12 +131,12 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
     return wrong
 
 
-def _amended(desk: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
+def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches else ""
     question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)
     try:
-        more: Amendment = desk.ask("critic", system, question, typed(Amendment), rounds=1)
+        more: Amendment = chat.ask("critic", system, question, typed(Amendment), rounds=1)
     except RoleFailed:
         return critique
     return critique.model_copy(

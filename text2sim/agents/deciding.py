@@ -44,14 +44,14 @@ class Report:
 
 
 def decide(
-    desk: Conversation,
+    chat: Conversation,
     request: Request,
     agreement: Agreement,
     case: str,
     history: str,
     report: Report,
     offer: str,
-    deck: "DealtCards",
+    dealt: "DealtCards",
     path: Path,
     *,
     anew: bool,
@@ -59,14 +59,14 @@ def decide(
     """Have the Planner decide about an attempt that was not accepted.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         request: The request.
         agreement: The plan and its contract.
         case: Text of the attempt.
         history: One line for each attempt.
         report: Report on the latest attempt.
         offer: One line for each card that may fit.
-        deck: The Debug Cards.
+        dealt: The Debug Cards.
         path: Path of the case file.
         anew: Whether the Planner may make a new plan.
 
@@ -78,7 +78,7 @@ def decide(
     last: list[Decision] = []
 
     def faults(decision: Decision) -> list[str]:
-        wrong = decision_faults(decision, agreement, case, report, deck, path, anew=anew)
+        wrong = decision_faults(decision, agreement, case, report, dealt, path, anew=anew)
         if decision.plan is not None:
             bodies = {*agreement.plan.bodies, *decision.plan.bodies}
             wrong += [f"/plan{row}" for row in claim_faults(decision.plan.facts, request.requirements, bodies)]
@@ -100,7 +100,7 @@ def decide(
     )
     system = system_prompt(PLANNER, "decide", taken=", ".join(TAKEN))
     try:
-        return desk.ask("planner", system, question, typed(Decision, check))
+        return chat.ask("planner", system, question, typed(Decision, check))
     except RoleFailed as failed:
         if not last or (sound := _sound_part(last[-1], faults)) is None:
             raise
@@ -120,7 +120,7 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
 
 
 def decision_faults(
-    decision: Decision, agreement: Agreement, case: str, report: Report, deck: "DealtCards", path: Path, *, anew: bool
+    decision: Decision, agreement: Agreement, case: str, report: Report, dealt: "DealtCards", path: Path, *, anew: bool
 ) -> list[str]:
     """Describe the parts of a decision that are impossible, have no effect, or weaken the request.
 
@@ -129,7 +129,7 @@ def decision_faults(
         agreement: The plan and its contract.
         case: Text of the attempt.
         report: Report on the attempt.
-        deck: The Debug Cards.
+        dealt: The Debug Cards.
         path: Path of the case file.
         anew: Whether the Planner may make a new plan.
     """
@@ -148,7 +148,7 @@ def decision_faults(
         f"/waive/{rule}: say why, in ten characters or more" for rule, why in decision.waive.items() if len(why) < 10
     ]
     for number, route in enumerate(decision.routes):
-        wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, deck)]
+        wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
     present = agreement.plan.params
     wrong += [
         f"/params/{name}: it is {value!r} already"
@@ -296,12 +296,12 @@ def _listed(lines: Sequence[str]) -> str:
 
 
 def open_case(
-    desk: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
+    chat: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
 ) -> Opening:
     """Have the Planner open work on an existing case; with `keep`, all its expectations must stay.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         request: The request.
         agreement: The plan and its contract.
         case: Text of the case.
@@ -337,7 +337,7 @@ def open_case(
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
     system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
     question = render("open_ask", request=request.text, case=case, evidence=evidence)
-    return desk.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
+    return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
 
 
 def as_decision(opening: Opening) -> Decision:

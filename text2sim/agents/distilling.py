@@ -31,7 +31,7 @@ class Proposal(Answer):
 
     failing: int
     repaired: int | None = None
-    """None if no attempt mended it: then there is a repair."""
+    """None if no attempt fixed it: then there is a repair."""
     expect: list[dict[str, Any]] = []
     """RFC 6902, for both cases: an expectation that tells the failure, where the attempt has none."""
     repair: list[dict[str, Any]] = []
@@ -101,11 +101,11 @@ def attempts_of(case: Path) -> dict[int, Tried]:
     return found
 
 
-def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
+def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     """Have cards proposed, check them, and write them.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         case: The case folder of a finished loop.
         out: Output folder.
 
@@ -119,7 +119,7 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
     outcomes = {one.outcome for one in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
         raise RunError(
-            f"{case}: no attempt here failed in a run and was mended in another: there is nothing to learn from"
+            f"{case}: no attempt here failed in a run and was fixed in another: there is nothing to learn from"
         )
     drafts: list[Draft] = []
 
@@ -136,7 +136,7 @@ def distill(desk: Conversation, case: Path, out: Path) -> list[str]:
         if wrong:
             raise Wrong(wrong)
 
-    desk.ask("distiller", system_prompt(ROLES["distiller"], form=form()), told(attempts), typed(Proposals, check))
+    chat.ask("distiller", system_prompt(ROLES["distiller"], form=form()), told(attempts), typed(Proposals, check))
     folders = {out / str(draft.data["id"]): draft for draft in drafts}
     for folder, draft in folders.items():
         if not draft.fits(folder):

@@ -29,10 +29,10 @@ def amend(loop: AgentLoop, text: str, *, run_first: bool) -> Outcome:
 
 
 def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
-    loop.require(of_wish(loop.request.text, lambda: take_apart(loop.desk, loop.request.text, loop.request.images)))
+    loop.require(of_wish(loop.request.text, lambda: take_apart(loop.chat, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
-    opening = open_case(loop.desk, loop.request, loop.agreement, text, shown, loop.path, keep=run_first)
+    opening = open_case(loop.chat, loop.request, loop.agreement, text, shown, loop.path, keep=run_first)
     loop.emit(
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
     )

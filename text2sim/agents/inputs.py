@@ -16,7 +16,7 @@ PIECES, CORNERS, FINE = 12, 24, 0.004
 """Pieces of a drawing that are told of at most, corners of each, and how far [heights] these lie from its outline."""
 
 
-def take(case: Path, files: Sequence[Path], licence: str) -> list[str]:
+def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     """Add files to a case, and return their asset names.
 
     Args:

@@ -39,21 +39,21 @@ class AgentLoop:
     Args:
         case: The case folder.
         request: The request.
-        desk: The conversation with the models.
-        deck: The Debug Cards.
+        chat: The conversation with the models.
+        dealt: The Debug Cards.
         emit: Callback for journal events.
         limits: Bounds of attempts and time.
     """
 
     def __init__(
-        self, case: Path, request: Request, desk: Conversation, deck: DealtCards, emit: Emit, limits: Limits
+        self, case: Path, request: Request, chat: Conversation, dealt: DealtCards, emit: Emit, limits: Limits
     ) -> None:
         self.case, self.path, self.request = case, case / "case.yaml", request
-        self.desk, self.deck, self.emit, self.limits = desk, deck, emit, limits
+        self.chat, self.dealt, self.emit, self.limits = chat, dealt, emit, limits
         self.attempts = Attempts(case)
         self.made: list[Attempt] = []
         self.agreement = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
-        self.workshop = Workshop(desk, deck, self.agreement, request, self.path, emit)
+        self.workshop = Workshop(chat, dealt, self.agreement, request, self.path, emit)
         self.mending = Mending(self.workshop, self.agreement, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
@@ -75,8 +75,8 @@ class AgentLoop:
 
     def _generated(self) -> Outcome:
         self.emit("stage", name="plan")
-        self.require(take_apart(self.desk, self.request.text, self.request.images))
-        plan = make_plan(self.desk, self.request, self.deck, self.path)
+        self.require(take_apart(self.chat, self.request.text, self.request.images))
+        plan = make_plan(self.chat, self.request, self.dealt, self.path)
         self.agreement.expect(plan, plan.checks.expect)
         self._tell(plan)
         if plan.possible == "no":
@@ -121,7 +121,7 @@ class AgentLoop:
             attempt = Attempt(len([one for one in self.made if one.number]) + 1, text, cause)
             attempt.changes = revising.change_lines(before, text) if before is not None else []
             self.made.append(attempt)
-            self.desk.attempt = attempt.number
+            self.chat.attempt = attempt.number
             report = self._try(attempt)
             if attempt.accepted:
                 if self.style:
@@ -153,7 +153,7 @@ class AgentLoop:
     def _styled(self, attempt: Attempt) -> None:
         """Film an accepted attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
         self.emit("stage", name="style")
-        way = Cinematography(self.desk, self.request.text, self.path, self.case / attempt.run, self.emit)
+        way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
         attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
@@ -169,7 +169,7 @@ class AgentLoop:
         """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
         tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first)
-        plan = make_plan(self.desk, self.request, self.deck, self.path, tried)
+        plan = make_plan(self.chat, self.request, self.dealt, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
         self._tell(plan)
@@ -234,7 +234,7 @@ class AgentLoop:
             images = self.attempts.images(attempt)
             shown = exhibit(self.made, attempt, report.evidence, images, self.base, self.path)
             critique = criticise(
-                self.desk, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
+                self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
@@ -299,13 +299,13 @@ class AgentLoop:
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         plan = self.agreement.plan
         shows = {*report.rules, attempt.state, *signs(plan.checks, attempt.expect, attempt.evidence)}
-        offer = self.deck.offer(text, plan.mode, shows, plan_text(plan))
+        offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self._left(attempt)
         anew = not (before_run or self.agreement.planned_anew or self.only_if_accepted)
         decision = decide(
-            self.desk, self.request, self.agreement, attempt.text, self._history(), report, offer, self.deck, self.path,
-            anew=anew,
+            self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
+            self.path, anew=anew,
         )  # fmt: skip
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip

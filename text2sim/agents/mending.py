@@ -49,7 +49,7 @@ class Mending:
                 return examined, [said(one) for one in errors]
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
             before = attempt.text
-            attempt.text, told = self.workshop.mended(before, owners, MEND)
+            attempt.text, told = self.workshop.fixed(before, owners, MEND)
             self.workshop.referred += told.pop("plan", [])
             if attempt.text == before and not told:  # asking the same again would give the same answers
                 return examined, [said(one) for one in errors]
@@ -75,17 +75,17 @@ class Mending:
         owners.pop("plan", None)
         if owners:
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-            text = self.workshop.passed_on(*self.workshop.mended(attempt.text, owners, CONSIDER))
+            text = self.workshop.passed_on(*self.workshop.fixed(attempt.text, owners, CONSIDER))
             examined = self.taken(attempt, text, examined)
         return examined, doubts
 
     def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text, unless it is worse; return what the check finds in what is kept."""
-        mended = examine(text, self.path)
-        if mended.errors or self.agreement.breaches(mended):
+        found = examine(text, self.path)
+        if found.errors or self.agreement.breaches(mended):
             return before
         attempt.text = text
-        return mended
+        return found
 
     def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
         owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}

@@ -57,21 +57,21 @@ PLANNING = 6
 
 
 def make_plan(
-    desk: Conversation, request: Request, deck: "DealtCards", path: Path, tried: Tried | None = None
+    chat: Conversation, request: Request, dealt: "DealtCards", path: Path, tried: Tried | None = None
 ) -> CasePlan:
     """Ask the Planner for a plan; it may read some pages first.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         request: The request.
-        deck: The cards.
+        dealt: The cards.
         path: Future path of the case file.
         tried: Result of the earlier plan, if this is a new one.
     """
     question = render(
         "plan_ask",
         request=request.text,
-        inputs=[*request.inputs, *([BLIND] if request.images and not desk.vision("planner") else [])],
+        inputs=[*request.inputs, *([BLIND] if request.images and not chat.vision("planner") else [])],
         requirements=rows(request.requirements),
         minutes=request.minutes,
         tried=_tried(tried),
@@ -81,12 +81,12 @@ def make_plan(
         vocabulary=language.vocabulary(),
         rules=language.rules(brief=True),
         pages=language.to_plan_with(),
-        cards=deck.index(),
+        cards=dealt.index(),
         modes=", ".join(MODES),
     )
-    read = typed(CasePlan, lambda plan: _check_plan(plan, deck, path, request.requirements, tried))
-    more = PageRequests(deck.pages)
-    return desk.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
+    read = typed(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
+    more = PageRequests(dealt.pages)
+    return chat.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
 
 
 def _tried(tried: Tried | None) -> str:
@@ -97,7 +97,7 @@ def _tried(tried: Tried | None) -> str:
 
 
 def _check_plan(
-    plan: CasePlan, deck: "DealtCards", path: Path, requirements: Requirements, tried: Tried | None
+    plan: CasePlan, dealt: "DealtCards", path: Path, requirements: Requirements, tried: Tried | None
 ) -> None:
     if plan.possible == "no":
         if not plan.why:
@@ -139,19 +139,19 @@ def _check_plan(
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
         wrong += weakened(tried.first.expect, same_names)
     wrong += claim_faults(plan.facts, requirements, plan.bodies)
-    wrong += card_faults(plan.cards, deck)
+    wrong += card_faults(plan.cards, dealt)
     wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
 
 
-def card_faults(cards: Mapping[str, Sequence[str]], deck: "DealtCards") -> list[str]:
+def card_faults(cards: Mapping[str, Sequence[str]], dealt: "DealtCards") -> list[str]:
     """Describe the unknown roles and card ids of a plan."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
         if len(ids) > ATTACHED:
             wrong.append(f"/cards/{role}: {ATTACHED} cards at most go with one question")
-        wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if deck.dealing and not deck.has(card)]
+        wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if dealt.dealing and not dealt.has(card)]
     return wrong
 
 

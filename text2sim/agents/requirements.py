@@ -43,11 +43,11 @@ class Missing(Answer):
 Requirements = Mapping[str, Requirement]
 
 
-def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
+def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
     """Have a model list the requirements of a request, and another check for omissions.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         text: The request.
         images: Pictures that belong to the request.
 
@@ -65,9 +65,9 @@ def take_apart(desk: Conversation, text: str, images: tuple[Image, ...] = ()) ->
 
     try:
         question = render("apart_ask", request=text, found="")
-        found = desk.ask("reader", system_prompt(reader), question, typed(Apart, some), images).requirements
+        found = chat.ask("reader", system_prompt(reader), question, typed(Apart, some), images).requirements
         question = render("apart_ask", request=text, found=rows(found))
-        more = desk.ask("reader", system_prompt(reader, "missing"), question, typed(Missing)).missing
+        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed(Missing)).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):

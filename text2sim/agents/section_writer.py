@@ -25,7 +25,7 @@ GISTS = {"render": 200, "actions": 200}
 
 
 def write_section(
-    desk: Conversation,
+    chat: Conversation,
     section: str,
     plan: CasePlan,
     request: str,
@@ -37,7 +37,7 @@ def write_section(
     """Have a Writer write its section for the first time.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         section: Which.
         plan: The plan.
         request: The request.
@@ -62,13 +62,13 @@ def write_section(
     def read(data: Any) -> dict[str, Any]:
         return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
-    return desk.ask(
+    return chat.ask(
         section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
     )
 
 
 def change_section(
-    desk: Conversation,
+    chat: Conversation,
     section: str,
     plan: CasePlan,
     case: Mapping[str, Any],
@@ -83,7 +83,7 @@ def change_section(
     """Have a Writer change its section.
 
     Args:
-        desk: The conversation with the models.
+        chat: The conversation with the models.
         section: Which.
         plan: The plan.
         case: The case as it is.
@@ -126,7 +126,7 @@ def change_section(
             return _patched(data["patch"], section, case, plan, path)
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
-    return desk.ask(
+    return chat.ask(
         section,
         writer_prompt(ROLES[section], language.rules(brief=True), change=True),
         question,

@@ -21,7 +21,7 @@ from text2sim.agents.attempts import copy_input
 from text2sim.agents.conversation import Conversation
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.existing_case import amend
-from text2sim.agents.inputs import described, probed, take
+from text2sim.agents.inputs import add_inputs, described, probed
 from text2sim.agents.journal import Journal, Listener
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import Limits, Outcome
@@ -82,7 +82,7 @@ class Session:
 
     @classmethod
     def begin(cls, case: Path, wish: Wish, images: list[Path], assets: list[Path], licence: str = "") -> "Session":
-        """Begin with a new request; what comes with it is mended, checked and registered as assets of the case.
+        """Begin with a new request; what comes with it is repaired, checked and registered as assets of the case.
 
         Args:
             case: The folder.
@@ -108,7 +108,7 @@ class Session:
                 raise RunError(f"{file}: there is no such file")
         case.mkdir(parents=True, exist_ok=True)
         wish.images = [copy_input(file, case / "generation" / "inputs").name for file in images]
-        wish.inputs = take(case, [*assets, *images], licence)
+        wish.inputs = add_inputs(case, [*assets, *images], licence)
         (case / "generation").mkdir(exist_ok=True)
         text = json.dumps(asdict(wish), indent=1, ensure_ascii=False) + "\n"
         write_atomically(case / "generation" / "request.json", text)
@@ -144,18 +144,18 @@ class Session:
 
         def told(event: str, what: dict[str, Any]) -> None:
             if event in ("planned", "ran", "judged", "decided"):
-                self._write(loop, deck, None, budget)  # a kill must not refund the minutes used
+                self._write(loop, dealt, None, budget)  # a kill must not refund the minutes used
             listener(event, what)
 
         journal = Journal(self.folder / "journal.jsonl", told)
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
-        desk = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
-        deck = DealtCards(_library() if wish.cards else None, journal)
+        chat = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
+        dealt = DealtCards(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
         probed(self.case, wish.inputs, journal)
         request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.minutes)
         loop = AgentLoop(
-            self.case, request, desk, deck, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
+            self.case, request, chat, dealt, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
         loop.style, loop.prewarm = wish.style, prewarm
         outcome: Outcome | None = None
@@ -166,9 +166,9 @@ class Session:
                 outcome = amend(loop, wish.base, run_first=wish.kind == "repair")
             return outcome
         finally:
-            self._write(loop, deck, outcome, budget)
+            self._write(loop, dealt, outcome, budget)
 
-    def _write(self, loop: AgentLoop, deck: DealtCards, outcome: Outcome | None, budget: Budget) -> None:
+    def _write(self, loop: AgentLoop, dealt: DealtCards, outcome: Outcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None
         record = {
             "state": outcome.state if outcome else "interrupted",
@@ -189,7 +189,7 @@ class Session:
                 }
                 for one in loop.made
             ],
-            "cards": {role: sorted(cards) for role, cards in deck.dealt.items()},
+            "cards": {role: sorted(cards) for role, cards in dealt.dealt.items()},
             "models": self.wish.models,
             "minutes": round(budget.minutes_used, 3),
             "account": self.account.as_dict(),

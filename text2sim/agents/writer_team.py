@@ -28,8 +28,8 @@ REFERRED = "Mend what you are told, and change nothing else; refer it on if it i
 class Workshop:
     """Coordinator of the Writers."""
 
-    desk: Conversation
-    deck: DealtCards
+    chat: Conversation
+    dealt: DealtCards
     agreement: Agreement
     request: Request
     path: Path
@@ -49,8 +49,8 @@ class Workshop:
         words = "\n".join(f"- {row}" for row in supplies.words)
 
         def written(section: str) -> dict[str, Any]:
-            cards = self.deck.deal(section, plan.cards.get(section, ()), "first version")
-            return write_section(self.desk, section, plan, asked, words, cards, self.path, supplies.shapes)
+            cards = self.dealt.deal(section, plan.cards.get(section, ()), "first version")
+            return write_section(self.chat, section, plan, asked, words, cards, self.path, supplies.shapes)
 
         sections = _together({name: lambda name=name: written(name) for name in SECTIONS})
         sections["bodies"] |= supplies.bodies
@@ -63,7 +63,7 @@ class Workshop:
         self.emit("stage", name="assets")
         # One after the other: they are numbered calls of the same roles.
         plan, case = self.agreement.plan, self.path.parent
-        return merged([supply(self.desk, asset, plan, self.request, case) for asset in assets])
+        return merged([supply(self.chat, asset, plan, self.request, case) for asset in assets])
 
     def fitted(self, text: str, assets: Sequence[Asset]) -> tuple[str, list[Route]]:
         """Have further models made and put in; return the text, and what the Body Writer has to be told."""
@@ -75,10 +75,10 @@ class Workshop:
         told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words, *shapes])
         return text, [_route("bodies", told)] if supplies.words else []
 
-    def mended(
+    def fixed(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
     ) -> tuple[str, dict[str, list[str]]]:
-        """Have owners mend what is wrong in their sections; return the text, and what they say others have to mend.
+        """Have owners fix what is wrong in their sections; return the text, and what they say others have to fix.
 
         Args:
             text: Text of the case.
@@ -100,7 +100,7 @@ class Workshop:
             own = [route for route in routes if route.section == section]
             if own:
                 instruction = "\n".join(route.instruction for route in own)
-                cards = self.deck.deal(section, [card for route in own for card in route.cards], instruction[:80])
+                cards = self.dealt.deal(section, [card for route in own for card in route.cards], instruction[:80])
                 work[section] = (instruction, (), cards)
         text, told = self._asked(text, work, keep)
         return self.passed_on(text, told)
@@ -109,7 +109,7 @@ class Workshop:
         """Ask those to whom something was referred; what is for the Planner waits until it is asked."""
         self.referred += told.pop("plan", [])
         if told:
-            text, again = self.mended(text, told, REFERRED)
+            text, again = self.fixed(text, told, REFERRED)
             self.referred += [row for rows in again.values() for row in rows]
         return text
 
@@ -125,7 +125,7 @@ class Workshop:
             derived = self.derived if section in ("scene", "bodies") else ""
             try:
                 return change_section(
-                    self.desk, section, plan, case, instruction, problems, cards, self.path, request, keep, derived
+                    self.chat, section, plan, case, instruction, problems, cards, self.path, request, keep, derived
                 )
             except RoleFailed as failed:
                 # The section stays as it is, and the Planner finds another way.

@@ -1,4 +1,4 @@
-"""Assets of a case: brought into its folder, mended, checked, and written down in its manifest."""
+"""Assets of a case: brought into its folder, repaired, checked, and written down in its manifest."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from text2sim.assets.engine_files import PREFIX, rooted
 from text2sim.assets.manifest import Asset, Origin, register
 from text2sim.assets.mechanism import load_mechanism
 from text2sim.assets.mesh_repair import Wish
-from text2sim.assets.meshes import Mended, repair_mesh
+from text2sim.assets.meshes import RepairedFile, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
 from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, keep, read_file
 from text2sim.spec_schema.errors import AssetError
@@ -92,8 +92,8 @@ def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Wish 
     with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
         raw = Path(place) / f"{name}.glb"
         raw.write_bytes(content)
-        mended = repair_mesh(raw, wish)
-    return _kept_mesh(folder, name, mended, "meshy", MESHY_LICENCE, order.prompt)
+        repaired = repair_mesh(raw, wish)
+    return _kept_mesh(folder, name, repaired, "meshy", MESHY_LICENCE, order.prompt)
 
 
 def check_name(name: str) -> None:
@@ -106,21 +106,23 @@ def check_name(name: str) -> None:
         raise AssetError(f"`{name[:60]}` is not a name: a letter, then letters, digits or underscores (48 at most)")
 
 
-def _kept_mesh(folder: Path, name: str, mended: Mended, source: Origin, licence: str, prompt: str = "") -> Added:
-    file, report = f"{FOLDER}/{name}{mended.suffix}", mended.report
-    keep(folder, file, mended.content)
+def _kept_mesh(
+    folder: Path, name: str, repaired: RepairedFile, source: Origin, licence: str, prompt: str = ""
+) -> Added:
+    file, report = f"{FOLDER}/{name}{repaired.suffix}", repaired.report
+    keep(folder, file, repaired.content)
     asset = Asset(
         file=file,
         kind="mesh",
         source=source,
         licence=line(licence),
-        sha256=digest(mended.content),
-        bytes=len(mended.content),
+        sha256=digest(repaired.content),
+        bytes=len(repaired.content),
         size=tuple(float(f"{length:.6g}") for length in report.extent),  # type: ignore[arg-type]
         triangles=report.triangles,
         closed=report.watertight,
         prompt=line(prompt),
-        notes=tuple(line(note) for note in (*mended.done, *report.problems, *report.notes)),
+        notes=tuple(line(note) for note in (*repaired.done, *report.problems, *report.notes)),
     )
     register(folder, name, asset)
     return Added(name, asset, report.problems)

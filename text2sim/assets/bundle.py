@@ -55,7 +55,7 @@ class Bundle:
         """The files as they lie in that folder, resolved."""
         return list(dict.fromkeys(self._read_files))
 
-    def take(
+    def add(
         self,
         reference: str,
         suffixes: tuple[str, ...],
@@ -63,7 +63,7 @@ class Bundle:
         folders: tuple[Path, ...] = (),
         painted: bool = True,
     ) -> str:
-        """Take in a file and return its new name.
+        """Add a file and return its new name.
 
         Args:
             reference: How the model names it.
@@ -142,7 +142,7 @@ class Bundle:
     def _picture(self, name: str, *folders: Path) -> str | None:
         """Take in a picture that a mesh names; None if the case does not have it."""
         try:
-            return self.take(name, PICTURES, folders=folders)
+            return self.add(name, PICTURES, folders=folders)
         except AssetError:
             return None
 

@@ -1,6 +1,6 @@
 """Checks or mends one mesh file. Run by `meshes.py`, in a process: `python -m text2sim.assets.mesh_child FOLDER`.
 
-FOLDER holds `request.json`; `result.json`, and a mended `mesh`, are written into it.
+FOLDER holds `request.json`; `result.json`, and a repaired `mesh`, are written into it.
 """
 
 import json
@@ -43,15 +43,15 @@ def _repair(request: dict[str, Any], path: Path, folder: Path) -> dict[str, Any]
 
     wish = Wish(**(request["wish"] or {}))
     surface, notes = read_surface(path, wish.up)
-    mended = repair(surface, wish)
-    suffix, content = mended.file(request["suffix"])
+    repaired = repair(surface, wish)
+    suffix, content = repaired.file(request["suffix"])
     (folder / MESH).write_bytes(content)
     # What is told of it is told of the file as a case will read it.
     again = folder / f"again{suffix}"
     again.write_bytes(content)
     surface, _ = read_surface(again)
     made = report(surface, f"{path.stem}{suffix}", len(content))
-    return {"suffix": suffix, "done": [*notes, *mended.done], "report": made.as_dict()}
+    return {"suffix": suffix, "done": [*notes, *repaired.done], "report": made.as_dict()}
 
 
 if __name__ == "__main__":

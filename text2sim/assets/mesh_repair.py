@@ -59,7 +59,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Repaired:
-    """A mended mesh."""
+    """A repaired mesh."""
 
     surface: Surface
     done: tuple[str, ...]
@@ -134,7 +134,7 @@ def _closed(surface: Surface, wish: Wish, done: list[str]) -> Surface:
         better = unknotted(surface, wish.holes)
         if better is not surface:
             surface = better
-            done.append(f"mended {_count(knots, 'edge')} on which more than two triangles met")
+            done.append(f"repaired {_count(knots, 'edge')} on which more than two triangles met")
     surface, again = oriented(surface)
     if turned or again:
         done.append(f"turned {_count(max(turned, again), 'triangle')} to face outwards")

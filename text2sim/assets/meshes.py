@@ -1,4 +1,4 @@
-"""Mesh files checked and mended in a process of their own: a hostile file, or a library that it upsets, ends only that.
+"""Mesh files, checked and repaired in a process of their own: hostile files and upset libraries end only that.
 
 The libraries also change things that belong to a whole process, such as its working directory.
 """
@@ -30,8 +30,8 @@ SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD")
 
 
 @dataclass(frozen=True)
-class Mended:
-    """A mended mesh file."""
+class RepairedFile:
+    """A repaired mesh file."""
 
     suffix: str
     content: bytes
@@ -55,7 +55,7 @@ def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
     return _report(found["report"])
 
 
-def repair_mesh(path: Path, wish: "Wish | None" = None, suffix: str | None = None) -> Mended:
+def repair_mesh(path: Path, wish: "Wish | None" = None, suffix: str | None = None) -> RepairedFile:
     """Return what a mesh file becomes; the file itself stays as it is.
 
     Args:
@@ -68,7 +68,7 @@ def repair_mesh(path: Path, wish: "Wish | None" = None, suffix: str | None = Non
     """
     wanted = None if wish is None else asdict(wish)
     found, content = _ask({"task": "repair", "path": str(path.absolute()), "wish": wanted, "suffix": suffix})
-    return Mended(str(found["suffix"]), content, _report(found["report"]), tuple(found["done"]))
+    return RepairedFile(str(found["suffix"]), content, _report(found["report"]), tuple(found["done"]))
 
 
 def _report(data: dict[str, Any]) -> "MeshReport":

@@ -179,7 +179,7 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                 # Without a name of its own an asset goes by that of its file, which is about to change.
                 element.attrib.setdefault("name", Path(reference).stem)
                 element.attrib.pop("content_type", None)
-                element.set(key, bundle.take(name, MESHES if mesh else TEXTURES, painted=False))
+                element.set(key, bundle.add(name, MESHES if mesh else TEXTURES, painted=False))
     if any("file" in element.attrib for element in root.iter() if element.tag not in ("mesh", "texture")):
         raise AssetError("refers to a file outside of its meshes and textures")
 

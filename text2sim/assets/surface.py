@@ -1,7 +1,7 @@
 """Triangle meshes as the tools for assets change them: shape apart from paint, every corner of space once.
 
 A vertex on a seam has several places in a picture, so that places and colours belong to the corners of triangles. What
-is open, twisted or double can then be seen, and mended, on the shape alone.
+is open, twisted or double can then be seen, and repaired, on the shape alone.
 """
 
 from dataclasses import dataclass, replace

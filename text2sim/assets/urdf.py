@@ -11,7 +11,7 @@ from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, Draft
 from text2sim.spec_schema.errors import AssetError, nearest
-from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 if TYPE_CHECKING:
     from yourdfpy.urdf import Joint, Robot
@@ -95,12 +95,12 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                     try:
                         mesh.set(
                             "filename",
-                            bundle.take(mesh.get("filename", ""), suffixes, painted=parent == "visual"),
+                            bundle.add(mesh.get("filename", ""), suffixes, painted=parent == "visual"),
                         )
                     except AssetError as error:
                         raise AssetError(f"{error}" + (" for contact" if "must end" in str(error) else "")) from None
     for texture in root.iter("texture"):
-        texture.set("filename", bundle.take(texture.get("filename", ""), PICTURES))
+        texture.set("filename", bundle.add(texture.get("filename", ""), PICTURES))
 
 
 def _parse(text: str) -> "Robot":
@@ -137,7 +137,7 @@ def _check_tree(robot: "Robot") -> None:
         if joint.child in parents:
             raise AssetError(f"link `{joint.child}` hangs on two joints; a URDF is a tree")
         parents[joint.child] = joint.parent
-    for circle in find_circles(parents):
+    for circle in find_cycles(parents):
         raise AssetError(f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}")
     roots = [link for link in links if link not in parents]
     if len(roots) != 1:
@@ -156,7 +156,7 @@ def _check_joints(robot: "Robot") -> None:
             raise AssetError(f"joint `{joint.name}` has an axis of length zero")
         _check_limit(joint)
         _check_mimic(joint, joints)
-    for circle in find_circles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
+    for circle in find_cycles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
         raise AssetError(f"joints mimic each other in a circle: {' -> '.join([*circle, circle[0]])}")
 
 

@@ -58,7 +58,7 @@ title, tags, signatures, symptoms and causes), then the mode of the scene. The o
 ## How they are learned
 
 ```sh
-text2sim cards distill cases/throw --model M                # from one finished loop: failed there, mended there
+text2sim cards distill cases/throw --model M                # from one finished loop: failed there, fixed there
 text2sim cards distill --suite learning --model M --judge J --out cards --work runs/learning
 text2sim cards ledger cards --runs runs/answers             # what each owes, what it changed, whether it was given
 ```

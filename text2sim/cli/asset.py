@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from text2sim.assets.mesh_repair import Wish
 
 asset = typer.Typer(
-    help="Meshes, mechanisms and pictures of a case: checked, mended, made, tried.",
+    help="Meshes, mechanisms and pictures of a case: checked, repaired, made, tried.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

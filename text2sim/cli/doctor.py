@@ -25,5 +25,5 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON 
         say(f"{mark:<8}{finding.name:<{width}}  {finding.value}")
         if finding.fix:
             say(f"{'':<8}{'':<{width}}  -> {finding.fix}")
-    say("ready to run cases" if ready else "not ready: what is MISSING must be mended first")
+    say("ready to run cases" if ready else "not ready: what is MISSING must be fixed first")
     raise typer.Exit(exits.OK if ready else exits.MACHINE)

@@ -80,8 +80,8 @@ def _from_case(case: Path, model: str, out: Path, as_json: bool) -> None:
 
     folder = case / "generation"
     journal = Journal(folder / "distilled.jsonl")
-    desk = Conversation({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
-    written = distill(desk, case, out)
+    chat = Conversation({"": endpoint_of(model, case)}, CallLog(folder / "calls"), Account(), Budget(), journal)
+    written = distill(chat, case, out)
     if as_json:
         say_json({"ok": True, "cards": [str(out / name) for name in written]})
         return

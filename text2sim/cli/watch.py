@@ -59,11 +59,11 @@ def watch(
     except OSError as error:
         raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
     with RunLock(runs, name), Stop() as stop, stop.gently():
-        board = PageState(
+        state = PageState(
             case=path.parent.name, file=" ".join([shown(path), *overlay.words]), words="starting", tone="busy", mark="…"
         )
         try:
-            server = PageServer(board, port)
+            server = PageServer(state, port)
         except OSError as error:
             raise RunError(f"the page cannot listen on port {port}: {error.strerror}") from error
         try:
@@ -71,7 +71,7 @@ def watch(
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(timeout=timeout, memory=int(memory * 1e9))
-            session = Session(path, folder, lambda: _examine(path, overlay), board, _Terminal(), options)
+            session = Session(path, folder, lambda: _examine(path, overlay), state, _Terminal(), options)
             if browser:
                 _open(server.url)
             session.run(lambda: stop.count)

@@ -91,7 +91,7 @@ class BareAgent:
         self._account, self._trials = Account(), list[Trial]()
         budget = Budget(allowance.tokens, allowance.cost, allowance.minutes, minutes_before=minutes_before)
         log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
-        self._desk = Conversation({"": endpoint_of(model)}, log, self._account, budget, journal)
+        self._chat = Conversation({"": endpoint_of(model)}, log, self._account, budget, journal)
         self._budget = budget
 
     def answer(self, name: str, prompt: str) -> CaseResult:
@@ -114,7 +114,7 @@ class BareAgent:
                 for _ in range(ROUNDS_PER_ATTEMPT * self._allowance.attempts):
                     if len(self._trials) >= self._allowance.attempts:
                         break
-                    reply = self._desk.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
+                    reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
                     told, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
@@ -178,7 +178,7 @@ class BareAgent:
         return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes)
 
     def _pictures(self, trial: Trial) -> tuple[Image, ...]:
-        if trial.film is None or not self._desk.vision("agent"):
+        if trial.film is None or not self._chat.vision("agent"):
             return ()
         try:
             return film_frames(trial.film).images

@@ -23,7 +23,7 @@ class Draft(Model):
     prohibitions: dict[Name, Prohibition] = {}
 
 
-def draft(desk: Conversation, prompt: Prompt) -> Prompt:
+def draft(chat: Conversation, prompt: Prompt) -> Prompt:
     """Return a prompt with requirements; existing ones are kept.
 
     Raises:
@@ -32,7 +32,7 @@ def draft(desk: Conversation, prompt: Prompt) -> Prompt:
     if prompt.requirements is not None:
         return prompt
     question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
-    answer: Draft = desk.ask("drafter", letter("draft"), question, typed(Draft))
+    answer: Draft = chat.ask("drafter", letter("draft"), question, typed(Draft))
     return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
 
 
@@ -83,6 +83,6 @@ def draft_missing(suite: Suite, document: Document, model: str, folder: Path) ->
     prompts = {}
     for name, prompt in suite.prompts.items():
         log, journal = CallLog(folder / name), Journal(folder / name / "journal.jsonl")
-        desk = Conversation({"": judge_endpoint(model, name)}, log, Account(), Budget(), journal)
-        prompts[name] = draft(desk, prompt)
+        chat = Conversation({"": judge_endpoint(model, name)}, log, Account(), Budget(), journal)
+        prompts[name] = draft(chat, prompt)
     return suite.model_copy(update={"prompts": prompts})

@@ -82,14 +82,14 @@ def exhibit_of(made: Made) -> Exhibit:
     return shown
 
 
-def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, made: Made) -> None:
+def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, made: Made) -> None:
     """Have a model bind requirements to computable facts, and compute these.
 
     The model is asked once for each result; all judges read the same facts. Without a case, or an answer, there are
     none.
 
     Args:
-        desk: Opens a conversation with the models.
+        chat: Opens a conversation with the models.
         prompt: The prompt.
         shown: What judges see; facts and notes are added to it.
         made: The result.
@@ -108,7 +108,7 @@ def bind_facts(desk: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
 
     question = letter("check_ask", prompt=prompt, program=shown.program)
     try:
-        answer: Bound = desk().ask("checker", letter("check"), question, typed(Bound, check))
+        answer: Bound = chat().ask("checker", letter("check"), question, typed(Bound, check))
         for fact in found(answer.facts, shown.loaded, run):
             (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:

@@ -152,7 +152,7 @@ class Judging:
             write_whole(self.out / name / method.name / "frames" / image.name, image.data)
         if made is not None and not made.empty:
             turn = Turn(name, method.name, "check", 1, 1)
-            bind_facts(lambda: self._desk(turn), prompt, shown, made)
+            bind_facts(lambda: self._chat(turn), prompt, shown, made)
         rows = []
         for turn in self._turns(name, method.name):
             row = self._judged(turn, prompt, made, shown)
@@ -180,20 +180,20 @@ class Judging:
         if turn.kind == "visual" and shown.frames is None:
             return plain("nothing", "; ".join(shown.missing))
         try:
-            return (_physical if turn.kind == "physical" else _visual)(self._desk(turn), turn, prompt, shown)
+            return (_physical if turn.kind == "physical" else _visual)(self._chat(turn), turn, prompt, shown)
         except (StoppedError, BudgetSpent):
             raise
         except (RoleFailed, ModelError) as error:
             return plain("not_judged", str(error))
 
-    def _desk(self, turn: Turn) -> Conversation:
+    def _chat(self, turn: Turn) -> Conversation:
         endpoint = judge_endpoint(self.models[turn.judge - 1], turn.code)
         place = self.out / turn.place
         log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
         return Conversation({"": endpoint}, log, self.account, self.budget, journal, self.stop)
 
 
-def _physical(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
     images = shown.frames.images if shown.frames else ()
 
     def check(reply: PhysicalReply) -> None:
@@ -201,7 +201,7 @@ def _physical(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) ->
             raise Wrong(wrong)
 
     question = letter("physical_ask", prompt=prompt, shown=shown)
-    reply: PhysicalReply = desk.ask("physical", letter("physical"), question, typed(PhysicalReply, check), images)
+    reply: PhysicalReply = chat.ask("physical", letter("physical"), question, typed(PhysicalReply, check), images)
     keyframed = shown.motion is not None and shown.motion.mainly_keyframed
     score = physical_score(prompt, reply, usable=shown.frames is not None, keyframed=keyframed)
     times = list(shown.frames.times) if shown.frames else []
@@ -211,10 +211,10 @@ def _physical(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) ->
     )
 
 
-def _visual(desk: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
     assert shown.frames is not None
     question = letter("visual_ask", prompt=prompt, frames=shown.frames)
-    reply: VisualReply = desk.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)
+    reply: VisualReply = chat.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)
     seen = {"times": list(shown.frames.times)}
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 

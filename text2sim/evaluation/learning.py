@@ -129,7 +129,7 @@ class Learning:
         judging = Judging(self.suite, [made], [self.judge], out, self.repeats, self.budget, self.stop)
         return Round(made, judging.run(prompts, self.tell))
 
-    def _desk(self, name: str) -> Conversation:
+    def _chat(self, name: str) -> Conversation:
         folder = self.work / "lessons" / name
         endpoint = judge_endpoint(self.judge, f"lesson-{name}")
         log, journal = CallLog(folder / "calls"), Journal(folder / "journal.jsonl")
@@ -171,7 +171,7 @@ class Learning:
         images = shown.frames.images if shown.frames is not None else ()
         system = letter("learn", schema=yaml_text(card_schema()))
         try:
-            answer: Lessons = self._desk(name).ask(
+            answer: Lessons = self._chat(name).ask(
                 "evaluator", system, question, typed(Lessons, check), images, more=pages
             )
         except RoleFailed as failed:
@@ -273,9 +273,9 @@ class Learning:
                     raise Wrong([f"{one.path}: {one.message}" for one in error.problems[:8]]) from None
                 drafts[:] = [draft]
 
-            desk = self._desk(f"{first}-{second}")
+            chat = self._chat(f"{first}-{second}")
             try:
-                answer: Merged = desk.ask("evaluator", system, question, typed(Merged, check))
+                answer: Merged = chat.ask("evaluator", system, question, typed(Merged, check))
             except RoleFailed as failed:
                 self.tell(f"{first} and {second} stay two: {failed}")
                 continue

@@ -98,7 +98,7 @@ class Nearest:
         """Return an empty result; distances beyond the limit [m] are ignored."""
         return cls(np.full(frames, limit, float), np.full((frames, 3), np.nan), np.full(frames, -1))
 
-    def take(self, frames: Array, values: Array, points: Array, of: int) -> None:
+    def add(self, frames: Array, values: Array, points: Array, of: int) -> None:
         """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame.
 
         Args:
@@ -172,16 +172,16 @@ def _measure(
         x = cloud.points[at, points].astype(float)
         own = np.einsum("nij,ni->nj", turn[at], x - pos[at])
         value, exact = solid.least(own)
-        found.take(at[exact], value[exact], x[exact], number)
+        found.add(at[exact], value[exact], x[exact], number)
         open_ = np.flatnonzero(~exact & (value < found.value[at]))
         if len(open_):
             # The seemingly nearest group of each frame first: it rules out most others.
             order = open_[np.lexsort((value[open_], at[open_]))]
             first = order[np.diff(at[order], prepend=-1) > 0]
-            found.take(at[first], solid.distance(own[first]), x[first], number)
+            found.add(at[first], solid.distance(own[first]), x[first], number)
             left = open_[value[open_] < found.value[at[open_]]]
             left = np.setdiff1d(left, first, assume_unique=True)
-            found.take(at[left], solid.distance(own[left]), x[left], number)
+            found.add(at[left], solid.distance(own[left]), x[left], number)
 
 
 def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> Nearest:
@@ -215,5 +215,5 @@ def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> 
             x, at = x[sound], at[sound]
             if len(x):
                 far = np.asarray(tree.query(x, distance_upper_bound=found.value[frame])[0])
-                found.take(at, far, x, 0)
+                found.add(at, far, x, 0)
     return found

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from text2sim.recording.inventory import RECORDED, take
+from text2sim.recording.inventory import RECORDED, list_files
 from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.recording.states import RunStates
 from text2sim.runtime.outcome import clean, read_status
@@ -28,6 +28,6 @@ def rescue(folder: Path, key: dict[str, str]) -> None:
         return
     if record.state == "diverged":
         record.message = " ".join(clean(str(status.get("message") or "")).split())
-    record.recorded = take(folder, RECORDED)
+    record.recorded = list_files(folder, RECORDED)
     record.notes.append("its text2sim was killed after the simulation had come to its end")
     record.write(folder)

@@ -22,7 +22,7 @@ from text2sim.harness.folder import (
 from text2sim.harness.rescue import rescue
 from text2sim.harness.result import RunResult
 from text2sim.harness.sources import film_code, judge_code, simulation_code
-from text2sim.recording.inventory import JUDGED, RECORDED, take
+from text2sim.recording.inventory import JUDGED, RECORDED, list_files
 from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.recording.run_files import read_evidence
 from text2sim.runtime.child import THREADS, Limits
@@ -278,7 +278,7 @@ class _Run:
             column = len(text) - len(text.lstrip()) + 1
             self.problem = Problem("", f"engine: {record.message}", line, column, source.file, rule="engine")
         if record.state in COMPLETE:
-            record.recorded = take(self.folder, RECORDED)
+            record.recorded = list_files(self.folder, RECORDED)
         if done.ended.log_left_out:
             record.notes.append(f"log.txt lacks {done.ended.log_left_out} bytes from its middle")
         record.write(self.folder)
@@ -336,7 +336,7 @@ class _Run:
         self.clock.enter("report")
         self._make_replay()
         write_report(self.folder, self.loaded.case)
-        self.record.judge_digest, self.record.judged = self.judge_digest, take(self.folder, JUDGED)
+        self.record.judge_digest, self.record.judged = self.judge_digest, list_files(self.folder, JUDGED)
 
     def _make_replay(self) -> None:
         from text2sim.replay.page import NAME, is_quick, write_replay

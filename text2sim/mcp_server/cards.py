@@ -1,4 +1,4 @@
-"""The tool that looks up debug cards: what went wrong before, how it is told apart, and what mended it."""
+"""The tool that looks up debug cards: what went wrong before, how it is told apart, and what fixed it."""
 
 from text2sim.card_library.library import Library, load_library
 from text2sim.mcp_server.answers import Answer, paged, text_page

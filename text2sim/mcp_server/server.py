@@ -300,7 +300,7 @@ def _result(answer: Answer) -> CallToolResult:
     return CallToolResult(content=content, is_error=answer.failed)
 
 
-def _mended(line: bytes) -> bytes:
+def _repaired(line: bytes) -> bytes:
     """A line from the client; half a surrogate pair in it, for which the SDK would drop it all, is a question mark."""
     if b"\\ud" not in line.lower():
         return line
@@ -310,16 +310,16 @@ def _mended(line: bytes) -> bytes:
         return line
 
 
-def _mend_input() -> None:
-    """Put what comes through `_mended` in the place of the standard input."""
+def _repair_input() -> None:
+    """Put what comes through `_repaired` in the place of the standard input."""
     wire, (source, sink) = os.fdopen(os.dup(0), "rb"), os.pipe()
     os.dup2(source, 0)
 
     def copy() -> None:
-        with os.fdopen(sink, "wb") as mended:
+        with os.fdopen(sink, "wb") as repaired:
             for line in wire:
-                mended.write(_mended(line))
-                mended.flush()
+                repaired.write(_repaired(line))
+                repaired.flush()
 
     threading.Thread(target=copy, daemon=True).start()
 
@@ -335,5 +335,5 @@ def serve(root: Path) -> None:
 
     for number in SIGNALS:
         signal.signal(number, end)
-    _mend_input()
+    _repair_input()
     make_server(Workspace(root), jobs).run("stdio")

@@ -12,7 +12,7 @@ Inventory = Mapping[str, str]
 """Path below the run folder → length [bytes] and SHA-256, as `1024 e3b0…`."""
 
 
-def take(folder: Path, patterns: Iterable[str]) -> dict[str, str]:
+def list_files(folder: Path, patterns: Iterable[str]) -> dict[str, str]:
     """List the files of a run folder that match one of the patterns."""
     paths = sorted(path for pattern in patterns for path in folder.glob(pattern) if path.is_file())
     return {path.relative_to(folder).as_posix(): _entry(path) for path in paths}

@@ -79,17 +79,17 @@ def find_variant() -> Variant:
         raise MachineError("the path tracer is not installed here: pip install 'text2sim[render]'")
     libraries = _llvm_libraries()
     key = json.dumps([_version("mitsuba"), _version("drjit"), libraries, os.environ.get("DRJIT_LIBLLVM_PATH", "")])
-    remembered = _cache_file()
+    file = _cache_file()
     try:
-        known = json.loads(remembered.read_text("utf-8"))
+        known = json.loads(file.read_text("utf-8"))
         if known["key"] == key and known["name"] in VARIANTS:
             return Variant(known["name"], known["library"])
     except (OSError, ValueError, KeyError, TypeError):
         pass
     variant = _try_all(libraries)
     try:
-        remembered.parent.mkdir(parents=True, exist_ok=True)
-        remembered.write_text(json.dumps({"key": key, "name": variant.name, "library": variant.library}), "utf-8")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps({"key": key, "name": variant.name, "library": variant.library}), "utf-8")
     except OSError:
         pass  # the next process tries again
     return variant

@@ -22,7 +22,7 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.whole_files import write_atomically
 
 NAME = REPLAY
-VIEWER = ("arrays.js", "stage.js", "eye.js", "plots.js", "live.js", "page.js")
+VIEWER = ("arrays.js", "stage.js", "view_control.js", "plots.js", "live.js", "page.js")
 """Parts of our script, in their order."""
 LIBRARY = "vendor/three.min.js"
 MOMENTS = 40

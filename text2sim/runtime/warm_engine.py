@@ -143,8 +143,8 @@ class Engine:
             self.job.cancelled = monotonic()
             self._child.send(cancel=self.job.order)
 
-    def take(self, child: Child, data: dict[str, Any]) -> dict[str, Any] | None:
-        """Take in news of a process; return what came of the job, if this is its end."""
+    def receive(self, child: Child, data: dict[str, Any]) -> dict[str, Any] | None:
+        """Receive news of a process; return what came of the job, if this is its end."""
         if child is not self._child:
             self._take_aside(child, data)
             return None
@@ -226,7 +226,7 @@ class Engine:
         return Child("engine", self._module, [str(folder), *["live"] * self._live], self._log, self._inbox)
 
     def _take_aside(self, child: Child, data: dict[str, Any]) -> None:
-        """Take in news of a process that is not, or no longer, the one that works."""
+        """Receive news of a process that is not, or no longer, the one that works."""
         if "died" in data:
             self._leaving = [other for other in self._leaving if other is not child]
             if child is self._successor:

@@ -120,7 +120,7 @@ class WarmRunner:
                 sent = True
             with suppress(queue.Empty):
                 news = self._inbox.get(timeout=POLL)
-                result = engine.take(news.child, news.data)
+                result = engine.receive(news.child, news.data)
             result = result or engine.guard()
             if relay.poll() and engine.job is not None:
                 engine.job.overdue = True

@@ -49,8 +49,8 @@ class Judge:
             self._busy = key
             threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
 
-    def take(self, judged: Judged) -> None:
-        """Take in what was found."""
+    def receive(self, judged: Judged) -> None:
+        """Receive what was found."""
         self._busy, self.judged = None, judged
 
     def _work(self, key: Key, folder: Path, case: "Case") -> None:

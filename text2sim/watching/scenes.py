@@ -59,8 +59,8 @@ class Scenes:
         self._busy = True
         threading.Thread(target=self._work, args=(key, folder, case, whole), name="scene", daemon=True).start()
 
-    def take(self, packed: Packed) -> None:
-        """Take in what was packed."""
+    def receive(self, packed: Packed) -> None:
+        """Receive what was packed."""
         self._busy = False
         if packed.whole:
             self.whole, self._due = packed, 0.0

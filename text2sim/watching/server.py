@@ -24,15 +24,15 @@ _SCENE = re.compile(r"scene/([\w-]{1,60})\Z")
 
 
 class PageServer:
-    """Serves one board."""
+    """Serves the page of one state."""
 
-    def __init__(self, board: PageState, port: int = 0) -> None:
+    def __init__(self, state: PageState, port: int = 0) -> None:
         token = secrets.token_urlsafe(18)
         nonce = secrets.token_urlsafe(12)
         self._server = _Server((HOST, port), _Handler)
-        self._server.board, self._server.token, self._server.nonce = board, token, nonce
+        self._server.state, self._server.token, self._server.nonce = state, token, nonce
         self._server.page = live_page(nonce).encode()
-        self._board = board
+        self._state = state
         self.url = f"http://{HOST}:{self._server.server_port}/{token}/"
         """Where the page is."""
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
@@ -40,7 +40,7 @@ class PageServer:
 
     def close(self) -> None:
         """Stop listening."""
-        self._board.close()
+        self._state.close()
         self._server.shutdown()
         self._server.server_close()
 
@@ -48,7 +48,7 @@ class PageServer:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
-    board: PageState
+    state: PageState
     token: str
     nonce: str
     page: bytes
@@ -73,11 +73,11 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(404, b"there is nothing here\n", "text/plain; charset=utf-8")
         elif path == "":
             self._answer(200, self.server.page, "text/html; charset=utf-8")
-        elif path == "board":
-            self._answer(200, self.server.board.read()[1].encode(), "application/json")
+        elif path == "state":
+            self._answer(200, self.server.state.read()[1].encode(), "application/json")
         elif path == "events":
             self._follow()
-        elif (match := _SCENE.match(path)) and (scene := self.server.board.scene(match[1])) is not None:
+        elif (match := _SCENE.match(path)) and (scene := self.server.state.scene(match[1])) is not None:
             self._answer(200, scene, "application/json")
         else:
             self._answer(404, b"there is nothing here\n", "text/plain; charset=utf-8")
@@ -107,7 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def _follow(self) -> None:
-        """Send every new version of the board until the page is closed."""
+        """Send every new version of the state until the page is closed."""
         if self.command == "HEAD" or not self.server.listeners.acquire(blocking=False):
             self._answer(503, b"too many pages\n", "text/plain; charset=utf-8")
             return
@@ -116,9 +116,9 @@ class _Handler(BaseHTTPRequestHandler):
                 self.close_connection = True
                 self._headers(200, "text/event-stream")
                 self.end_headers()
-                board, version = self.server.board, -1
-                while not board.closed:
-                    news = board.follow(version, KEEP_ALIVE)
+                state, version = self.server.state, -1
+                while not state.closed:
+                    news = state.follow(version, KEEP_ALIVE)
                     if news is None:
                         self.wfile.write(b": still here\n\n")
                     else:

@@ -46,7 +46,7 @@ class Session:
         case_file: The case's file.
         folder: Where takes go; it exists and is ours.
         examine: Reads the case.
-        board: What the page shows.
+        state: What the page shows.
         listener: Who is told.
         options: What the user chose.
     """
@@ -56,11 +56,11 @@ class Session:
         case_file: Path,
         folder: Path,
         examine: Callable[[], Checked],
-        board: PageState,
+        state: PageState,
         listener: Listener,
         options: Options,
     ) -> None:
-        self._folder, self._examine, self._board, self._listener = folder, examine, board, listener
+        self._folder, self._examine, self._state, self._listener = folder, examine, state, listener
         self._options = options
         self._files = CaseFiles(case_file)
         self._inbox: queue.Queue[Any] = queue.Queue()
@@ -95,7 +95,7 @@ class Session:
                 self._guard()
                 self._reconcile()
         finally:
-            self._board.show(words="ended", tone="bad", progress=None)
+            self._state.show(words="ended", tone="bad", progress=None)
             self.engine.cancel()
             until = monotonic() + FAREWELL
             self.engine.end()
@@ -113,12 +113,12 @@ class Session:
         except Exception as error:  # a bug of ours must not end the session: the next save may get around it
             self._valid = False
             self._listener.trouble(told(error), None)
-            self._board.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
+            self._state.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
             return
         self._valid, self._shown = version is not None, False
-        self._board.show(case=checked.name, problems=page_text.problem_rows(checked))
+        self._state.show(case=checked.name, problems=page_text.problem_rows(checked))
         if version is None:
-            self._board.show(**page_text.refusal(checked), stale=True)
+            self._state.show(**page_text.refusal(checked), stale=True)
         self._listener.checked(checked, monotonic() - self._saved)
         if version is None:
             return
@@ -154,7 +154,7 @@ class Session:
             take.write_inputs(version)
             self.judge.judge((take.number, version.judge_digest), take.folder, version.loaded.case)
             if self._valid:
-                self._board.show(words="judging", tone="busy", progress=None)
+                self._state.show(words="judging", tone="busy", progress=None)
             return
         judgement = "" if take.running else version.judge_digest
         key = (take.number, version.plan.render_digest, judgement)
@@ -178,7 +178,7 @@ class Session:
         take.write_inputs(version)
         self._progress = ProgressTail(take.folder / "progress.jsonl")
         self.engine.simulate(take.number, take.folder / "program", take.folder, self._options.timeout)
-        self._board.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
+        self._state.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
     def _conclude(self, take: LiveRun, version: Version, key: tuple[int, str, str]) -> None:
         """Say, once, that everything is up to date."""
@@ -189,10 +189,10 @@ class Session:
             return
         self._shown = True
         take.seconds["all"] = monotonic() - version.saved
-        self._board.show(stale=not self._valid)
+        self._state.show(stale=not self._valid)
         if self._valid:
             closing = page_text.closing(take, judged.evidence, packed.message)
-            self._board.show(**closing, timing=page_text.timing(take))
+            self._state.show(**closing, timing=page_text.timing(take))
         if self._told == key:
             self._listener.status("nothing to do: neither physics, film nor expectations have changed")
             return
@@ -217,22 +217,22 @@ class Session:
 
     def _hear(self, news: Any) -> None:
         if isinstance(news, Judged):
-            self.judge.take(news)
+            self.judge.receive(news)
             if self._take is not None and news.key[0] == self._take.number:
                 self._take.seconds["judge"] = news.seconds
             if news.message and self._take is not None and self._take.state in ENDED_WELL:
                 self._listener.trouble(news.message, None)
         elif isinstance(news, Packed):
-            self.scenes.take(news)
+            self.scenes.receive(news)
             self._show_scene(news)
         elif isinstance(news, News):
             before = self.engine.ready
-            self._after(self.engine.take(news.child, news.data))
+            self._after(self.engine.receive(news.child, news.data))
             if self.engine.ready and not before:
                 self._listener.status("the engine has started")
             if "died" in news.data and self.engine.hopeless:
                 self._listener.trouble(f"the engine does not start: {self.engine.words}; engine.log says more", None)
-                self._board.show(words="the engine does not start", tone="bad", mark="!", progress=None)
+                self._state.show(words="the engine does not start", tone="bad", mark="!", progress=None)
             if (take := self._take) is not None and news.data.get("phase") == "simulate" and take.state == "building":
                 take.state = "simulating"
                 take.seconds["build"] = monotonic() - take.begun
@@ -244,20 +244,20 @@ class Session:
         if packed.whole and self._version is not None:
             take.seconds["scene"] = monotonic() - self._version.saved
         self._shows += 1
-        self._board.show_scene(f"{take.number}-{self._shows}", str(take.number), packed.scene, whole=packed.whole)
-        self._board.show(stale=not self._valid)
+        self._state.show_scene(f"{take.number}-{self._shows}", str(take.number), packed.scene, whole=packed.whole)
+        self._state.show(stale=not self._valid)
 
     def _guard(self) -> None:
         self._after(self.engine.guard())
         take = self._take
         if take is None or not take.running or self._progress is None:
             if take is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
-                self._board.show(words="starting the engine, once", tone="busy", mark="…")
+                self._state.show(words="starting the engine, once", tone="busy", mark="…")
             return
         for record in self._progress.read():
             if record.get("phase") == "simulate" and self._valid and record.get("duration"):
                 done = record["t"] / record["duration"]
-                self._board.show(words="simulating", tone="busy", progress=round(done, 3))
+                self._state.show(words="simulating", tone="busy", progress=round(done, 3))
 
     def _after(self, result: dict[str, Any] | None) -> None:
         """Take note of the end of a simulation."""

@@ -240,7 +240,7 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
             p = space.sample(next(numbers), min(grain.half))
             quat = quats[index] if packing.turn == "none" else quat_multiply(next(turns), quats[index])
             rows = quat_to_rows(quat)
-            if placed.free(p, rows, grain) and space.holds(
+            if placed.free(p, rows, grain) and space.contains(
                 p, [_turned(rows, v) for v in grain.outline], grain.rounding
             ):
                 placed.add(p, rows, grain)

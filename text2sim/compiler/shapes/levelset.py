@@ -215,7 +215,7 @@ def field_of(parts: list[Placed], grid: Grid) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Cast:
+class SculptMesh:
     """A shape that was made."""
 
     vertices: Array
@@ -230,7 +230,7 @@ class Cast:
     """Corners (k, 3) [m] of convex pieces."""
 
 
-def cast(shape: Sculpt) -> Cast:
+def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     """Make the mesh of a shape.
 
     Raises:
@@ -256,7 +256,7 @@ def cast(shape: Sculpt) -> Cast:
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
     vertices, faces, looks = _simpler(vertices, faces, looks, grid.cell, parts)
     pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
-    return Cast(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
+    return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
 
 def _sampled(values: Array, grid: Grid, p: Array) -> Array:

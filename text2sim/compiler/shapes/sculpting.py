@@ -165,9 +165,9 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
     members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "ends": list}
 
     def ask() -> dict[str, Any]:
-        from text2sim.compiler.shapes.levelset import cast
+        from text2sim.compiler.shapes.levelset import sculpt_mesh
 
-        made = cast(shape)
+        made = sculpt_mesh(shape)
         ends = np.cumsum([len(piece) for piece in made.pieces]).tolist()
         texts = (made.vertices, made.faces, made.normals, made.looks, np.concatenate(made.pieces))
         return dict(zip(members, (*map(packed, texts), ends), strict=True))

@@ -71,7 +71,7 @@ class Space:
         flat = math.sqrt(max(1 - z * z, 0.0))
         return self._world((r * flat * math.cos(angle), r * flat * math.sin(angle), r * z))
 
-    def holds(self, p: Vec, points: Sequence[Vec], rounding: float) -> bool:
+    def contains(self, p: Vec, points: Sequence[Vec], rounding: float) -> bool:
         """Whether points [m] about `p`, thickened by `rounding` [m], are inside.
 
         Args:
@@ -114,6 +114,6 @@ class Space:
                         my + (j - (steps[1] - 1) / 2) * cell[1],
                         mz + (k - (steps[2] - 1) / 2) * cell[2],
                     )
-                    if self.kind == "box" or self.holds(p, corners, 0.0):
+                    if self.kind == "box" or self.contains(p, corners, 0.0):
                         found.append(p)
         return found

@@ -10,7 +10,7 @@ from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
-from text2sim.compiler.soft.solver_domain import Surroundings, floor_height, room, surroundings
+from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, floor_height, surroundings
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
@@ -124,7 +124,7 @@ def _mpm(
     else:
         margin = (PADDING + 1) * cell
         most = MPM_CELLS * cell**3
-        low, high = _whole(room(copies, around, scene, travel, folder, margin, most), cell)
+        low, high = _whole(domain_box(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
             f"where its bodies can come to, and {PADDING + 1} cells more: three of them are a wall of the grid"
         )
@@ -154,7 +154,7 @@ def _pbd(
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
         most = PBD_CELLS * (1.25 * size) ** 3
-        low, high = _whole(room(copies, around, scene, travel, folder, 4 * size, most), size)
+        low, high = _whole(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
         why["pbd_bounds"] = "where its bodies can come to; a wider space costs time, and its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:

@@ -90,7 +90,7 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
     return Surroundings(tuple(solids), tuple(floors), tuple(carried))
 
 
-def room(
+def domain_box(
     copies: list[Copy], there: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
@@ -114,7 +114,7 @@ def room(
     reach = max(_spread(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True))
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
-        box = _room(copies, own, there, scene, travel, margin, length, part * reach)
+        box = _domain_box(copies, own, there, scene, travel, margin, length, part * reach)
         if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
             break
     return box
@@ -201,7 +201,7 @@ def _spread(kind: str, box: Bounds, fall: float) -> float:
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 
 
-def _room(
+def _domain_box(
     copies: list[Copy],
     own: list[Bounds],
     there: Surroundings,

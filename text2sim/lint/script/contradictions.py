@@ -2,7 +2,7 @@
 
 Of one measure: what must be so at every time of a span (or at one time) has to fit with every other such wish at the
 same time, and with what a statistic over a span within it has to reach. Of events: an event that must never happen
-cannot also happen; first times lie in every `within`; and `before` has to fit with the spans, without circles.
+cannot also happen; first times lie in every `within`; and `before` has to fit with the spans, without cycles.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from text2sim.lint.script.outcomes import Asked, asked_of, bound_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
-from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 Wish = tuple[str, Expect, Asked]
 PAIRS = 50_000
@@ -114,9 +114,9 @@ def _order(facts: Facts, events: dict[str, list[tuple[str, Expect]]]) -> Iterato
             elif facts.case.actions.events[event].after == other:
                 text = f"`{event}` is looked for after `{other}` only, and so never comes before it"
                 yield facts.problem("contradiction", where, text)
-    for circle in find_circles(follows):
-        name = next(name for name, expect in events[circle[0]] if expect.before is not None)
-        text = f"events cannot come before each other in a circle: {' -> '.join([*circle, circle[0]])}"
+    for cycle in find_cycles(follows):
+        name = next(name for name, expect in events[cycle[0]] if expect.before is not None)
+        text = f"events cannot come before each other in a circle: {' -> '.join([*cycle, cycle[0]])}"
         yield facts.problem("contradiction", ("actions", "expect", name, "before"), text)
 
 

@@ -1,4 +1,4 @@
-"""Expectations that cannot fail, or cannot hold: see `values` and `happenings` for what is known before the run.
+"""Expectations that cannot fail, or cannot hold: see `values` and `event_bounds` for what is known before the run.
 
 An expectation of a measure holds if every value, or one statistic of them, lies between its bounds (the ends of `above`
 and `below` not included). Where the values that the measure can ever have lie wholly inside, it cannot fail; where they

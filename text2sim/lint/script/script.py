@@ -1,4 +1,4 @@
-"""Measures and events that say nothing, and drives that come too late: see `values` and `happenings`."""
+"""Measures and events that say nothing, and drives that come too late: see `values` and `event_bounds`."""
 
 from collections.abc import Iterator
 

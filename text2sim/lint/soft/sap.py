@@ -46,7 +46,7 @@ def _crash(facts: Facts) -> Iterator[Problem]:
     for a, b in facts.near(slack=LEAST):
         if (a.body, b.body) in seen:
             continue
-        pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.take() and inside(p, q)]
+        pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and inside(p, q)]
         if not pairs or effort.left <= 0:
             continue
         overlap = overlap_of(facts.parts(a), facts.parts(b), pairs, effort)

@@ -72,7 +72,7 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
     pairs: list[tuple[Part, Part]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
     for one in facts.parts(body.copy):
-        pairs += [(one, other) for other in others if effort.take() and inside(one, other)]
+        pairs += [(one, other) for other in others if effort.spend() and inside(one, other)]
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)

@@ -55,8 +55,8 @@ class Effort:
     def __init__(self, steps: int) -> None:
         self.left = steps
 
-    def take(self, steps: int = 1) -> bool:
-        """Take steps; return whether there were so many."""
+    def spend(self, steps: int = 1) -> bool:
+        """Spend steps; return whether there were so many."""
         self.left -= steps
         return self.left >= 0
 
@@ -122,7 +122,7 @@ def overlap_of(
     """
     pairs = pairs[:: len(pairs) // PAIRS + 1]
     directions = _directions(pairs)
-    effort.take(len(directions) * _cost(pairs))
+    effort.spend(len(directions) * _cost(pairs))
     exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
     depths = [min(column) for column in zip(*exits.values(), strict=True)]
     depth, worst = max((depth, -index) for index, depth in enumerate(depths))
@@ -157,7 +157,7 @@ def _way_out(
         around = union([box for _, box in moved])
         assert around is not None
         near = [b for b in others if not apart(around, b.box, SKIN)]
-        if not effort.take(len(moved) * len(near) // GLANCES):
+        if not effort.spend(len(moved) * len(near) // GLANCES):
             return None
         boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, SKIN))
         pairs = [(a, b) for a, b in boxes if _still_inside(a, b, step, effort)]
@@ -167,7 +167,7 @@ def _way_out(
             return way
         # The farthest of a few: what is left comes in the next round.
         pairs = pairs[:: len(pairs) // PAIRS + 1]
-        effort.take(_cost(pairs))
+        effort.spend(_cost(pairs))
         way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
     return None
 
@@ -190,7 +190,7 @@ def moved_part(part: Part, way: Way) -> Part:
 
 
 def _still_inside(a: Part, b: Part, step: Vec, effort: Effort) -> bool:
-    if not effort.take():
+    if not effort.spend():
         return False
     if a.mesh is not None or b.mesh is not None:
         return concave.inside(a, b, step)

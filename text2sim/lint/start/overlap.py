@@ -86,7 +86,7 @@ def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests
     assert around_b is not None
     others = [part for part in facts.parts(b) if not apart(part.box, around_a, LEAST)]
     pairs: list[tuple[Part, Part]] = []
-    tests.take(len(facts.parts(a)) * len(others) // GLANCES)
+    tests.spend(len(facts.parts(a)) * len(others) // GLANCES)
     for one in facts.parts(a):
         if not others or apart(one.box, around_b, LEAST):
             continue
@@ -95,7 +95,7 @@ def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests
                 continue
             if welded and frozenset(((a.name, one.link), (b.name, other.link))) in welded:
                 continue
-            tests.take()
+            tests.spend()
             if inside(one, other):
                 pairs.append((one, other))
     return pairs
@@ -185,7 +185,7 @@ def _blocked(facts: Facts, a: Copy, b: Copy, way: Way, effort: Effort) -> bool:
         for one in parts:
             if not apart(one.box, box, LEAST):
                 others = (other for other in facts.parts(copy) if not apart(one.box, other.box, LEAST))
-                if any(effort.take() and inside(one, other) for other in others):
+                if any(effort.spend() and inside(one, other) for other in others):
                     return True
     return False
 

@@ -23,8 +23,8 @@ class Replay {
     try {
       this.stage = new Stage(this.canvas);
       this.stage.onchange = () => this.redraw();
-      this.eye = new Eye(this.stage.camera, this.canvas, () => this.redraw());
-      this.eye.onfree = () => { byId("camera").value = "free"; };
+      this.control = new ViewControl(this.stage.camera, this.canvas, () => this.redraw());
+      this.control.onfree = () => { byId("camera").value = "free"; };
     } catch (error) {
       byId("trouble").textContent = `Nothing can be drawn in 3D: ${error.message}. Plots and events work without.`;
       byId("trouble").hidden = false;
@@ -46,7 +46,7 @@ class Replay {
     byId("contacts").hidden = !data.contacts;
     for (const name of ["plots", "expect", "events", "ticks", "notes"]) byId(name).replaceChildren();
     this.stage?.show(data);
-    this.eye?.show(data);
+    this.control?.show(data);
     this.plots = data.measures.map((row) => new Plot(byId("plots"), row, data.measure_times, this.span, data.events, (t) => this.seek(t)));
     byId("plots-part").hidden = !data.measures.length;
     this.listCameras();
@@ -60,13 +60,13 @@ class Replay {
 
   /** Looks through a camera of the film. */
   seeThrough(track) {
-    if (this.eye) this.eye.track = track;
+    if (this.control) this.control.track = track;
     byId("camera").value = track;
     this.redraw();
   }
 
   reset() {
-    this.eye?.reset();
+    this.control?.reset();
     byId("camera").value = "free";
     this.redraw();
   }
@@ -90,7 +90,7 @@ class Replay {
   }
 
   listCameras() {
-    const list = byId("camera"), chosen = this.eye?.track;
+    const list = byId("camera"), chosen = this.control?.track;
     list.replaceChildren(list.options[0]);
     this.data.cameras.forEach((camera, k) => {
       const option = make("option", `film: ${camera.name}`);
@@ -144,7 +144,7 @@ class Replay {
   listen() {
     const slider = byId("time"), list = byId("camera");
     list.addEventListener("change", () => {
-      if (list.value === "free") this.eye.free(); else this.seeThrough(Number(list.value));
+      if (list.value === "free") this.control.free(); else this.seeThrough(Number(list.value));
       list.blur();
     });
     slider.addEventListener("input", () => this.seek(Number(slider.value)));
@@ -196,7 +196,7 @@ class Replay {
   /** Names the body in a pixel of the picture. */
   pick(x, y) {
     if (!this.stage || !this.data) return "";
-    this.eye.look(this.time);
+    this.control.look(this.time);
     this.choose(this.stage.pick(x, y));
     return this.stage.bodies[this.stage.chosen] ?? "";
   }
@@ -264,7 +264,7 @@ class Replay {
     }
     if (this.stage) {
       if (this.shown !== this.time) this.stage.setTime(this.time);
-      this.eye.look(this.time);
+      this.control.look(this.time);
       this.stage.draw();
     }
     if (this.shown !== this.time) {

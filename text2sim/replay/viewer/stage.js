@@ -1,6 +1,6 @@
 // What is drawn, by three.js: rigid pieces by shape, all copies at once; surfaces that bend; particles; contacts.
 
-const SHADOW = 2048, MANY = 3000;
+const SHADOW = 2048, DETAILED = 3000;
 const MARK = new THREE.Color(1, 0.35, 0);
 
 class Stage {
@@ -120,7 +120,7 @@ class Stage {
   }
 
   makeGrains(row) {
-    const shape = new THREE.IcosahedronGeometry(row.radius, row.count > MANY ? 0 : 1), points = new Float32Array(3 * row.count);
+    const shape = new THREE.IcosahedronGeometry(row.radius, row.count > DETAILED ? 0 : 1), points = new Float32Array(3 * row.count);
     shape.setAttribute("normal", shape.attributes.position.clone());
     shape.normalizeNormals();
     const figure = this.copies(shape, this.material(row), new Array(row.count).fill(row)), place = new THREE.Matrix4();

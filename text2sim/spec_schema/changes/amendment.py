@@ -41,7 +41,7 @@ class Amendment:
             if op == "test":
                 continue
             if op == "remove":
-                self.take(path)
+                self.detach(path)
             elif op == "replace" or not path:
                 self.set(self.find(path), _value(operation, self), path)
             elif op == "move":
@@ -85,8 +85,8 @@ class Amendment:
         else:
             self.set(old, plain_data(entry), tuple(path))
 
-    def take(self, path: Sequence[str]) -> Entry:
-        """Take the entry at a path away."""
+    def detach(self, path: Sequence[str]) -> Entry:
+        """Remove the entry at a path, and return it."""
         entry = self.find(path)
         assert entry.parent is not None
         entry.parent.value.remove(entry)
@@ -101,7 +101,7 @@ class Amendment:
             entry.key = path[-1]
             return
         # What was written at the old place is gone there, and stands nowhere in the text at the new one.
-        moved = copy.copy(self.take(source))
+        moved = copy.copy(self.detach(source))
         moved.before = [row for row in moved.before if row]
         self.put(path, _loose(moved))
 

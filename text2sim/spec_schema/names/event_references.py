@@ -11,7 +11,7 @@ from text2sim.spec_schema.names.measure_references import (
     measured,
 )
 from text2sim.spec_schema.names.name_table import NameTable
-from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
@@ -39,9 +39,9 @@ def check_events(table: NameTable) -> None:
         else:
             _check_subject(table, where, event)
     following = {name: event.after for name, event in script.events.items() if event.after is not None}
-    for circle in find_circles(following):
-        message = f"waits for itself: {' -> '.join([*circle, circle[0]])}"
-        table.report(("actions", "events", circle[0], "after"), message, "circular-after")
+    for cycle in find_cycles(following):
+        message = f"waits for itself: {' -> '.join([*cycle, cycle[0]])}"
+        table.report(("actions", "events", cycle[0], "after"), message, "circular-after")
 
 
 def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | events.SeparationEvent) -> None:

@@ -32,7 +32,7 @@ PLAIN: dict[Path, Any] = {
     ("render", "lights"): None,
     ("render", "shots"): None,
 }
-"""Where named entries stand, and what takes the place of one that cannot be mended."""
+"""Where named entries stand, and what takes the place of one that cannot be repaired."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}")
 DURATION: Path = ("scene", "duration")
 LONGEST = 600.0

@@ -1,11 +1,11 @@
-"""Circles among names that refer to each other."""
+"""Cycles among names that refer to each other."""
 
 from collections.abc import Mapping
 
 
-def find_circles(following: Mapping[str, str]) -> list[list[str]]:
-    """Circles of a graph in which each name has at most one successor, each from its first name on."""
-    circles: list[list[str]] = []
+def find_cycles(following: Mapping[str, str]) -> list[list[str]]:
+    """Return the cycles of a graph in which each name has at most one successor, each from its first name on."""
+    cycles: list[list[str]] = []
     seen: set[str] = set()
     for start in following:
         way: list[str] = []
@@ -15,5 +15,5 @@ def find_circles(following: Mapping[str, str]) -> list[list[str]]:
             way.append(name)
             name = following[name]
         if name in way:
-            circles.append(way[way.index(name) :])
-    return circles
+            cycles.append(way[way.index(name) :])
+    return cycles

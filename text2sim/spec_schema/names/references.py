@@ -15,7 +15,7 @@ from text2sim.spec_schema.names.expect_references import check_expectations
 from text2sim.spec_schema.names.film_references import check_film
 from text2sim.spec_schema.names.measure_references import check_measures
 from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
-from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.soft_control_references import deforms
@@ -96,10 +96,10 @@ def _check_places(table: NameTable) -> None:
                 found = _check_place(table, (*section, name, "place"), name, model)
                 if found is not None:
                     targets[name] = found.name
-    for circle in find_circles(targets):
-        way = " -> ".join([*circle, circle[0]])
+    for cycle in find_cycles(targets):
+        way = " -> ".join([*cycle, cycle[0]])
         message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
-        table.report((*roots[circle[0]], "place"), message, "circular-place", key=True)
+        table.report((*roots[cycle[0]], "place"), message, "circular-place", key=True)
 
 
 def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member | None:

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
 from text2sim.spec_schema.names.name_table import NameTable
-from text2sim.spec_schema.names.reference_cycles import find_circles
+from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.selectors import named_by
 from text2sim.spec_schema.text.document import Path
 
@@ -90,9 +90,9 @@ def _check_roots(table: NameTable, root: Path, links: dict[str, Link]) -> None:
         if link.joint is None:
             message = "`joint` is missing: every link but the root has one; `joint: {kind: fixed}` welds it on"
             table.report(where, message, "tree", key=True)
-    for circle in find_circles({name: link.parent for name, link in links.items() if link.parent is not None}):
-        message = f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}"
-        table.report((*root, "links", circle[0], "parent"), message, "circular-tree")
+    for cycle in find_cycles({name: link.parent for name, link in links.items() if link.parent is not None}):
+        message = f"links hang on each other in a circle: {' -> '.join([*cycle, cycle[0]])}"
+        table.report((*root, "links", cycle[0], "parent"), message, "circular-tree")
     if first is None and all(link.parent in links for link in links.values()):
         table.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
 

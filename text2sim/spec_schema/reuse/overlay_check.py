@@ -15,9 +15,9 @@ from text2sim.spec_schema.vocabulary.slot_path import (
     ROOTS,
     Face,
     Faces,
-    Opening,
+    MappingSlots,
     is_entry,
-    opening,
+    mapping_slots,
     root_slots,
     slot_entry,
 )
@@ -106,7 +106,7 @@ class _Walk:
     def mapping(self, slots: list[Slot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Look at the keys of a mapping that is laid over others."""
         own = [over] if isinstance(over.get("kind"), str) or "use" in over else []
-        found = opening(slots, own or [over, *bases], path, self.faces)
+        found = mapping_slots(slots, own or [over, *bases], path, self.faces)
         if found.anything or path == ("params",) or path[-1:] == ("with",):
             return
         if found.names and not found.fields:
@@ -121,7 +121,7 @@ class _Walk:
             elif isinstance(value, dict):
                 self.mapping(inner, value, _inside(bases, key), (*path, key))
 
-    def named(self, found: Opening, over: dict[str, Any], bases: list[Any], path: Path) -> None:
+    def named(self, found: MappingSlots, over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Look at a mapping by name, in which a new name has to bring a whole entry."""
         known = list(bases[0]) if isinstance(bases[0], dict) else []
         # What another variant adds may be changed; a name that it only tries to change is no more there for that.
@@ -167,7 +167,7 @@ def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
         return True
     if path[:-1] == ("prefabs",):
         return "body" in value or "bodies" in value
-    models = opening(slots, [value], path).models
+    models = mapping_slots(slots, [value], path).models
     if models == [Expect]:
         return "measure" in value or "event" in value
     return any(

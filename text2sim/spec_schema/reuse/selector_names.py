@@ -6,7 +6,7 @@ from typing import Any, get_args, get_origin
 
 from text2sim.spec_schema.models.base import Selector
 from text2sim.spec_schema.reuse.trees import Tree, mapping
-from text2sim.spec_schema.vocabulary.slot_path import opening, slot_entry
+from text2sim.spec_schema.vocabulary.slot_path import mapping_slots, slot_entry
 from text2sim.spec_schema.vocabulary.words import Slot, noun_of, slot_of
 
 _NOUN = noun_of(slot_of(Selector))
@@ -26,7 +26,7 @@ def renamed(body: Tree, names: Mapping[str, str]) -> Tree:
 def _renamed(tree: Tree, slots: list[Slot], names: Mapping[str, str]) -> Tree:
     data = tree.data
     if isinstance(data, dict):
-        found = opening(slots, [data], ())
+        found = mapping_slots(slots, [data], ())
         inner = {key: found.inner(key) or [] for key in data}
         if not any(inner.values()):
             return tree

@@ -44,7 +44,7 @@ class NoSuchSlot(Exception):
 
 
 @dataclass
-class Opening:
+class MappingSlots:
     """What can stand in a mapping."""
 
     fields: dict[str, list[Slot]] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class Opening:
         return self.names or ([] if self.anything else None)
 
 
-def opening(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lambda use: Face()) -> Opening:
+def mapping_slots(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lambda use: Face()) -> MappingSlots:
     """What can stand in a mapping that the language has at a place.
 
     Args:
@@ -71,7 +71,7 @@ def opening(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lam
         path: The place.
         faces: What can be changed of prefabs.
     """
-    found = Opening(anything=not slots)
+    found = MappingSlots(anything=not slots)
     uses = [value["use"] for value in values if isinstance(value, dict) and "use" in value] if is_entry(path) else []
     used = [faces(use) for use in uses]
     if not any(face.parts for face in used):
@@ -100,7 +100,7 @@ def root_slots() -> list[Slot]:
     return [slot_of(Case)]
 
 
-def _open(slot: Slot, values: list[Any], found: Opening) -> None:
+def _open(slot: Slot, values: list[Any], found: MappingSlots) -> None:
     if slot.discriminator is not None:
         kinds = [v.get("kind") for v in values if isinstance(v, dict)]
         models = [slot.models[kind] for kind in kinds if isinstance(kind, str) and kind in slot.models]
@@ -120,7 +120,7 @@ def _open(slot: Slot, values: list[Any], found: Opening) -> None:
         found.anything = True
 
 
-def _open_model(model: type[BaseModel], found: Opening) -> None:
+def _open_model(model: type[BaseModel], found: MappingSlots) -> None:
     found.models.append(model)
     for key, (_, slot) in fields_of(model).items():
         found.fields.setdefault(key, []).append(slot)
@@ -165,7 +165,7 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
             raise NoSuchSlot(index, f"{here} is a list; its items are {here.strip('`')}[0]{most}")
         if value is not None and not isinstance(value, dict):
             raise NoSuchSlot(index, f"{here} is {show(value)}, and nothing is in it")
-        found = opening(slots, [value], path[:index], faces)
+        found = mapping_slots(slots, [value], path[:index], faces)
         inner = found.inner(step)
         known: list[str] = list(value or ()) if found.names and not found.fields else list(found.fields)
         if index == 0:

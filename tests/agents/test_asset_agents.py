@@ -15,7 +15,7 @@ from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import session as sessions
 from text2sim.agents.asset_agents import Supplies, supply
 from text2sim.agents.conversation import Conversation, RoleFailed
-from text2sim.agents.inputs import described, take
+from text2sim.agents.inputs import add_inputs, described
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Asset, CasePlan
@@ -50,7 +50,7 @@ def files(tmp_path: Path) -> Path:
 def test_inputs_are_mended_checked_and_registered(files: Path, tmp_path: Path) -> None:
     case = tmp_path / "case"
     case.mkdir()
-    names = take(
+    names = add_inputs(
         case, [files / "whole crate.stl", files / "open.obj", files / "lift.urdf", files / "sketch.png"], "CC BY 4.0"
     )
     assert names == ["whole_crate", "open", "lift", "sketch"]
@@ -71,7 +71,7 @@ def test_a_second_file_of_the_name_replaces_nothing(files: Path, tmp_path: Path)
     case = tmp_path / "case"
     (case / "assets").mkdir(parents=True)
     (case / "assets" / "sketch.png").write_bytes(b"somebody's own")
-    assert take(case, [files / "sketch.png", files / "sketch.png"], "") == ["sketch_2", "sketch_3"]
+    assert add_inputs(case, [files / "sketch.png", files / "sketch.png"], "") == ["sketch_2", "sketch_3"]
     assert (case / "assets" / "sketch.png").read_bytes() == b"somebody's own"
 
 
@@ -127,11 +127,11 @@ def supplied(tmp_path: Path, kind: str, body: str, *replies: str) -> tuple[Suppl
     case = tmp_path / "case"
     case.mkdir(exist_ok=True)
     endpoints: Any = {"": model}
-    desk = Conversation(
+    chat = Conversation(
         endpoints, CallLog(case / "calls"), Account(), Budget(), lambda event, /, *, live=False, **what: None
     )
     asset = Asset.model_validate({"kind": kind, "body": body, "what": "something"})
-    return supply(desk, asset, PLAN, Request("Make it."), case), model
+    return supply(chat, asset, PLAN, Request("Make it."), case), model
 
 
 def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_what_a_sketch_shows_is_told_in_coordinates(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)
     Picture.fromarray(noise).save(tmp_path / "photo.png")
     (case := tmp_path / "case").mkdir()
-    blocks, photo = described(case, take(case, [tmp_path / "blocks.png", tmp_path / "photo.png"], ""))
+    blocks, photo = described(case, add_inputs(case, [tmp_path / "blocks.png", tmp_path / "photo.png"], ""))
     assert "2 wide and 1 high" in blocks
     corners = re.findall(r"\(([\d.e-]+), ([\d.e-]+)\)", blocks.partition("part 1:")[2])
     points = np.array(corners, float)

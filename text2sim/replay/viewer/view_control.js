@@ -1,6 +1,6 @@
 // From where it is seen: freely, or as a camera of the film.
 
-class Eye {
+class ViewControl {
   constructor(camera, canvas, onchange) {
     Object.assign(this, { camera, canvas, track: null, time: 0 });
     this.orbit = new THREE.OrbitControls(camera, canvas);
@@ -24,7 +24,7 @@ class Eye {
       this.camera.position.set(center[0], center[1] - 4 * radius, center[2]);
       this.camera.lookAt(...center);
     }
-    this.take();
+    this.aim();
   }
 
   /** Goes on freely from where a camera of the film stands. */
@@ -32,12 +32,12 @@ class Eye {
     if (this.track === null) return;
     this.fov = this.data.cameras[this.track].fov;
     this.track = null;
-    this.take();
+    this.aim();
     this.onfree?.();
   }
 
   /** Turns about what is in the middle of the picture, as far away as what happens. */
-  take() {
+  aim() {
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
     const arm = new THREE.Vector3(...this.data.center).sub(this.camera.position), away = arm.dot(ahead);
     this.camera.up.set(0, 0, 1);

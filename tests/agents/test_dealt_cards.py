@@ -29,12 +29,12 @@ def test_how_a_failure_shows_follows_from_what_was_missed() -> None:
 
 
 def test_cards_about_other_things_are_not_offered() -> None:
-    deck = DealtCards(load_library(), emit)
+    dealt = DealtCards(load_library(), emit)
     text = "The net turns the wrong way up and the dolls roll backwards off it; its sign of curvature is wrong."
-    offered = deck.offer(text, ["rope", "rigid", "articulated"], {"finished"}, "dolls fall into a net")
+    offered = dealt.offer(text, ["rope", "rigid", "articulated"], {"finished"}, "dolls fall into a net")
     assert "wheels-turn-backwards" not in offered
-    wheels = deck.offer(
+    wheels = dealt.offer(
         "the cart drives backwards: its wheels turn the wrong way", ["articulated"], set(), "a cart on wheels"
     )
     assert "wheels-turn-backwards" in wheels
-    assert "ends-before-it-happens" in deck.offer("it is late", ["rigid"], {"event never happens"}, "a ball")
+    assert "ends-before-it-happens" in dealt.offer("it is late", ["rigid"], {"event never happens"}, "a ball")

@@ -18,7 +18,7 @@ from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan, Critique
 
 
-def desk(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
+def chat(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
     journal = Journal(tmp_path / "journal.jsonl")
     return Conversation({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
 
@@ -31,7 +31,7 @@ def number(data: Any) -> int:
 
 def test_what_is_wrong_goes_back_and_the_next_answer_counts(tmp_path: Path) -> None:
     model = Scripted({"critic": [fenced("n: [1,"), fenced("n: three"), fenced("n: 3")]})
-    assert desk(tmp_path, model).ask("critic", "You count.", "How many?", number) == 3
+    assert chat(tmp_path, model).ask("critic", "You count.", "How many?", number) == 3
     third = model.asked[-1].messages
     assert [message.role for message in third] == ["system", "user", "assistant", "user", "assistant", "user"]
     assert "/n: has to be a whole number" in third[-1].text
@@ -41,20 +41,20 @@ def test_a_long_answer_is_mended_by_what_changes(tmp_path: Path) -> None:
     long = f"n: three\nkept: {'x' * 2_500}\ninner: {{old: 1, stays: 2}}"
     model = Scripted({"critic": [fenced(long), fenced("changes: {n: 3, inner: {old: null, new: [4]}}")]})
     seen: list[Any] = []
-    assert desk(tmp_path, model).ask("critic", "s", "q", lambda data: seen.append(data) or number(data)) == 3
+    assert chat(tmp_path, model).ask("critic", "s", "q", lambda data: seen.append(data) or number(data)) == 3
     assert "`changes`" in model.asked[-1].messages[-1].text
     assert seen[-1] == {"n": 3, "kept": "x" * 2_500, "inner": {"stays": 2, "new": [4]}}
 
 
 def test_changes_of_an_answer_that_cannot_be_read_are_no_answer(tmp_path: Path) -> None:
     model = Scripted({"critic": [fenced("n: [1," + "x" * 2_500), fenced("changes: {n: 3}"), fenced("n: 5")]})
-    assert desk(tmp_path, model).ask("critic", "s", "q", number) == 5
+    assert chat(tmp_path, model).ask("critic", "s", "q", number) == 5
 
 
 def test_a_role_that_never_answers_well_has_failed(tmp_path: Path) -> None:
     model = Scripted({"critic": ["No.", fenced("n: x"), fenced("- 1")]})
     with pytest.raises(RoleFailed, match="critic gave no usable answer"):
-        desk(tmp_path, model).ask("critic", "You count.", "How many?", number)
+        chat(tmp_path, model).ask("critic", "You count.", "How many?", number)
 
 
 @pytest.mark.parametrize(
@@ -70,15 +70,15 @@ def test_a_role_that_never_answers_well_has_failed(tmp_path: Path) -> None:
 )
 def test_hostile_answers_are_data_and_refused(tmp_path: Path, hostile: str) -> None:
     model = Scripted({"critic": [hostile, fenced("n: 1")]})
-    assert desk(tmp_path, model).ask("critic", "s", "q", number) == 1
+    assert chat(tmp_path, model).ask("critic", "s", "q", number) == 1
     assert not list(tmp_path.rglob("pwned"))
 
 
 def test_finished_calls_are_not_made_again(tmp_path: Path) -> None:
     first = Scripted({"critic": [fenced("n: 7")]})
-    assert desk(tmp_path, first).ask("critic", "s", "q", number) == 7
+    assert chat(tmp_path, first).ask("critic", "s", "q", number) == 7
     second = Scripted({})
-    again = desk(tmp_path, second)
+    again = chat(tmp_path, second)
     assert again.ask("critic", "s", "q", number) == 7
     assert second.asked == []
     assert again.account.total().tokens > 0, "what was spent before still counts"
@@ -86,7 +86,7 @@ def test_finished_calls_are_not_made_again(tmp_path: Path) -> None:
 
 def test_nothing_is_asked_when_the_budget_is_spent(tmp_path: Path) -> None:
     model = Scripted({"critic": [fenced("n: 7"), fenced("n: 8")]})
-    bounded = desk(tmp_path, model, Budget(tokens=1))
+    bounded = chat(tmp_path, model, Budget(tokens=1))
     bounded.ask("critic", "s", "q", number)
     with pytest.raises(BudgetSpent, match="tokens are spent"):
         bounded.ask("critic", "s", "another", number)
@@ -103,7 +103,7 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
     model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
-    asked = desk(tmp_path, model)
+    asked = chat(tmp_path, model)
     assert asked.ask("planner", "s", "q", number, more=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
     assert second[: len(first)] == first
