@@ -1,12 +1,15 @@
 """The commands `text2sim generate`, `repair` and `edit`: agents that write and repair cases."""
 
 import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from text2sim.cli.last_film import Film, FilmMinutes, Quality, last_film
+from text2sim.cli.options import with_options
 from text2sim.cli.request_text import File, words_of
 from text2sim.service import exits
 
@@ -30,40 +33,46 @@ Tokens = Annotated[int | None, typer.Option("--tokens", min=1, help="Tokens that
 Cost = Annotated[float | None, typer.Option("--cost", min=0.0, help="US dollars that may be spent.")]
 Minutes = Annotated[float | None, typer.Option("--minutes", min=0.1, help="Minutes by the clock that it may take.")]
 SimTimeout = Annotated[float, typer.Option("--sim-timeout", min=1.0, help="Wall time in seconds of one simulation.")]
-NoCards = Annotated[bool, typer.Option("--no-cards", help="Do without Debug Cards.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document at the end.")]
-Style = Annotated[
-    bool,
-    typer.Option(
-        "--style/--no-style", help="Film what was accepted in several ways, and keep the best by its pictures."
-    ),
-]
-Images = Annotated[list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")]
 
 
+@dataclass(frozen=True)
+class LoopOptions:
+    """Options that the three commands share."""
+
+    model: Model = None
+    images: Annotated[
+        list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")
+    ] = None
+    attempts: Attempts = 30
+    tokens: Tokens = None
+    cost: Cost = None
+    minutes: Minutes = None
+    sim_timeout: SimTimeout = 3600.0
+    no_cards: Annotated[bool, typer.Option("--no-cards", help="Do without Debug Cards.")] = False
+    style: Annotated[
+        bool,
+        typer.Option(
+            "--style/--no-style", help="Film what was accepted in several ways, and keep the best by its pictures."
+        ),
+    ] = False
+    film: Film = "draft"
+    film_minutes: FilmMinutes = None
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")] = False
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document at the end.")] = False
+
+
+@with_options(LoopOptions, style=True)
 def generate(
     request: Annotated[str, typer.Argument(help="What is to be shown, in words; `-` reads them from stdin.")] = "",
     file: File = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="The case's folder; cases/<first words> if left out.")
     ] = None,
-    model: Model = None,
-    images: Images = None,
     meshes: Annotated[list[Path] | None, typer.Option("--mesh", help="A mesh that the case is to use.")] = None,
     urdfs: Annotated[list[Path] | None, typer.Option("--urdf", help="A URDF or MJCF model that it is to use.")] = None,
     licence: Annotated[str, typer.Option("--licence", help="On what terms these files may be used.")] = "",
-    attempts: Attempts = 30,
-    tokens: Tokens = None,
-    cost: Cost = None,
-    minutes: Minutes = None,
-    sim_timeout: SimTimeout = 3600.0,
-    no_cards: NoCards = False,
-    style: Style = True,
-    film: Film = "draft",
-    film_minutes: FilmMinutes = None,
-    resume: Resume = False,
-    as_json: AsJson = False,
+    *,
+    options: LoopOptions,
 ) -> None:
     """Generate a case from a request in words: plan, write, run and judge it until it shows what was asked for.
 
@@ -71,133 +80,80 @@ def generate(
     """
     from text2sim.agents.session import free_folder
 
-    text = "" if resume else words_of(request, file)
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
-    if resume and out is None and request:
+    text = "" if options.resume else words_of(request, file)
+    if options.resume and out is None and request:
         out = Path(request)
-    case = out or free_folder(Path("cases"), text)
-    session = _session(
-        "generate", case, text, model, options, resume, images, [*(meshes or []), *(urdfs or [])], licence
-    )
-    _work(session, as_json, film, film_minutes)
+    case, assets = out or free_folder(Path("cases"), text), [*(meshes or []), *(urdfs or [])]
+    session = _session("generate", case, text, options, assets=assets, licence=licence)
+    _work(session, options.as_json, options.film, options.film_minutes)
 
 
+@with_options(LoopOptions)
 def repair(
     case: Annotated[Path, typer.Argument(help="The case's folder.")],
     wrong: Annotated[str, typer.Argument(metavar="WHAT_IS_WRONG", help="What is wrong, in words; `-`: stdin.")] = "",
     file: File = None,
-    model: Model = None,
-    images: Images = None,
-    attempts: Attempts = 30,
-    tokens: Tokens = None,
-    cost: Cost = None,
-    minutes: Minutes = None,
-    sim_timeout: SimTimeout = 3600.0,
-    no_cards: NoCards = False,
-    style: Style = False,
-    film: Film = "draft",
-    film_minutes: FilmMinutes = None,
-    resume: Resume = False,
-    as_json: AsJson = False,
+    *,
+    options: LoopOptions,
 ) -> None:
     """Have agents repair a case: it is run first, and all its expectations stay."""
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
-    _work(
-        _amendment("repair", case, "" if resume else words_of(wrong, file), model, options, resume, images),
-        as_json,
-        film,
-        film_minutes,
-    )
+    _amend("repair", case, wrong, file, options)
 
 
+@with_options(LoopOptions)
 def edit(
     case: Annotated[Path, typer.Argument(help="The case's folder.")],
     wish: Annotated[str, typer.Argument(help="What is to be different, in words; `-`: stdin.")] = "",
     file: File = None,
-    model: Model = None,
-    images: Images = None,
-    attempts: Attempts = 30,
-    tokens: Tokens = None,
-    cost: Cost = None,
-    minutes: Minutes = None,
-    sim_timeout: SimTimeout = 3600.0,
-    no_cards: NoCards = False,
-    style: Style = False,
-    film: Film = "draft",
-    film_minutes: FilmMinutes = None,
-    resume: Resume = False,
-    as_json: AsJson = False,
+    *,
+    options: LoopOptions,
 ) -> None:
     """Have agents change a case on request."""
-    options = _options(attempts, tokens, cost, minutes, sim_timeout, no_cards, style)
-    _work(
-        _amendment("edit", case, "" if resume else words_of(wish, file), model, options, resume, images),
-        as_json,
-        film,
-        film_minutes,
-    )
+    _amend("edit", case, wish, file, options)
 
 
-def _options(
-    attempts: int,
-    tokens: int | None,
-    cost: float | None,
-    minutes: float | None,
-    sim_timeout: float,
-    no_cards: bool,
-    style: bool,
-) -> dict[str, Any]:
-    return {
-        "attempts": attempts, "tokens": tokens, "cost": cost, "minutes": minutes, "sim_timeout": sim_timeout,
-        "cards": not no_cards, "style": style,
-    }  # fmt: skip
-
-
-def _amendment(
-    kind: "Kind",
-    case: Path,
-    text: str,
-    model: list[str] | None,
-    options: dict[str, Any],
-    resume: bool,
-    images: list[Path] | None,
-) -> "Session":
+def _amend(kind: "Kind", case: Path, words: str, file: Path | None, options: LoopOptions) -> None:
     from text2sim.service.examined import case_file
     from text2sim.spec_schema.text.source import read_source
 
-    file = case_file(case)
-    base = "" if resume else read_source(file).text
-    return _session(kind, file.parent, text, model, options | {"base": base}, resume, images, [])
+    text = "" if options.resume else words_of(words, file)
+    path = case_file(case)
+    base = "" if options.resume else read_source(path).text
+    session = _session(kind, path.parent, text, options, base=base)
+    _work(session, options.as_json, options.film, options.film_minutes)
 
 
 def _session(
     kind: "Kind",
     case: Path,
     text: str,
-    model: list[str] | None,
-    options: dict[str, Any],
-    resume: bool,
-    images: list[Path] | None,
-    assets: list[Path],
+    options: LoopOptions,
+    *,
+    base: str = "",
+    assets: Sequence[Path] = (),
     licence: str = "",
 ) -> "Session":
     from text2sim.agents.session import Session, Wish
 
-    models = _models(model)
-    if resume:
+    models = _models(options.model)
+    if options.resume:
         session = Session.resume(case)
         # A key may have expired, or a budget been too small: the new options take precedence.
         session.wish.models |= models
-        session.wish.attempts = max(session.wish.attempts, options["attempts"])
+        session.wish.attempts = max(session.wish.attempts, options.attempts)
         for name in ("tokens", "cost", "minutes"):
-            if options[name] is not None:
-                setattr(session.wish, name, options[name])
+            if getattr(options, name) is not None:
+                setattr(session.wish, name, getattr(options, name))
         return session
     from text2sim.agents.session import endpoint_of
 
     for name in _needed(models).values():
         endpoint_of(name, case)  # a typo in a name should leave no files behind
-    return Session.begin(case, Wish(kind, text, models, **options), images or [], assets, licence)
+    wish = Wish(
+        kind, text, models, options.attempts, options.tokens, options.cost, options.minutes, options.sim_timeout,
+        cards=not options.no_cards, base=base, style=options.style,
+    )  # fmt: skip
+    return Session.begin(case, wish, options.images or [], [*assets], licence)
 
 
 def _models(given: list[str] | None) -> dict[str, str]:

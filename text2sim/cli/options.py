@@ -1,6 +1,10 @@
 """Options that several commands share."""
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from dataclasses import fields
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,3 +26,32 @@ def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "Overlay":
     from text2sim.spec_schema.reuse.overlay import Overlay
 
     return Overlay(tuple(variants or ()), tuple(sets or ()))
+
+
+def with_options(group: type, **defaults: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command the fields of a dataclass as options. They reach it in one, as its parameter `options`.
+
+    Args:
+        group: The dataclass; its fields are annotated as parameters of commands are.
+        **defaults: Defaults that this command has instead of the dataclass's.
+    """
+
+    def wrap(command: Callable[..., None]) -> Callable[..., None]:
+        own = [one for one in signature(command).parameters.values() if one.name != "options"]
+        shared = [
+            Parameter(
+                one.name, Parameter.KEYWORD_ONLY, default=defaults.get(one.name, one.default), annotation=one.type
+            )
+            for one in fields(group)
+        ]
+
+        @wraps(command)
+        def call(**given: Any) -> None:
+            options = group(**{one.name: given.pop(one.name) for one in shared})
+            command(**given, options=options)
+
+        call.__signature__ = Signature([*own, *shared])  # type: ignore[attr-defined]
+        call.__annotations__ = {one.name: one.annotation for one in (*own, *shared)}
+        return call
+
+    return wrap

@@ -1,8 +1,5 @@
 """The page of a comparison: one file with everything in it."""
 
-import base64
-import hashlib
-from importlib import resources
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,7 +8,7 @@ import numpy as np
 
 from text2sim.comparison.compare import Comparison
 from text2sim.comparison.runs import Run
-from text2sim.evidence.page import EMBEDDED, data_uri, read_films, render_page
+from text2sim.evidence.page import EMBEDDED, data_uri, films_script, read_films, render_page
 from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
 from text2sim.recording.run_files import read_measures
 from text2sim.recording.states import Array
@@ -28,7 +25,6 @@ def write_comparison(comparison: Comparison, path: Path) -> Path:
         comparison: The runs.
         path: The file, overwritten.
     """
-    script = resources.files("text2sim.comparison").joinpath("page.js").read_text("utf-8")
     page = render_page(
         "comparison",
         "page.html.j2",
@@ -37,9 +33,7 @@ def write_comparison(comparison: Comparison, path: Path) -> Path:
             "case": " and ".join(dict.fromkeys(run.record.case for run in comparison.runs)),
             "films": _films(comparison.runs, path),
             "plots": _plots(comparison),
-            "script": script,
-            # The only script that the page may run is ours: whatever a case says stays text.
-            "allowed": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+            **films_script(),
         },
     )
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,11 +1,9 @@
 """Page of an evaluation: tables as in the paper, bars by case, films side by side, requirements with evidence."""
 
 import base64
-import hashlib
 import io
 import os
 from collections.abc import Sequence
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +15,7 @@ from text2sim.evaluation.scores import PARTS, VISUAL
 from text2sim.evaluation.statistics import case_scores
 from text2sim.evaluation.suite import Prompt
 from text2sim.evaluation.tables import PAPER, Tables
-from text2sim.evidence.page import render_page
+from text2sim.evidence.page import films_script, render_page
 from text2sim.evidence.plots import BLUE, DPI, GREEN, GREY, ORANGE, VERMILION
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
@@ -33,7 +31,6 @@ THUMBNAIL = 300
 
 def write_report(tables: Tables, out: Path) -> Path:
     """Write the page; films are linked, everything else is embedded."""
-    script = resources.files("text2sim.evaluation").joinpath("report.js").read_text("utf-8")
     families: dict[str, list[str]] = {}
     for name, prompt in _judged(tables):
         families.setdefault(prompt.family, []).append(name)
@@ -42,8 +39,7 @@ def write_report(tables: Tables, out: Path) -> Path:
         "families": families,
         "bars": [(family, kind, _bars(tables, kind, names)) for family, names in families.items() for kind in KINDS],
         "cases": [_case(tables, out, name, prompt) for name, prompt in _judged(tables)],
-        "script": script,
-        "allowed": base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        **films_script(),
     }  # fmt: skip
     write_atomically(out / REPORT, render_page("evaluation", "report.html.j2", contents))
     return out / REPORT

@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,15 @@ def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str
     )
     environment.filters |= {"number": _number, "seconds": _seconds, "percent": _percent, "prose": _prose}
     return environment.get_template(template).render(contents)
+
+
+def films_script() -> dict[str, str]:
+    """Return `script`, which plays the films in each `.together` of a page together, and `allowed`, its digest.
+
+    It is the only script that such a page may run: whatever a case says stays text.
+    """
+    script = Path(__file__).with_name("films.js").read_text("utf-8")
+    return {"script": script, "allowed": base64.b64encode(sha256(script.encode()).digest()).decode()}
 
 
 def data_uri(path: Path | None, kind: str) -> str | None:
