@@ -23,7 +23,7 @@ from text2sim.spec_schema.text.source import Source
 from text2sim.spec_schema.whole_files import write_atomically
 
 MOST = 3
-"""Cards from one loop."""
+"""Largest number of cards from one loop."""
 
 
 class Proposal(Answer):
@@ -54,13 +54,13 @@ class Draft:
     repaired: str
 
     def write(self, folder: Path) -> None:
-        """Write the card's three files, `card.yaml` last: what has none is no card yet."""
+        """Write the three files of the card, `card.yaml` last: a folder without it is not a card yet."""
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in self._files().items():
             write_atomically(folder / name, text)
 
     def fits(self, folder: Path) -> bool:
-        """Whether no file of another card is there: what a full disk left of this one is written again."""
+        """Whether the folder has no file of another card; what a full disk left of this one is written again."""
         files = self._files()
         there = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         return there <= files.keys() and all((folder / name).read_bytes() == files[name].encode() for name in there)
@@ -102,7 +102,7 @@ def attempts_of(case: Path) -> dict[int, Tried]:
 
 
 def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
-    """Have cards proposed, check them, and write them.
+    """Ask for cards, check them, and write them.
 
     Args:
         chat: The conversation with the models.
@@ -113,14 +113,12 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
         Ids of the written cards; `text2sim cards verify` runs them.
 
     Raises:
-        RunError: If no attempt of the loop failed and a later one passed, or the folder of a card exists already.
+        RunError: If the loop has no failed and no passed attempt, or the folder of a card exists already.
     """
     attempts = attempts_of(case)
     outcomes = {one.outcome for one in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
-        raise RunError(
-            f"{case}: no attempt here failed in a run and was fixed in another: there is nothing to learn from"
-        )
+        raise RunError(f"{case}: there is nothing to learn from: no attempt failed in a run while another one passed")
     drafts: list[Draft] = []
 
     def check(answer: Proposals) -> None:
@@ -198,7 +196,7 @@ def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
 
 
 def told(attempts: Mapping[int, Tried]) -> str:
-    """Text of a loop's history, attempt by attempt."""
+    """Return the history of a loop as text, attempt by attempt."""
     return "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
 
 
@@ -217,6 +215,6 @@ def _told(one: Tried, before: Tried | None) -> str:
 
 
 def form() -> str:
-    """Template of a proposal."""
+    """Return the template of a proposal."""
     schema = json.dumps(card_schema(), ensure_ascii=False, separators=(",", ":"))
     return f"  - {{failing: 1, repaired: 2, card: {{…}}}}      # card: as this JSON Schema says\n# {schema}"

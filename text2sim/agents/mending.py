@@ -82,7 +82,7 @@ class Mending:
     def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text, unless it is worse; return what the check finds in what is kept."""
         found = examine(text, self.path)
-        if found.errors or self.agreement.breaches(mended):
+        if found.errors or self.agreement.breaches(found):
             return before
         attempt.text = text
         return found

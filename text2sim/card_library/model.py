@@ -12,11 +12,11 @@ Role = Literal["planner", "scene", "bodies", "actions", "render", "critic", "art
 """Who can use a card: the writer of a section, or one of the others that work on a case."""
 
 MAX_TOKENS = 350
-"""The most that a card may cost each time it is attached to a call."""
+"""Largest size of a card, which is paid each time it is attached to a call."""
 MAX_INDEX_TOKENS = 30
-"""The most that its line in the index may cost."""
+"""Largest size of its line in the index."""
 CHARACTERS_PER_TOKEN = 4.0
-"""Of plain English. Tokenisers differ by a tenth or so; none that is in use counts much more than this."""
+"""Of plain English. Tokenisers differ by a tenth or so; none in use counts many more than this."""
 
 CardId = Annotated[
     str,
@@ -103,11 +103,11 @@ class Card(Model):
         return self
 
     def brief(self, role: Role | None = None) -> str:
-        """Text for a prompt.
+        """Return the text for a prompt.
 
         Args:
-            role: Who reads it. Writers get symptoms, causes, repair and shortcuts; Planner and Critic, who have to find
-                out what is the matter, and whoever is not named get the whole card.
+            role: Who reads it. Writers get symptoms, causes, repair and shortcuts; Planner and Critic, who have
+                to find the cause, and readers that are not named get the whole card.
         """
         seen = self.evidence
         whole = role in (None, "planner", "critic")
@@ -122,7 +122,7 @@ class Card(Model):
         return "\n".join(rows)
 
     def index_line(self) -> str:
-        """The card in one line: id, title, roles, and as many signatures as its length allows."""
+        """Return the card in one line: id, title, roles, and as many signatures as its length allows."""
         line = f"{self.id}: {self.title} [{', '.join(self.applies.roles)}]"
         shown: list[str] = []
         for signature in self.applies.signatures:
@@ -133,12 +133,12 @@ class Card(Model):
 
 
 def count_tokens(text: str) -> int:
-    """About how many tokens a language model takes for a text, without asking for a tokeniser."""
+    """Estimate the number of tokens in a text, without a tokeniser."""
     return -int(-len(text) // CHARACTERS_PER_TOKEN)
 
 
 def card_schema() -> dict[str, Any]:
-    """JSON Schema of a card, small enough for a prompt: no titles, and definitions where they are used."""
+    """Return the JSON Schema of a card, small enough for a prompt: no titles, and definitions where they are used."""
     schema = Card.model_json_schema()
     return _inlined({key: value for key, value in schema.items() if key != "$defs"}, schema.get("$defs", {}))
 
@@ -148,7 +148,7 @@ def _row(name: str, items: list[str]) -> list[str]:
 
 
 def _inlined(node: Any, definitions: dict[str, Any], *, names: bool = False) -> Any:
-    """Return a part of a schema without references; `names` where its keys are those of fields."""
+    """Return a part of a schema without references; `names` says that its keys are names of fields."""
     if isinstance(node, list):
         return [_inlined(item, definitions) for item in node]
     if not isinstance(node, dict):

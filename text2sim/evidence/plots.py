@@ -23,9 +23,9 @@ BLUE, ORANGE, GREEN, VERMILION, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00
 SIZE, DPI = (5.4, 2.9), 160
 """Inches, and pixels per inch: letters stay legible when a phone shows the picture 360 pixels wide."""
 LABELLED = 8
-"""Most events that are named in a plot; all are ticked."""
+"""Largest number of events that a plot names; all get a tick."""
 TICKS = 300
-"""Most ticks for events in a plot."""
+"""Largest number of ticks for events in a plot."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Bound:
     start: float
     end: float
     low: float | None
-    """It must be above this."""
+    """The measure must be above this."""
     high: float | None
-    """It must be below this."""
+    """The measure must be below this."""
     ok: bool | None
     every: bool = True
     """It holds for every value in the span; otherwise some value has to meet it, and nothing is forbidden."""

@@ -24,9 +24,9 @@ Array = NDArray[np.floating]
 SUFFIXES = (".usdc", ".usda", ".usdz")
 ROOT = "/run"
 APERTURE = 24.0
-"""Height of a picture on 35 mm film [mm], for which focal lengths are told."""
+"""Height of a picture on 35 mm film [mm], to which focal lengths refer."""
 TENTHS = 0.01
-"""A millimetre in tenths of the stage's unit, a metre, in which lenses are told:
+"""A millimetre in tenths of the stage's unit (a metre), the unit of lenses:
 https://openusd.org/release/api/class_usd_geom_camera.html."""
 
 
@@ -41,7 +41,7 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
         every: Every so many recorded frames become time samples, and the last.
 
     Returns:
-        How many bodies, frames and pictures there are.
+        The numbers of bodies, frames and pictures.
 
     Raises:
         RunError: if nothing is recorded, or the file cannot be written.
@@ -73,7 +73,7 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
 
 @contextmanager
 def _refusals(path: Path) -> Iterator[None]:
-    """Say what OpenUSD cannot write: it throws what is no error of the system where a disk is full."""
+    """Report what OpenUSD cannot write: on a full disk it does not raise an `OSError`."""
     try:
         yield
     except openusd().Tf.ErrorException as error:
@@ -92,7 +92,7 @@ class _Writer:
         self._usd.UsdGeom.SetStageUpAxis(stage, self._usd.UsdGeom.Tokens.z)
         self._usd.UsdGeom.SetStageMetersPerUnit(stage, 1.0)
         self._usd.UsdPhysics.SetStageKilogramsPerUnit(stage, 1.0)
-        self._rate = float(film["fps"])  # whole time codes are what an application shows as frames
+        self._rate = float(film["fps"])  # applications show whole time codes as frames
         stage.SetTimeCodesPerSecond(self._rate)
         stage.SetFramesPerSecond(self._rate)
         codes = self._codes(scenery.times)
@@ -127,7 +127,7 @@ class _Writer:
         stage.GetRootLayer().Save()
         return {"bodies": len(bodies), "frames": len(scenery.frames), "pictures": len(self._materials.pictures)}
 
-    # --- what there is ---------------------------------------------------------------
+    # --- contents --------------------------------------------------------------------
 
     def _add_link(self, link: Link, alone: bool) -> None:
         path = self._body_path(link.body, link.body in self._scenery.recording.statics)
@@ -140,7 +140,7 @@ class _Writer:
         pos, quat = (values[:, link.row] for values in self._scenery.poses)
         self._animate(self._usd.UsdGeom.Xformable(prim), self._codes(self._scenery.times), pos, quat)
         if link.mass > 0:
-            # Mass alone: a rigid body of UsdPhysics would be moved by a solver, not by what was recorded.
+            # Mass alone: a solver would move a rigid body of UsdPhysics, against the recorded poses.
             mass = self._usd.UsdPhysics.MassAPI.Apply(prim)
             mass.CreateMassAttr(link.mass)
             mass.CreateCenterOfMassAttr(self._usd.Gf.Vec3f(*link.com))
@@ -161,9 +161,9 @@ class _Writer:
             made.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
 
     def _dress(self, mesh: Path, material: Material) -> str:
-        """Return the path of a class that all copies of a shape in one material are instances of.
+        """Return the path of the class of which all copies of a shape in one material are instances.
 
-        The material is bound within it: not every reader looks for one where an instance stands.
+        The material is bound within it: not every reader looks for a material at an instance.
         """
         key = mesh, material
         if key not in self._dressed:
@@ -177,7 +177,7 @@ class _Writer:
         return self._dressed[key]
 
     def _shape(self, mesh: Path, two_sided: bool) -> str:
-        """Return the path of a class with a mesh that the file holds once."""
+        """Return the path of the class with a mesh, which the file holds once."""
         key = mesh, two_sided
         if key not in self._shapes:
             self._stage.CreateClassPrim(f"{ROOT}/shapes")
@@ -249,13 +249,13 @@ class _Writer:
         self._set(made.CreateFocusDistanceAttr(), codes, np.array([row.focus for row in track.views]), float)
         self._animate(made, codes, *track.poses())
 
-    # --- how it is written ------------------------------------------------------------
+    # --- writing --------------------------------------------------------------------
 
     def _codes(self, times: Array) -> list[float]:
         return [float(round(t * self._rate, 9)) for t in times]
 
     def _animate(self, made: Any, codes: list[float], pos: Array, quat: Array) -> None:
-        """Give a prim its poses; what stands still between two samples has no more of them."""
+        """Give a prim its poses, without the samples during which it stands still."""
         vector, turn = self._usd.Gf.Vec3d, self._usd.Gf.Quatf
         self._set(made.AddTranslateOp().GetAttr(), codes, pos, lambda row: vector(*row))
         self._set(made.AddOrientOp().GetAttr(), codes, quat, lambda row: turn(*row))
@@ -266,14 +266,14 @@ class _Writer:
         if not (values != values[0]).any():
             attribute.Set(made_of(rows[0]))
             return
-        # Straight into the layer, for a stage looks at itself after every value.
+        # Into the layer: a stage recomposes itself after every value.
         layer, path = self._stage.GetRootLayer(), attribute.GetPath()
         with self._usd.Sdf.ChangeBlock():
             for k in keys(values):
                 layer.SetTimeSample(path, codes[k], made_of(rows[k]))
 
     def _body_path(self, body: str, held: bool) -> str:
-        """Return where a copy lies: below its body, if that has copies."""
+        """Return the path of a copy: below its body, if that has copies."""
         base, bracket, _ = body.partition("[")
         path = f"{ROOT}/{'statics' if held else 'bodies'}/{self._name_of(base)}"
         if not bracket:

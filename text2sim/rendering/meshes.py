@@ -17,23 +17,23 @@ Array = NDArray[np.floating]
 Indices = NDArray[np.integer]
 
 BEVEL = 0.06
-"""Radius of an edge, as a part of the smallest extent of its shape."""
+"""Radius of an edge, as a fraction of the smallest extent of its shape."""
 WIDEST = 0.012
 """Largest radius of an edge [m]."""
 SIDES = 96
-"""Of cylinders."""
+"""Sides of a cylinder."""
 SHARP = np.cos(np.radians(25.0))
-"""Cosine of the angle between faces from which on they meet in an edge."""
+"""Cosine of the smallest angle between faces that form an edge."""
 WOUND = 0.9
-"""Length of the mean of the normals of a curved face below which it goes round its corner: the tip of a cone."""
+"""Length of the mean normal below which a curved face goes around its corner, as at the tip of a cone."""
 PLANES = 400
-"""Faces of a convex shape from which on its edges are left as they are: it is a scan, not a thing with edges."""
+"""Largest number of faces of a convex shape that gets bevels: one with more is a scan, and has no edges."""
 LIMB_SIDES, LIMB_RINGS = 32, 7
-"""Of capsules, of which dolls, ropes and nets have many."""
+"""Of a capsule; few, because dolls, ropes and nets have many capsules."""
 STEPS = 4
-"""Strips of an edge of 90 degrees."""
+"""Strips that round an edge of 90 degrees."""
 LARGEST = 4000
-"""Vertices from which on nobody looks whether a mesh is convex."""
+"""Largest number of vertices of a mesh that is tested for convexity."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The copies of one body take their places: each by itself, or all together as a pattern."""
+"""Placement of the copies of one body: each by itself, or all together as a pattern."""
 
 import math
 from collections.abc import Callable
@@ -27,12 +27,12 @@ from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, Runn
 from text2sim.spec_schema.names.selectors import parse_selector
 
 OWN = ("at", "inset", "direction", "align", "clearance", "offset")
-"""Words of a place that put each copy by itself if they differ from copy to copy, as its relation does."""
+"""Keys of a place, besides its relation, by which copies are placed one by one if they differ from copy to copy."""
 _ROUNDS = 40
 _FACED = 1e-12
-"""Angle [rad] by which something may miss what it faces."""
+"""Largest angle [rad] between where a copy faces and its target."""
 _ROUGHLY = 1e-6
-"""The same where the numbers are too large for that, or its bounds too rough."""
+"""The same where rounding does not allow that, or the bounds are too rough."""
 
 
 @dataclass(slots=True)
@@ -53,10 +53,10 @@ class Entry:
 
 
 class Targets:
-    """What others are placed in relation to: everything that has its place already.
+    """What others are placed in relation to: all that is placed already.
 
     Args:
-        find: Gives the copies that a selector means, or raises PlaceError for the given word of `place`.
+        find: Returns the copies that a selector means, or raises PlaceError for the given word of `place`.
         sizes: Bounds and pieces.
     """
 
@@ -67,19 +67,19 @@ class Targets:
         self._groups: dict[str, Group] = {}
 
     def spots(self, selector: str, key: str) -> list[Spot]:
-        """The copies that a selector means."""
+        """Return the copies that a selector means."""
         if selector not in self._spots:
             self._spots[selector] = self._find(selector, key)
         return self._spots[selector]
 
     def group(self, selector: str, key: str) -> Group:
-        """All that a selector means, together."""
+        """Return all that a selector means, as one group."""
         if selector not in self._groups:
             self._groups[selector] = Group(self.spots(selector, key), self.sizes)
         return self._groups[selector]
 
     def partner(self, entry: Entry, index: int) -> Group:
-        """What one copy is placed in relation to: its partner of the same number, if brackets name several.
+        """Return what one copy is placed in relation to: the copy of its number, if brackets name several.
 
         Raises:
             PlaceError: if brackets name another number of copies than there are.
@@ -106,13 +106,13 @@ def arrange(entry: Entry, targets: Targets) -> list[Spot]:
     """Return the copies of a body where they start.
 
     Raises:
-        PlaceError: if its place cannot be had.
+        PlaceError: if there is no such place.
         PatternError: if its pattern cannot be made.
     """
     spots = _oriented(entry, targets)
     before, steps = list[float](), list[float]()
     nearest, best = _ROUGHLY, None
-    # Where it stands decides where it faces, and how it is turned may decide where it stands.
+    # Its position decides where it faces, and its rotation may decide its position.
     for _ in range(_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
@@ -127,11 +127,11 @@ def arrange(entry: Entry, targets: Targets) -> list[Spot]:
         spots = [s._replace(quat=quat_multiply(turn, s.quat)) for s, turn in zip(spots, turns, strict=True)]
     if best is not None:
         return best
-    raise PlaceError("as it turns it moves, and never comes to face it; say `euler_deg`", "facing")
+    raise PlaceError("turning moves it, too, so that it never faces that; say `euler_deg`", "facing")
 
 
 def _step(off: float, before: float, step: float) -> float:
-    """How far [rad] to turn next, by how much nearer the last step came: it moves, too, as it turns."""
+    """Return how far [rad] to turn next, from what the last step gained: turning moves the copy, too."""
     gain = (before - off) / step if step else 1.0
     return min(max(off / min(max(gain, 0.2), 5.0), -1.0), 1.0)
 
@@ -150,7 +150,7 @@ def _ringed(entry: Entry) -> bool:
 
 
 def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
-    """The copies at the origin, in the orientation of their poses and places."""
+    """Return the copies at the origin, oriented by their poses and places."""
     found: list[Spot] = []
     before, quat = None, IDENTITY
     rings = entry.model.place is not None and entry.model.place.around is not None and not _ringed(entry)
@@ -215,7 +215,7 @@ def _one_by_one(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]
 
 
 def _off(entry: Entry, placed: list[Spot], targets: Targets) -> list[float]:
-    """By which angles [rad] the copies must be turned about the vertical to face what they should; none if nothing."""
+    """Return the angles [rad] about the vertical by which copies must turn to face their targets; none if nothing."""
     if entry.model.place is None or entry.model.place.facing is None:
         return []
     if isinstance(entry.repeat, RunningBond):
@@ -227,7 +227,7 @@ def _off(entry: Entry, placed: list[Spot], targets: Targets) -> list[float]:
         x, y = goal[0] - spot.pos[0], goal[1] - spot.pos[1]
         ahead = quat_rotate(spot.quat, (1.0, 0.0, 0.0))
         if math.hypot(x, y) < 1e-9:
-            raise PlaceError("it stands right above or below what it should face", "facing")
+            raise PlaceError("it is right above or below what it should face", "facing")
         if math.hypot(ahead[0], ahead[1]) < 1e-9:
             raise PlaceError("its +x axis, which should face it, points straight up or down", "facing")
         found.append(math.remainder(math.atan2(y, x) - math.atan2(ahead[1], ahead[0]), 2 * math.pi))

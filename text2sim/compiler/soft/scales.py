@@ -21,27 +21,28 @@ shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
 SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
-"""How far [m] contact of a rigid body reaches out, by the engine's choice, and how many of it make a grid's cell."""
+"""How far [m] the contact of a rigid body reaches by the engine's default, and how many of them make a cell."""
 STROKE = 1 / 6
 """Thickness of the strokes of a bold letter, as a part of its height."""
 
 
 @dataclass(frozen=True)
 class Scales:
-    """How fine everything is. `why` holds a sentence for each that was derived."""
+    """Resolution of all deformable bodies."""
 
     mpm_cell: float | None = None
     """Cell of the grid [m]; None without mpm bodies."""
     reach: float = 0.0
-    """How far [m] outside rigid bodies mpm bodies feel them, unless their material has a `soft_reach`."""
+    """Distance [m] from rigid bodies at which mpm bodies feel them, unless their material has a `soft_reach`."""
     pbd_size: float | None = None
     """Distance of particles [m]; None without pbd bodies."""
     edges: dict[str, float] = field(default_factory=dict)
     """Edge [m] of the elements of fem and ipc bodies, by body."""
     why: dict[str, str] = field(default_factory=dict)
+    """A sentence for each value that was derived."""
 
     def spacing(self, body: str, solver: str) -> float:
-        """Distance [m] of neighbouring points of a body at rest."""
+        """Return the distance [m] between neighbouring points of a body at rest."""
         if solver == "mpm":
             assert self.mpm_cell is not None
             return PARTICLE * self.mpm_cell
@@ -83,7 +84,7 @@ def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
 
 
 def thickness(shape: Any, folder: Path) -> float:
-    """Smallest thickness [m] of a solid: of its wall, its bar, its strokes.
+    """Return the smallest thickness [m] of a solid: of its wall, its bar, its strokes.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -98,7 +99,7 @@ def thickness(shape: Any, folder: Path) -> float:
 
 
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
-    """Lengths [m] of a cloth, the shorter first: of a mesh, the longer two of its bounds.
+    """Return the side lengths [m] of a cloth, the shorter first; of a mesh, the two longer sides of its bounds.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -111,7 +112,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
 
 
 def _given(copies: list[Copy]) -> float | None:
-    """The smallest `cell` of bodies."""
+    """Return the smallest `cell` that bodies have; None if none has one."""
     return min((copy.model.cell for copy in copies if copy.model.cell is not None), default=None)
 
 
@@ -160,7 +161,7 @@ def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
 
 
 def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -> dict[str, float]:
-    """Edge [m] by body; all copies of a body alike."""
+    """Return the edge [m] by body, one for all copies of a body."""
     edges: dict[str, float] = {}
     solids = [copy for copy in copies if copy.model.kind == "soft"]
     volume = sum(solid_volume(copy.shape, folder) for copy in solids)
@@ -187,5 +188,5 @@ def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -
 
 
 def _rounded(length: float) -> float:
-    """Three digits are enough, and read better."""
+    """Round to three digits: they are enough, and easier to read."""
     return float(f"{length:.3g}")

@@ -27,9 +27,9 @@ from text2sim.spec_schema.models.controls import Attach, Release
 from text2sim.spec_schema.models.expectations import Expect
 
 MAX_PAIRS = 2_000
-"""Pairs of bodies that are looked at, at most."""
+"""Largest number of pairs of bodies that are tested."""
 AIR = 0.02
-"""Room [m] below a body from which on it is in the air."""
+"""Smallest gap [m] below a body that is in the air."""
 
 
 def _at_rest(facts: Facts) -> Iterator[Problem]:
@@ -56,7 +56,7 @@ def held_at_start(facts: Facts) -> list[str]:
 
 
 def _moved(facts: Facts) -> str:
-    """What is meant to move, in words; empty if nothing seems to be."""
+    """Describe what is meant to move; empty if nothing is."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
             return f"`{name}` is to move something"
@@ -156,7 +156,7 @@ RULES = (
         title="All expectations would hold if nothing moved.",
         reason="""\
 Something is driven, pushed or dropped, and yet the case would pass if the engine did nothing. Such expectations only
-say what must not go wrong; that what was asked for happened is not tested.""",
+say what must not go wrong; they do not test that anything happened.""",
         way_out="Add an expectation that fails at the start: an event that has to come, a place to be reached.",
         example=_BALL % "",
         fix=_BALL % "    lands: {measure: height, at: end, below: 0.2}\n",

@@ -13,12 +13,12 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 
 COURANT, UNSTABLE = 0.5, 0.7
-"""Part of a cell that a sound wave may cross in a substep; at 0.74 and 1.0 bars of 10 MPa diverged, with finite
-numbers, while 0.3 to 0.9 held for 0.25 s at 1 MPa."""
+"""Fraction of a cell that a sound wave may cross in a substep. With 0.74 and 1.0, bars of 10 MPa diverged, with finite
+numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
 EMPTY = 0.25
-"""Thickness [cells] of what holds no particle: they are half a cell apart."""
+"""Thickness [cells] below which a body holds no particle: particles are half a cell apart."""
 THIN = 2.2
-"""Cells through a body: strokes of 2.2 cells bent and held."""
+"""Cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
 NEAR = 2.0
 """Cells between bodies at the start: they touch at 1.6 cells."""
 
@@ -107,9 +107,9 @@ RULES = (
 The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho), may cross half a cell in a
 substep. At 0.74 and 1.0 cells bars of 10 MPa diverged within a second: all points in a corner of the domain, finite
 numbers, no error. The engine's own suggestion looks at the grid alone. More than {COURANT:g} is a warning, more than
-{UNSTABLE:g} an error. Without `scene.substeps` they are chosen so that it holds.""",
+{UNSTABLE:g} an error. Without `scene.substeps` enough of them are chosen.""",
         way_out="""\
-Leave `scene.substeps` out, or take as many as the message says; or a softer material, or a coarser grid.""",
+Leave `scene.substeps` out, or take as many as the message says; or make the material softer, or the grid coarser.""",
         example="""\
 scene: {dt: 0.004, substeps: 4}
 bodies:
@@ -130,7 +130,7 @@ bodies:
         reason=f"""\
 A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
 no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error,
-and whatever is thinner than a quarter of one: it holds no particle.""",
+and so is any body thinner than a quarter of a cell: it holds no particle.""",
         way_out="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
         example="""\
 bodies:
