@@ -80,7 +80,13 @@ class Mending:
         return examined, doubts
 
     def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
-        """Adopt a repaired text, unless it is worse; return what the check finds in what is kept."""
+        """Adopt a repaired text, unless it is worse; return what the check finds in what is kept.
+
+        Args:
+            attempt: The attempt that gets the text.
+            text: The repaired text.
+            before: What the check found in its present text.
+        """
         found = examine(text, self.path)
         if found.errors or self.agreement.breaches(found):
             return before
