@@ -95,6 +95,10 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Path:
     trimesh.Trimesh(box.vertices, np.fliplr(box.faces), process=False).export(folder / "inverted.obj")
     trimesh.creation.torus(0.2, 0.05, major_sections=160, minor_sections=80).export(folder / "fine.obj")
     trimesh.creation.torus(0.2, 0.04).export(folder / "ring.obj")
+    channel = trimesh.boolean.difference(
+        [trimesh.creation.box((0.2, 0.2, 0.1)), trimesh.creation.box(bounds=[[-0.05, -0.2, 0], [0.05, 0.2, 0.2]])]
+    )
+    channel.export(folder / "channel.obj")
     return folder
 
 

@@ -44,7 +44,13 @@ def union(boxes: Iterable[Bounds]) -> Bounds | None:
 
 
 def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
-    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis."""
+    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis.
+
+    Args:
+        a: A box: its lowest and highest corner [m].
+        b: Another box.
+        slack: Overlap that does not count [m].
+    """
     (a0, a1, a2), (a3, a4, a5) = a
     (b0, b1, b2), (b3, b4, b5) = b
     return (
