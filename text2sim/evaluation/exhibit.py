@@ -100,7 +100,7 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
     run = made.path("run")
     if shown.loaded is None or run is None or prompt.requirements is None:
         return
-    names, bodies = list(prompt.requirements.rows()), list(shown.loaded.case.bodies)
+    names, bodies = list(prompt.requirements.rows()), [*shown.loaded.case.bodies, *shown.loaded.case.scene.statics]
 
     def check(answer: Bound) -> None:
         if wrong := claim_faults(answer.facts, names, bodies):
