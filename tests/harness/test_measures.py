@@ -170,6 +170,23 @@ def test_extent_follows_a_turning_box(new_run, measure):
         )
 
 
+def test_extent_in_the_frame_of_another_body_is_not_changed_by_its_turning(new_run, measure):
+    run = new_run()
+    angle = np.linspace(0, np.pi / 2, len(run.time))
+    way = np.outer(run.time, [2.0, 0, 1.0])
+    car = run.add_link("car", quat=turn(angle, [0, 1, 0]), pos=way)
+    run.add_box(car, (0.3, 0.1, 0.1))
+    # It rides 0.4 m above the car, as the car sees it: R(angle) (0, 0, 0.4) = 0.4 (sin, 0, cos).
+    above = 0.4 * np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1)
+    load = run.add_link("load", quat=turn(angle, [0, 1, 0]), pos=way + above)
+    run.add_box(load, (0.05, 0.05, 0.05))
+    folder = run.write()
+    asked = {"bodies": ("car", "load"), "kind": "extent", "of": "load", "axis": "z"}
+    for stat, expected in (("max", 0.45), ("min", 0.35), ("range", 0.1)):
+        np.testing.assert_allclose(measure(folder, **asked, frame="car", stat=stat).values, expected, atol=1e-5)
+    assert np.ptp(measure(folder, **asked, stat="range").values) > 0.03, "in the world it is that of a turning box"
+
+
 def test_extent_of_a_detailed_mesh_is_that_of_its_corners(new_run, measure):
     run = new_run(duration=0.2)
     rng = np.random.default_rng(1)

@@ -288,6 +288,10 @@ CENTRE = 1.35 / 26
         ({"kind": "extent", "of": "jelly", "axis": "z", "stat": "max"}, lambda t: 10.2 - G / 2 * t**2),
         ({"kind": "extent", "of": "jelly", "axis": "x", "stat": "range"}, lambda t: 0.2 + 0 * t),
         (
+            {"kind": "extent", "of": "jelly", "axis": "z", "stat": "max", "frame": "floor"},
+            lambda t: 10.2 - G / 2 * t**2,
+        ),
+        (
             {"kind": "extent", "of": "jelly", "axis": "z", "stat": "max", "region": {"face": "bottom"}},
             lambda t: 10 - G / 2 * t**2,
         ),

@@ -233,6 +233,11 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         for place, kind in ((MEASURE, "count_in"), (EVENT, "enters"))
         for rule, by in (("carrier", "brick"), ("unknown-body", "nothing_of_the_kind"))
     ),
+    *(
+        (rule, f"{MEASURE}/frame", None,
+         {MEASURE: {"kind": "extent", "of": "ball", "axis": "z", "stat": "max", "frame": frame}})
+        for rule, frame in (("carrier", "brick"), ("unknown-body", "nothing_of_the_kind"))
+    ),
 ]  # fmt: skip
 
 SILENT: list[dict[str, Any]] = [
@@ -240,6 +245,7 @@ SILENT: list[dict[str, Any]] = [
     {MEASURE: {"kind": "speed", "of": "brick[2:5]", "stat": "max"}},
     {MEASURE: {"kind": "speed", "of": "brick[3]"}},
     {MEASURE: {"kind": "position", "of": "floor", "axis": "z"}},
+    {MEASURE: {"kind": "extent", "of": "floor", "axis": "z", "stat": "max", "frame": "ball"}},
     {
         MEASURE: {"kind": "contact_force", "of": "paddle", "by": "ball"},
         EVENT: {"kind": "threshold", "measure": "it", "above": 1},

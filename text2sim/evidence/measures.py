@@ -14,7 +14,7 @@ from text2sim.evidence import contact_measures, soft_measures
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import SelectionError, Target
-from text2sim.recording.geometry import reach
+from text2sim.recording.geometry import axis_in, reach
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
@@ -240,26 +240,30 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     points.
     """
     targets = recording.names.select(measure.of)
-    low, high = _reached(recording, targets, measure.axis)
+    frame = None if measure.frame is None else recording.names.select(measure.frame)[0].root
+    low, high = _reached(recording, targets, measure.axis, frame)
+    origin, direction = axis_in(recording.states, measure.axis, frame)
     for number in soft_of(targets):
-        body, column = recording.states.deformables[number], _COLUMN[measure.axis]
-        if measure.region is None:
-            along = body.seen[..., column]
-        else:
-            along = body.points[:, soft_measures.region_rows(body, measure.region), column].astype(float)
+        body = recording.states.deformables[number]
+        points = body.seen
+        if measure.region is not None:
+            points = body.points[:, soft_measures.region_rows(body, measure.region)].astype(float)
+        along = ((points - origin[..., None, :]) * direction[..., None, :]).sum(axis=-1)
         low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):
         raise MeasureError(f"{measure.of} has no recorded shape")
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _reached(recording: RecordedCase, targets: Sequence[Target], axis: str) -> tuple[Array, Array]:
+def _reached(
+    recording: RecordedCase, targets: Sequence[Target], axis: str, frame: int | None = None
+) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]
     staying = [target for target in targets if target not in leaving]
-    low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis)
+    low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis, frame)
     for target in leaving:
-        ends = reach(recording.states, recording.geometry, links_of([target]).tolist(), axis)
+        ends = reach(recording.states, recording.geometry, links_of([target]).tolist(), axis, frame)
         below, above = (np.where(recording.gone(target.copy), np.nan, row) for row in ends)
         low, high = np.fmin(low, below), np.fmax(high, above)
     return low, high

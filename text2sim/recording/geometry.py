@@ -73,8 +73,10 @@ def _hull(vertices: Array) -> Array:
         return vertices
 
 
-def reach(states: RunStates, geometry: Geometry, links: Sequence[int], axis: str) -> tuple[Array, Array]:
-    """Return the lowest and highest coordinate (F,) [m] of links along a world axis, from their corners.
+def reach(
+    states: RunStates, geometry: Geometry, links: Sequence[int], axis: str, frame: int | None = None
+) -> tuple[Array, Array]:
+    """Return the lowest and highest coordinate (F,) [m] of links along an axis, from their corners.
 
     The coordinate of a corner c of a link at p with rotation R is p.a + c.(R^T a), so that one product of the
     corners with the turned axis serves a whole link.
@@ -84,15 +86,16 @@ def reach(states: RunStates, geometry: Geometry, links: Sequence[int], axis: str
         geometry: Corners of links.
         links: Numbers of the links.
         axis: `x`, `y` or `z`.
+        frame: Number of the link whose axis it is, counted from its origin; the world's if left out.
     """
     low, high = np.full(states.frames, np.inf), np.full(states.frames, -np.inf)
-    direction = np.array(AXES[axis])
+    origin, direction = axis_in(states, axis, frame)
     for link in links:
         corners = geometry.corners(int(link))
         if not len(corners):
             continue
         along = rotate_back(states.quat[:, link].astype(float), direction)
-        base = states.pos[:, link] @ direction
+        base = ((states.pos[:, link] - origin) * direction).sum(axis=-1)
         # In blocks, for long runs of detailed meshes.
         block = max(1, 2_000_000 // len(corners))
         for first in range(0, states.frames, block):
@@ -103,6 +106,20 @@ def reach(states: RunStates, geometry: Geometry, links: Sequence[int], axis: str
     nothing = ~np.isfinite(low) | ~np.isfinite(high)
     low[nothing] = high[nothing] = np.nan
     return low, high
+
+
+def axis_in(states: RunStates, axis: str, frame: int | None) -> tuple[Array, Array]:
+    """Return the origin [m] and direction, in the world, of an axis of a link, (F, 3) each; of the world's, (3,).
+
+    Args:
+        states: The recorded states.
+        axis: `x`, `y` or `z`.
+        frame: Number of the link; the world if None.
+    """
+    if frame is None:
+        return np.zeros(3), np.array(AXES[axis])
+    turned = rotate(states.quat[:, frame].astype(float), np.array(AXES[axis]))
+    return states.pos[:, frame].astype(float), turned
 
 
 def unit_vector(axis: Axis) -> Array:

@@ -132,7 +132,7 @@ def _speed(facts: Facts, measure: Any, target: Target) -> float | None:
 def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
     boxes = [facts.box(target.copy) if target.link is None else None for target in targets]
     known = [box for box in boxes if box is not None]
-    if len(known) < len(boxes) or measure.region is not None:
+    if len(known) < len(boxes) or measure.region is not None or measure.frame is not None:
         return None
     column = COLUMN[measure.axis]
     low, high = min(box[0][column] for box in known), max(box[1][column] for box in known)

@@ -183,6 +183,8 @@ def _frozen(measure: Any, targets: list[Target]) -> str:
     """Why a measure never changes."""
     if measure.kind in OF_CONTACTS or any(target.driven for target in targets):
         return ""
+    if measure.kind == "extent" and measure.frame is not None:
+        return ""
     if any(target.turns if measure.kind in OF_THE_FRAME else target.moves for target in targets):
         return ""
     first = targets[0]

@@ -163,6 +163,9 @@ class Extent(Measured):
     """A body or its copies."""
     region: BodyRegion | None = None
     """Of bodies that deform: of this part of them alone, chosen at the start."""
+    frame: Selector | None = None
+    """A rigid body or link, from whose origin and along whose axes is measured; the world if left out. So the height of
+    a soft body on a car does not change as the car pitches."""
     axis: AxisName
     """Which coordinate."""
     stat: Literal["max", "min", "range"]

@@ -38,6 +38,10 @@ def check_measures(table: NameTable) -> None:
             if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
+        if isinstance(measure, measures.Extent) and measure.frame is not None:
+            frame = table.find(measure.frame, (*where, "frame"))
+            if frame is not None:
+                _check_rigid(table, (*where, "frame"), frame, "has the axes along which is measured")
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
@@ -76,10 +80,14 @@ def check_carrier(table: NameTable, where: Path, thing: measures.Measure | event
     """
     carrier = getattr(getattr(thing, "region", None), "moves_with", None)
     member = table.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
-    if member is not None and (member.count > 1 or deforms(member)):
+    if member is not None:
+        _check_rigid(table, (*where, "region", "moves_with"), member, "carries a region")
+
+
+def _check_rigid(table: NameTable, where: Path, member: Member, does: str) -> None:
+    if member.count > 1 or deforms(member):
         what = "deforms" if deforms(member) else f"means {member.count} copies"
-        message = f"`{member.text}` {what}: one body of links, or one link, carries a region"
-        table.report((*where, "region", "moves_with"), message, "carrier")
+        table.report(where, f"`{member.text}` {what}: one body of links, or one link, {does}", "carrier")
 
 
 def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -> None:
