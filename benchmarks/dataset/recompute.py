@@ -66,7 +66,7 @@ def compared(
         depth, masks, flow = (arrays[name] for name in ("depth", "instances", "flow"))
     with np.load(io.BytesIO(sample["states.npz"])) as arrays:
         time, pos, quat = (arrays[name].astype(float) for name in ("time", "pos", "quat"))
-    shapes = {name: shape for name, shape in _shapes(case).items() if shape is not None}
+    shapes = {name: shape for name, shape in shapes_of(case).items() if shape is not None}
     for thing in item["things"]:
         shape, of = shapes.get(thing["body"]), [k for k, row in enumerate(links) if row["body"] == thing["name"]]
         if thing["static"] or shape is None or len(of) != 1:
@@ -106,23 +106,24 @@ def compared(
                 yield "flow [pixels]", np.linalg.norm(moved - flow[k, down, right], axis=1)[known]
 
 
-def _shapes(case: Mapping[str, Any]) -> dict[str, dict[str, Any] | None]:
+def shapes_of(case: Mapping[str, Any]) -> dict[str, dict[str, Any] | None]:
     """Boxes, balls and cylinders of which the size stands there in numbers, or as a parameter alone."""
     found: dict[str, dict[str, Any] | None] = {}
     for name, body in case["bodies"].items():
         params, shape = case.get("params") or {}, body.get("shape") or {}
-        sizes = {key: _number(shape.get(key), params) for key in SIZES.get(str(shape.get("kind")), ())}
+        sizes = {key: number_of(shape.get(key), params) for key in SIZES.get(str(shape.get("kind")), ())}
         alike = (body.get("repeat") or {}).get("kind") != "running_bond"  # which has half bricks
         plain = body.get("kind") == "rigid" and alike and sizes and all(size is not None for size in sizes.values())
         found[name] = {"kind": shape["kind"], **sizes} if plain else None
     return found
 
 
-def _number(value: Any, params: Mapping[str, Any]) -> Any:
+def number_of(value: Any, params: Mapping[str, Any]) -> Any:
+    """Return a number, or a list of some, that stands there or in a parameter; None for anything else."""
     if isinstance(value, str):
         value = params.get(value.removeprefix("${").removesuffix("}"))
     if isinstance(value, list):
-        found = [_number(one, params) for one in value]
+        found = [number_of(one, params) for one in value]
         return None if None in found else found
     return value if isinstance(value, int | float) else None
 

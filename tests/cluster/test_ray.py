@@ -142,35 +142,53 @@ def test_what_a_user_wrote_wrong_comes_back_as_words(begin, tmp_path):
     assert one.error == "there is no ball"
 
 
+def drops(folder: Path, duration: float) -> list[Task]:
+    """Four runs of a ball that falls, with other seeds."""
+    case = folder / "drop"
+    case.mkdir()
+    (case / "case.yaml").write_text(CASE)
+    return [
+        Task(
+            "text2sim.cluster.work:simulate",
+            {
+                "variants": [],
+                "sets": [f"scene.seed={n}", f"scene.duration={duration}"],
+                "point": None,
+                "lint": [],
+                "film": False,
+            },
+            label=f"drop{n}",
+            needs=SMALL,
+            inputs={"case": case},
+            output=folder / "runs",
+        )
+        for n in range(4)
+    ]
+
+
+def at_work() -> list[psutil.Process]:
+    """Ray's processes that have an engine, which writes its states below the task's folder."""
+    found = []
+    for process in psutil.process_iter(["cmdline"]):
+        with suppress(psutil.Error):
+            if " ".join(process.info["cmdline"] or ()).startswith("ray::drop") and process.children(recursive=True):
+                found.append(process)
+    return found
+
+
 @pytest.mark.usefixtures("engine")
 @pytest.mark.timeout(1500)
 def test_a_worker_killed_while_it_simulates_costs_that_run_alone(cluster, tmp_path):
     """Four real runs on two or three nodes with warm engines; once one is done, another is killed in mid-run."""
-    case, store = tmp_path / "drop", tmp_path / "store"
-    case.mkdir()
-    (case / "case.yaml").write_text(CASE)
-    tasks = [
-        Task(
-            "text2sim.cluster.work:simulate",
-            {"variants": [], "sets": [f"scene.seed={n}"], "point": None, "lint": [], "film": False},
-            label=f"drop{n}",
-            needs=SMALL,
-            inputs={"case": case},
-            output=tmp_path / "runs",
-        )
-        for n in range(4)
-    ]
+    store, tasks = tmp_path / "store", drops(tmp_path, 2.0)
     killed: list[str] = []
 
     def kill() -> None:
         while not killed:
-            for process in psutil.process_iter(["cmdline"]) if [*store.glob("trees/*.json")] else ():
-                title = " ".join(process.info["cmdline"] or ())
-                # It has an engine that is at work: a program that runs writes its states below the task's folder.
-                if title.startswith("ray::drop") and process.children(recursive=True):
-                    process.kill()
-                    killed.append(title)
-                    break
+            for process in at_work()[:1] if [*store.glob("trees/*.json")] else ():
+                title = " ".join(process.cmdline())
+                process.kill()
+                killed.append(title)
             time.sleep(0.05)
 
     threading.Thread(target=kill, daemon=True).start()
@@ -190,3 +208,24 @@ def test_a_worker_killed_while_it_simulates_costs_that_run_alone(cluster, tmp_pa
         assert {"run.json", "report.html", "evidence.json", "case.yaml"} <= {path.name for path in folder.iterdir()}
     assert len({one.result["folder"] for one in done}) == 4
     assert [one.tries for one in run()] == [0] * 4, "all of it is in the store"
+
+
+@pytest.mark.usefixtures("engine")
+@pytest.mark.timeout(1500)
+def test_a_request_to_stop_ends_the_engines_too(cluster, tmp_path):
+    """Runs of many minutes; once two engines simulate, somebody asks to stop."""
+    stop, engines = Stop(), []
+
+    def ask() -> None:
+        while len(at_work()) < 2:
+            time.sleep(0.1)
+        engines.extend(child for process in at_work() for child in process.children(recursive=True))
+        stop.request()
+
+    threading.Thread(target=ask, daemon=True).start()
+    done = list(run_ray(drops(tmp_path, 600.0), cluster.address, str(tmp_path / "store"), stop))
+    assert [one.stopped for one in done] == [True] * 4
+    assert len(engines) >= 2
+    _, alive = psutil.wait_procs(engines, timeout=15)
+    assert not alive
+    assert not at_work()
