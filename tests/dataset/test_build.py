@@ -71,7 +71,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
     target = recipe_folder / "drops"
 
     def tell(tally: Tally, made: Made) -> None:
-        told.append(tally.done)
+        told.append((tally.done, tally.fresh))
 
     def complete(folder: Path) -> None:
         (folder / "benchmarks/drop").mkdir(parents=True)
@@ -80,7 +80,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
     runs = recipe_folder / "runs"
     tally = build(recipe, recipe_folder, target, runs, where=Where(), dropped={}, tell=tell, complete=complete)
     assert "for other simulators: `drop`" in (target / "README.md").read_text()
-    assert told == [1, 2]
+    assert told == [(1, 1), (2, 2)]
     assert check_dataset(target) == []
     items = {row["key"]: row for row in pq.read_table(target / "items").to_pylist()}
     assert [*items] == [

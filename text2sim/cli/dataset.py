@@ -60,9 +60,10 @@ def build_dataset(
     def tell(tally: "Tally", made: "Made") -> None:
         if not as_json:
             keys = ", ".join(item.key for item in made.items) or "nothing"
-            left = (monotonic() - begun) / tally.done * (tally.jobs - tally.done)
+            each = (monotonic() - begun) / tally.fresh if tally.fresh else 0.0
+            left = f", {seconds(each * (tally.jobs - tally.done))} left" if each else ""
             refused = f"; {len(made.refused)} refused" if made.refused else ""
-            say(f"[{tally.done}/{tally.jobs}, {seconds(left)} left] {keys}{refused}")
+            say(f"[{tally.done}/{tally.jobs}{left}] {keys}{refused}")
 
     def announce(tasks: "Sequence[Task]") -> None:
         if not as_json:

@@ -35,6 +35,8 @@ class Tally:
 
     jobs: int = 0
     done: int = 0
+    fresh: int = 0
+    """Of these, how many no earlier build had done."""
     items: Counter[str] = field(default_factory=Counter)
     """By split."""
     refused: Counter[str] = field(default_factory=Counter)
@@ -135,6 +137,7 @@ def build(
                 raise MachineError(done.error)
             failed = {"key": job.key, "stage": "error", "why": [done.error], "drawn": []}
             made = Made([], [failed]) if done.result is None else read_made(job)
+            writer.tally.fresh += bool(done.tries and (done.result is None or done.result["fresh"]))
             writer.add(made)
             tell(writer.tally, made)
         if stop.count:

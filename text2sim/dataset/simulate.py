@@ -118,12 +118,13 @@ def work(
     # On another machine runs go with the task's folder: what lies in folders with a dot stays there.
     kept = Path(runs) if Path(runs).parent.is_dir() else place.output / ".runs"
     job = Job(told, source, case, name, base, number, kept, place.output, place.runner, place.stop)
-    make(job)
-    return {}
+    return {"fresh": make(job)}
 
 
-def make(job: Job) -> None:
-    """Do a job, unless an earlier build did. What its author can put right ends up among what is refused.
+def make(job: Job) -> bool:
+    """Do a job, and return whether there was anything to do, which is not so if an earlier build did it.
+
+    What its author can put right ends up among what is refused.
 
     Raises:
         RunError: if somebody asked to stop before it was done.
@@ -131,10 +132,11 @@ def make(job: Job) -> None:
     job.out.mkdir(parents=True, exist_ok=True)
     done, digest = job.out / f"{job.key}.json", _digest(job)
     if done.is_file() and json.loads(done.read_text("utf-8"))["digest"] == digest:
-        return
+        return False
     made = _make(job)
     rows = [asdict(item) | {"folder": ""} for item in made.items]
     write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
+    return True
 
 
 def read_made(job: Job) -> Made:
