@@ -1,5 +1,6 @@
 """Texts and sketches: letters and pieces in reading order, with their holes, as solids; what is wrong is said."""
 
+import json
 import math
 import struct
 import zlib
@@ -12,7 +13,7 @@ from PIL import Image
 from soft_quality import signed_volume, surface_faults
 
 from text2sim.compiler.build import resolve_case
-from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes import geometry, sketching
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import chosen, glyph_parts, whole
@@ -220,6 +221,24 @@ class TestSketches:
         picture[5:7, 5:7] = (0, 0, 0, 255)
         Image.fromarray(picture).save(tmp_path / "sketch.png")
         assert len(glyph_parts(sketch(), tmp_path)) == 1
+
+    def test_what_was_traced_is_kept(self, tmp_path, monkeypatch):
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        draw(tmp_path / "sketch.png", [(60, 50), (60, 250)], (220, 150, 90))
+        before = glyph_parts(sketch(), tmp_path)
+        (kept,) = (tmp_path / "cache").rglob("*.json")
+        (tmp_path / "more").mkdir()
+        (tmp_path / "sketch.png").rename(tmp_path / "more" / "sketch.png")
+        monkeypatch.setattr(sketching, "trace", None)
+        again = glyph_parts(sketch(), tmp_path / "more")
+        assert [(g.form.wkb, g.row, g.column) for g in again] == [(g.form.wkb, g.row, g.column) for g in before]
+        monkeypatch.undo()
+        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        answer = json.loads(kept.read_text())
+        for name in answer:
+            kept.write_text(json.dumps(answer | {name: answer[name][:-16]}))
+            sketching._read.cache_clear()
+            assert [g.form.wkb for g in glyph_parts(sketch(), tmp_path / "more")] == [g.form.wkb for g in before]
 
     def test_a_part_is_a_piece(self, tmp_path):
         draw(tmp_path / "sketch.png", [(60, 50), (60, 250)], (220, 150, 90))

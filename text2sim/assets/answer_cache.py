@@ -1,4 +1,4 @@
-"""Cache of what was found out about models, in the user's cache folder, by content and by version of who said it.
+"""Cache of what was found out about files, in the user's cache folder, by content and by version of who said it.
 
 To load MuJoCo or a reader of URDF takes a second. What is kept is plain JSON, and nothing of it is believed that does
 not look like an answer. Without a folder to write to, the question is asked every time.
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-ASKED = ("mujoco", "numpy", "pymeshlab", "trimesh", "yourdfpy")
+ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "shapely", "trimesh", "yourdfpy")
 """Packages on whose versions answers depend."""
 MAX_ANSWERS = 1000
 """Answers that are kept; then the oldest go."""

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import cached, packed, unpacked
 from text2sim.assets.confined import confined
 from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
@@ -32,6 +34,8 @@ LARGE = 1_000_000
 """Pixels of a picture that is looked at in a process of its own."""
 SEEN = 4
 """How many times as many may be traced, most of which are dirt."""
+PACKED = ("points", "rings", "forms", "places")
+"""What is kept of a picture's strokes: points, where rings and forms begin among them, row and column of each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,51 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
 
 @lru_cache(maxsize=32)
 def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
-    return confined(trace, path, large=pixels_of(path) > LARGE)
+    """Return the strokes of a picture, from memory if it was traced before."""
+    with path.open("rb") as stream:
+        digest = file_digest(stream, "sha256").digest()
+
+    def ask() -> dict[str, Any]:
+        return _packed(confined(trace, path, large=pixels_of(path) > LARGE))
+
+    found = _unpacked(cached((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(PACKED, str), ask))
+    if found is None:  # what was kept is damaged
+        found = _unpacked(ask())
+    assert found is not None
+    return found
+
+
+def _packed(found: tuple[Stroke, ...]) -> dict[str, str]:
+    import numpy as np
+    import shapely
+
+    _, points, (rings, forms) = shapely.to_ragged_array([stroke.form for stroke in found])
+    places = np.array([(stroke.row, stroke.column) for stroke in found])
+    return dict(zip(PACKED, map(packed, (points, rings, forms, places)), strict=True))
+
+
+def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
+    """The strokes that were kept, or None if that is not what they are."""
+    import shapely
+
+    columns = {"points": ("f8", 2), "rings": ("i8", 1), "forms": ("i8", 1), "places": ("i8", 2)}
+    points, rings, forms, places = (unpacked(kept[name], *columns[name]) for name in PACKED)
+    if points is None or rings is None or forms is None or places is None:
+        return None
+    if not _splits(rings, len(points)) or not _splits(forms, len(rings) - 1) or len(forms) != len(places) + 1:
+        return None
+    try:
+        made = shapely.from_ragged_array(shapely.GeometryType.POLYGON, points, (rings.ravel(), forms.ravel()))
+    except (ValueError, shapely.GEOSException):
+        return None
+    return tuple(Stroke(form, *place) for form, place in zip(made.tolist(), places.tolist(), strict=True))
+
+
+def _splits(offsets: "np.ndarray", count: int) -> bool:
+    """Whether offsets (n, 1) part so many things into groups, none of which is empty."""
+    return (
+        len(offsets) > 0 and offsets[0, 0] == 0 and offsets[-1, 0] == count and bool((offsets[1:] > offsets[:-1]).all())
+    )
 
 
 def trace(path: Path) -> tuple[Stroke, ...]:
