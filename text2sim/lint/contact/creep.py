@@ -27,6 +27,8 @@ FLUSH = 0.0175
 """Angle [rad] up to which faces lie flat on each other."""
 POINTS = 4
 """Contacts of a face."""
+NOSLIP, LESS = 10, 0.5
+"""Iterations against creeping that stop what needs less than this part of its friction."""
 SOFT = (1 - 0.9) / 0.9 * 0.95 / 2
 """(1 - dmin) / dmin * dmax / 2 of the engine's contact parameters."""
 
@@ -61,7 +63,8 @@ def _creeping(facts: Facts) -> Iterator[Problem]:
             for other, normal in supports:
                 slope = math.acos(min(1.0, sum(a * b for a, b in zip(normal, up, strict=True))))
                 friction = friction_between(facts, copy, other)
-                if math.tan(slope) < friction and _lies_on(facts, copy, other, normal):
+                stopped = scene.solver.noslip_iterations >= NOSLIP and math.tan(slope) < LESS * friction
+                if math.tan(slope) < friction and not stopped and _lies_on(facts, copy, other, normal):
                     speed = creep_speed(pull, slope, friction, facts.settings.timeconst)
                     found.append((speed, slope, friction, copy, other))
                     break
@@ -94,7 +97,7 @@ def _finding(facts: Facts, speed: float, slope: float, friction: float, copy: Co
         f"{length(speed * facts.case.scene.duration)} until the end: the pyramidal friction cone lets it; set "
         "`friction_cone: elliptic` in scene.contact"
     )
-    text += ", or `noslip_iterations: 10` in scene.solver" if used < 0.5 else ", or take more substeps"
+    text += f", or `noslip_iterations: {NOSLIP}` in scene.solver" if used < LESS else ", or take more substeps"
     return facts.problem("creeps", ("bodies", copy.body), text, key=True)
 
 
