@@ -65,12 +65,12 @@ class Attempt:
     """What the program found out about requirements."""
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Those of the named expectations that failed."""
+        """Return those of the named expectations that failed."""
         known = {one: name for name in names for one in numbered(name, self.expect)}
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
     def history_row(self) -> str:
-        """One line about it for the history."""
+        """Return one line about it for the history."""
         missed = [name for name, row in self.expect.items() if row.get("ok") is not True]
         row = f"{self.number}. {self.cause}: "
         row += self.state if not self.problems else "refused: " + "; ".join(self.problems[:2])
@@ -84,7 +84,7 @@ class Attempt:
         return row
 
     def shortcomings(self, requirements: Mapping[str, Requirement]) -> list[str]:
-        """Problems, requirements that are not fully met, and failures that the Critic names, if it was not accepted."""
+        """Return problems, unmet requirements and the failures that the Critic names, if it was not accepted."""
         if self.accepted:
             return list(self.problems)
         marks, failures = (self.critique or {}).get("requirements", {}), (self.critique or {}).get("failures", ())
@@ -140,7 +140,7 @@ class Attempts:
             self._warm = None
 
     def of(self, number: int) -> Path:
-        """The folder of an attempt."""
+        """Return the folder of an attempt."""
         return self.folder / f"{number:02}"
 
     def keep(self, attempt: Attempt) -> None:
@@ -195,7 +195,7 @@ class Attempts:
         return all((folder / name).is_file() for name in attempt.pictures)
 
     def images(self, attempt: Attempt) -> tuple[Image, ...]:
-        """The pictures of an attempt."""
+        """Return the pictures of an attempt."""
         folder = self.of(attempt.number)
         return tuple(Image(name, "image/png", (folder / name).read_bytes()) for name in attempt.pictures)
 

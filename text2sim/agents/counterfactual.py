@@ -90,6 +90,6 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
 
 
 def part_of(facts: Iterable[Fact]) -> str:
-    """Section of the evidence text that states these facts."""
+    """Return the section of the evidence text that states these facts."""
     rows = [f"- `{fact.requirement}`: {fact.told}" for fact in facts]
     return "\n".join([TITLE, "", *rows]) if rows else ""

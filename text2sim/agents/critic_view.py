@@ -44,7 +44,7 @@ def exhibit(
 
 
 def judgements(made: Sequence[Attempt]) -> str:
-    """Earlier judgements with what became of their patches, and a table of expectations over all attempts."""
+    """Return earlier judgements with the fate of their patches, and a table of expectations over all attempts."""
     earlier = [one for one in made[:-1] if one.number]
     if not earlier:
         return ""
@@ -53,7 +53,7 @@ def judgements(made: Sequence[Attempt]) -> str:
 
 
 def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
-    """The evidence of the latest attempt, with the changes since the previous one and their effects."""
+    """Return the evidence of the latest attempt, with the changes since the previous one and their effects."""
     earlier = [other for other in made[:-1] if other.expect]
     if not earlier or not attempt.changes:
         return attempt.evidence
@@ -63,7 +63,7 @@ def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
 
 
 def kept(attempt: Attempt) -> list[str]:
-    """What holds in an attempt and must survive the next change."""
+    """Return what holds in an attempt and must survive the next change."""
     marks = (attempt.critique or {}).get("requirements", {})
     rows = [f"{name}: {row['why']}" for name, row in attempt.expect.items() if row.get("ok") is True]
     rows += [f"requirement {name} is met" for name, row in marks.items() if row["mark"] == 1]

@@ -29,7 +29,7 @@ class DealtCards:
     """Cards that each role was given."""
 
     def index(self) -> str:
-        """The ids of all cards, for the Planner; an id names the card's subject."""
+        """Return the ids of all cards, for the Planner; an id names the card's subject."""
         return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
     @property
@@ -42,7 +42,7 @@ class DealtCards:
         return self.library is not None and card in self.library.entries
 
     def pages(self, names: Iterable[str]) -> dict[str, str]:
-        """The cards with these ids, in the form that Writers get."""
+        """Return the cards with these ids, in the form that Writers get."""
         if self.library is None:
             return {}
         return {name: self.library.entries[name].card.brief("bodies") for name in names if self.has(name)}
@@ -65,7 +65,7 @@ class DealtCards:
         return "\n\n".join(self.library.entries[card].card.brief(reader) for card in chosen)
 
     def offer(self, text: str, modes: Collection[str], signatures: Collection[str], about: str) -> str:
-        """One line for each card that may fit a failure: matched by its signature, or by words.
+        """Return one line for each card that may fit a failure: matched by its signature, or by words.
 
         Args:
             text: Description of the failure.

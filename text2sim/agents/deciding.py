@@ -341,7 +341,7 @@ def open_case(
 
 
 def as_decision(opening: Opening) -> Decision:
-    """The decision that is equivalent to an opening."""
+    """Return the decision that is equivalent to an opening."""
     return Decision(action="repair", why=opening.why or opening.event, params=opening.params, patch=opening.patch)
 
 

@@ -64,12 +64,12 @@ class Fact:
 
 
 def kept(facts: Iterable[Fact]) -> list[dict[str, Any]]:
-    """Facts as data."""
+    """Return the facts as data."""
     return [asdict(fact) for fact in facts]
 
 
 def false(facts: Iterable[Fact]) -> dict[str, str]:
-    """The false facts, by requirement."""
+    """Return the false facts, by requirement."""
     return {fact.requirement: fact.told for fact in facts if fact.ok is False}
 
 
@@ -183,7 +183,7 @@ def alike(color: tuple[float, ...], word: str) -> bool:
 
 
 def called(color: tuple[float, ...]) -> str:
-    """A colour's everyday name and its hex code."""
+    """Return a colour's everyday name and its hex code."""
     near = _nearest(color)
     digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
     return f"{min(near, key=lambda term: near[term])} (#{digits})"

@@ -150,7 +150,7 @@ def _without_softness(text: str) -> str:
 
 @cache
 def to_plan_with() -> str:
-    """The Planner's reference of measures, events and expectations: a line and an example for each kind."""
+    """Return the Planner's reference of measures, events and expectations: a line and an example for each kind."""
     parts = []
     for section in _sections(READS["expectations"]):
         tabled = isinstance(section.models, tuple)
@@ -160,13 +160,13 @@ def to_plan_with() -> str:
 
 @cache
 def kinds_to_expect_with() -> str:
-    """The names of kinds of measures and of events."""
+    """Return the names of kinds of measures and of events."""
     return ", ".join(measured_kinds())
 
 
 @cache
 def measured_kinds() -> tuple[str, ...]:
-    """Kinds of measures and of events."""
+    """Return the kinds of measures and of events."""
     return tuple(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
 
 
@@ -243,7 +243,7 @@ def explanation(name: str) -> str:
 
 @cache
 def rules(*, brief: bool = False) -> str:
-    """The general rules of the language, expressions and selectors; `brief` for authors whose case is checked."""
+    """Return general rules of the language, expressions and selectors; `brief` for authors whose case is checked."""
     if brief:
         return _BRIEF_RULES
     from text2sim.spec_schema.published.language_reference import language_reference
@@ -269,7 +269,7 @@ position counts from the start."""
 
 @cache
 def vocabulary() -> str:
-    """The vocabulary of a plan: a line for each kind of body, shape, mount, control, camera, and for each prefab."""
+    """Return the vocabulary of a plan: a line for each kind of body, shape, mount, control, camera, and each prefab."""
     parts = []
     for section in _sections(INDEXED):
         kinds = section_kinds(section.models)
@@ -308,7 +308,7 @@ def _told(gists: dict[str, str]) -> list[str]:
 
 
 def known_kinds() -> frozenset[str]:
-    """Every kind of body, shape, mount, pattern and the like, and the names of prefabs."""
+    """Return every kind of body, shape, mount, pattern and the like, and the names of prefabs."""
     from text2sim.spec_schema.reuse.catalogue import examples
 
     found = set(examples())
@@ -337,18 +337,18 @@ def _forms() -> dict[str, set[str]]:
 
 
 def body_kinds() -> tuple[str, ...]:
-    """Kinds of bodies."""
+    """Return the kinds of bodies."""
     return _kinds_of("`bodies`: the actors")
 
 
 def shape_kinds() -> tuple[str, ...]:
-    """Kinds of shapes, of bodies and of cloth."""
+    """Return the kinds of shapes, of bodies and of cloth."""
     return tuple(dict.fromkeys([*_kinds_of("Shapes"), *_kinds_of("Shapes of cloth")]))
 
 
 @cache
 def shapes_of(body: str) -> tuple[str, ...]:
-    """Kinds of shapes that a kind of body, or a static, accepts; empty if it has no shape of its own."""
+    """Return the kinds of shapes that a kind of body, or a static, accepts; empty if it has no shape of its own."""
     from text2sim.spec_schema.models.scene import Static
     from text2sim.spec_schema.vocabulary.words import slot_of
 
@@ -362,7 +362,7 @@ def shapes_of(body: str) -> tuple[str, ...]:
 
 
 def mount_kinds() -> tuple[str, ...]:
-    """Kinds of mounts."""
+    """Return the kinds of mounts."""
     return _kinds_of("Mounts")
 
 

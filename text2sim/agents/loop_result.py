@@ -21,7 +21,7 @@ class Limits:
     """Minutes by the clock that are left for everything."""
 
     def timeout(self) -> float:
-        """Wall time [s] that the next simulation may take."""
+        """Return the wall time [s] that the next simulation may take."""
         left = self.minutes_left()
         return self.sim_timeout if left is None else max(1.0, min(self.sim_timeout, 60 * left))
 

@@ -85,7 +85,7 @@ def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str,
 
 
 def rows(requirements: Requirements) -> str:
-    """One line for each requirement."""
+    """Return one line for each requirement."""
     return "\n".join(f"- `{name}` ({one.importance}): {one.what}" for name, one in requirements.items())
 
 

@@ -27,7 +27,7 @@ _WORD = re.compile(r"(?<![\w.'\"])[A-Za-z_]\w*", re.ASCII)
 
 
 def data_of(text: str) -> Data:
-    """The plain data of a case, with `${…}` left in."""
+    """Return the plain data of a case, with `${…}` left in."""
     return parse_document(check_source(Source(text, "case.yaml"))).data
 
 

@@ -65,7 +65,7 @@ class Order3D:
             raise AssetError(f"{self.triangles} triangles are not possible: Meshy makes 100 to 300000")
 
     def price(self, stage: Stage) -> int:
-        """Credits of a stage, as the public price list has it."""
+        """Return the credits of a stage, as the public price list has it."""
         return REFINE if stage == "refine" else PRICES.get(self.model, PREVIEW)
 
 

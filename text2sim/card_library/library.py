@@ -63,7 +63,7 @@ class Library:
     problems: list[Problem] = field(default_factory=list)
 
     def index(self) -> str:
-        """One line for each card: what a Planner chooses from."""
+        """Return one line for each card: what a Planner chooses from."""
         return "\n".join(entry.card.index_line() for entry in self.entries.values())
 
     def find(self, name: str) -> Entry:

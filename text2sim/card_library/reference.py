@@ -85,7 +85,7 @@ prompts, one that the ledger does not know (`distill CASE` makes such), or one t
 
 
 def cards_reference(library: Library | None = None) -> str:
-    """Text of the page."""
+    """Return the text of the page."""
     entries = (library or load_library([BUILT_IN])).entries.values()
     intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
     intro = intro.replace("@SAME@", f"{SAME:.0%}".replace("%", " %"))

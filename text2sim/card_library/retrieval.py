@@ -77,12 +77,12 @@ def find_cards(
 
 
 def words(text: str) -> list[str]:
-    """Words of a text in lower case, without the commonest and without their endings."""
+    """Return the words of a text in lower case, without the commonest and without their endings."""
     return [_stem(word) for word in _WORD.findall(text.lower()) if word not in _COMMON]
 
 
 def alike(one: Card, other: Card) -> float:
-    """How much two cards say the same: the part of their words that both have (Jaccard), 0 to 1."""
+    """Return how much two cards say the same: the part of their words that both have (Jaccard), 0 to 1."""
     mine, its = (
         set(words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair]))) for card in (one, other)
     )

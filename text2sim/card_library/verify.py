@@ -34,7 +34,7 @@ class Verdict:
     """Time [s] that it took."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The verdict as plain data, for machines."""
+        """Return the verdict as plain data, for machines."""
         return {
             "id": self.id,
             "ok": self.ok,

@@ -55,7 +55,7 @@ def diff(
 
 
 def report_lines(found: "Comparison") -> list[str]:
-    """Lines that describe the differences by section, and their consequences."""
+    """Return the lines that describe the differences by section, and their consequences."""
     from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 
     lines = []
@@ -69,7 +69,7 @@ def report_lines(found: "Comparison") -> list[str]:
 
 
 def stat_lines(found: "Comparison") -> list[str]:
-    """Lines that count the differences."""
+    """Return the lines that count the differences."""
     from text2sim.spec_schema.changes.diff_words import sections
 
     lines = []

@@ -205,7 +205,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
 
 
 def outcome_document(session: "Session", outcome: "Outcome") -> dict[str, Any]:
-    """Document that `--json` prints."""
+    """Return the document that `--json` prints."""
     best = outcome.best
     return {
         "ok": outcome.state == "accepted",

@@ -35,7 +35,7 @@ EVERY = 15.0
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
-    """Where tasks run according to the options; None for sequentially in this process.
+    """Return where tasks run according to the options; None for sequentially in this process.
 
     Args:
         workers: Number of tasks that run at once here.

@@ -22,7 +22,7 @@ Sets = Annotated[
 
 
 def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "Overlay":
-    """Overlay of a case that `--variant` and `--set` define."""
+    """Return the overlay of a case that `--variant` and `--set` define."""
     from text2sim.spec_schema.reuse.overlay import Overlay
 
     return Overlay(tuple(variants or ()), tuple(sets or ()))

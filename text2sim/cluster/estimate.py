@@ -22,7 +22,7 @@ OWN = 500_000_000
 
 
 def measured(runs: Path) -> dict[str, Needs]:
-    """What runs that lie in a folder took, by case: the most memory, and the mean time."""
+    """Return what runs that lie in a folder took, by case: the most memory, and the mean time."""
     found: dict[str, list[RunRecord]] = {}
     for path in runs.glob("*/run.json"):
         if (record := RunRecord.read(path.parent)) is not None and record.peak_memory:
@@ -38,7 +38,7 @@ def measured(runs: Path) -> dict[str, Needs]:
 
 
 def needs_of(loaded: "LoadedCase", known: dict[str, Needs], *, gpu: bool) -> Needs:
-    """What the simulation of a case occupies: as measured, or a guess.
+    """Return what the simulation of a case occupies: as measured, or a guess.
 
     Args:
         loaded: The case.

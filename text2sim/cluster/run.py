@@ -22,7 +22,7 @@ class Where:
 
 
 def slots(where: Where) -> int:
-    """How many tasks of one core run there at once.
+    """Return how many tasks of one core run there at once.
 
     Raises:
         MachineError: if there is no such cluster.

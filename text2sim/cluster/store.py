@@ -97,7 +97,7 @@ class Store:
             self._write(f"{self._root}/trees/{key}.json", lambda path: self._fs.pipe_file(path, text.encode()))
 
     def kept(self, key: str) -> tuple[dict[str, Any], Tree] | None:
-        """What came of a task, if it is known.
+        """Return what came of a task, if it is known.
 
         Raises:
             RunError: if the store cannot be reached.
@@ -168,7 +168,7 @@ class Store:
 
 
 def digest_of(tree: Tree) -> str:
-    """Digest of a folder's content."""
+    """Return the digest of a folder's content."""
     return sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
 
 

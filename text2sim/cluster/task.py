@@ -48,7 +48,7 @@ class Task:
     """Folder into which it writes; what lies there already stays."""
 
     def order(self, inputs: Mapping[str, Any], output: Any) -> dict[str, Any]:
-        """The task as data for a worker."""
+        """Return the task as data for a worker."""
         return {"function": self.function, "arguments": dict(self.arguments), "inputs": inputs, "output": output}
 
 
@@ -101,7 +101,7 @@ def call(order: Mapping[str, Any], place: Place) -> dict[str, Any]:
 
 
 def key_of(order: Mapping[str, Any], code: str) -> str:
-    """Digest of all that the result of a task depends on.
+    """Return the digest of all that the result of a task depends on.
 
     Args:
         order: The task; its inputs are digests.

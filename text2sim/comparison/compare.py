@@ -24,7 +24,7 @@ class Comparison:
     """`name`, `values`: how the runs ended, what they took, what they ran on."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The comparison for machines."""
+        """Return the comparison for machines."""
         return {
             "runs": [{"label": run.label, "folder": str(run.folder), "verdict": run.verdict} for run in self.runs],
             "spec": self.spec,

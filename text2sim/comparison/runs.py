@@ -122,7 +122,7 @@ def _text(value: Any) -> str:
 
 
 def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
-    """Paths of the values that are not the same in all cases, parameters first."""
+    """Return the paths of the values that are not the same in all cases, parameters first."""
     paths: dict[tuple[Any, ...], None] = {}
     for run in runs:
         paths |= dict.fromkeys(run.leaves)

@@ -69,7 +69,7 @@ def add_drive(
 
 
 def constructor_after(schedule: Schedule) -> Code:
-    """Source of a function of the target before, which returns the function of time for a schedule."""
+    """Return the source of a function of the target before, which returns the function of time for a schedule."""
     return Code(f"lambda before: {constructor(schedule, Code('before'))}")
 
 

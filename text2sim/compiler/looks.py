@@ -66,7 +66,7 @@ def default_color(name: str, model: Any) -> str:
 
 
 def rgba_of(look: Look, copy: Copy) -> Rgba:
-    """Colour of a copy, each channel in 0..1 with four digits."""
+    """Return the colour of a copy, each channel in 0..1 with four digits."""
     index = copy.index or 0
     color = look.color
     if color is None:

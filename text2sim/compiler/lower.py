@@ -295,7 +295,7 @@ class Lowering:
         )  # fmt: skip
 
     def held_joints(self) -> dict[str, set[str]]:
-        """Joints whose actuators have a stiffness, be it by the case or by a file, by copy."""
+        """Return the joints whose actuators have a stiffness, be it by the case or by a file, by copy."""
         found: dict[str, set[str]] = {name: set(joints) for name, joints in self.held_by_files.items()}
         for motor in self.motors:
             found.setdefault(motor.entity, set()).discard(motor.joint)

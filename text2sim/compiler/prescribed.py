@@ -33,7 +33,7 @@ Moment = tuple[float, Vec, Quaternion]
 
 
 def displacement(motion: Motion, t: float) -> Vec:
-    """How far [m] a driven body is from its start pose at time t [s], in the world; nothing for one that only turns."""
+    """Return how far [m] a driven body is from its start pose at time t [s], in the world; 0 if it only turns."""
     if isinstance(motion, Spin):
         return (0.0, 0.0, 0.0)
     if isinstance(motion, Oscillate):

@@ -64,7 +64,7 @@ class Arm:
         self.low, self.high = np.array(ranges, float).T
 
     def frame(self, q: Array) -> tuple[Vec, Quaternion]:
-        """Position [m] and orientation of the link in the world at joint positions."""
+        """Return the position [m] and orientation of the link in the world at joint positions."""
         positions = dict(zip(self.joints, q.tolist(), strict=True))
         pos, quat = self.copy.pos, self.copy.quat
         for link in self.chain:
@@ -110,7 +110,7 @@ class Arm:
             free &= ~stuck
 
     def miss(self, goal: "Goal", q: Array) -> Array:
-        """What is left to go [m] and, if the goal says how it is turned, to turn [rad], shape (3,) or (6,)."""
+        """Return what is left to go [m] and, if the goal says how it is turned, to turn [rad], shape (3,) or (6,)."""
         pos, quat = self.frame(q)
         left = np.array(goal.at) - frame_apply(pos, quat, goal.point)
         if goal.quat is None:

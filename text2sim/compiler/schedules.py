@@ -21,7 +21,7 @@ from text2sim.spec_schema.models.motion import (
 
 
 def start_of(schedule: Schedule) -> float:
-    """Time [s] at which a schedule takes over from an earlier one."""
+    """Return the time [s] at which a schedule takes over from an earlier one."""
     if isinstance(schedule, Constant | Ramp | Sine):
         return schedule.start
     if isinstance(schedule, Steps | Piecewise):
@@ -30,7 +30,7 @@ def start_of(schedule: Schedule) -> float:
 
 
 def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
-    """Value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`.
+    """Return the value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`.
 
     Args:
         schedule: The schedule.
@@ -87,7 +87,7 @@ def largest(schedule: Schedule, duration: float) -> float:
 
 
 def slopes(times: list[float], values: list[float]) -> list[float]:
-    """Slopes of a cubic through values that goes beyond none of them (Fritsch and Butland 1984); 0 at both ends.
+    """Return the slopes of a cubic through values that exceeds none of them (Fritsch and Butland 1984); 0 at both ends.
 
     Between two lines of slopes p and q and lengths g and h it is their harmonic mean, weighted by 2 h + g and h + 2 g;
     0 where p and q differ in sign.
@@ -101,7 +101,7 @@ def slopes(times: list[float], values: list[float]) -> list[float]:
 
 
 def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
-    """Source of the function of time for a schedule; `before` stands in for a ramp's missing `from`."""
+    """Return the source of the function of time for a schedule; `before` stands in for a ramp's missing `from`."""
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
         return _call(
@@ -127,7 +127,7 @@ def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
 
 
 def waypoint_functions(motion: Waypoints) -> tuple[Code, Code, Code]:
-    """Functions of time for the displacement [m] along x, y and z."""
+    """Return the functions of time for the displacement [m] along x, y and z."""
     return tuple(  # type: ignore[return-value]
         _call("waypoints", times=motion.times, values=[p[k] for p in motion.positions], ease=motion.ease)
         for k in range(3)
@@ -135,7 +135,7 @@ def waypoint_functions(motion: Waypoints) -> tuple[Code, Code, Code]:
 
 
 def oscillation(motion: Oscillate) -> Code:
-    """Function of time for the displacement [m] along the axis."""
+    """Return the function of time for the displacement [m] along the axis."""
     return _call("sine", amplitude=motion.amplitude, frequency=motion.frequency, offset=0.0, phase=0.0, start=0.0)
 
 

@@ -78,7 +78,7 @@ class Settings:
     """None in a scene without deformable bodies."""
 
     def contact_damping(self, restitution: float, step: float) -> tuple[float, float]:
-        """Time constant [s] and damping ratio for the contacts of a body, in a scene in which something bounces.
+        """Return time constant [s] and damping ratio for the contacts of a body, in a scene in which something bounces.
 
         All contacts are equally stiff: their angular frequency is 1 / (time constant x damping ratio).
         """
@@ -86,7 +86,7 @@ class Settings:
         return max(self.bounce_time, 2 * step) if restitution <= 0.0 else self.bounce_time / ratio, ratio
 
     def notes(self) -> list[str]:
-        """The reasons as lines `name = value: reason`."""
+        """Return the reasons as lines `name = value: reason`."""
         values = {
             "substeps": self.substeps,
             "solver": self.solver,
@@ -104,7 +104,7 @@ class Settings:
 
 
 def restitution_of(ratio: float) -> float:
-    """Restitution of a linear spring and damper that pushes but never pulls, for its damping ratio.
+    """Return the restitution of a linear spring and damper that pushes but never pulls, for its damping ratio.
 
     The contact ends when its force is zero, which is before the spring is relaxed (Schwager and Pöschel 2007,
     "Coefficient of restitution and linear-dashpot model revisited").
@@ -117,7 +117,7 @@ def restitution_of(ratio: float) -> float:
 
 
 def damping_ratio(restitution: float) -> float:
-    """Damping ratio of a contact that returns `restitution` of the speed; 1 for none, as in every other contact.
+    """Return the damping ratio of a contact that returns `restitution` of the speed; 1 for none, as in other contacts.
 
     At most 2: from there on the damping would undo more than the whole speed within a step. That is a restitution of
     0.05.

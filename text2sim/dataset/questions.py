@@ -134,7 +134,7 @@ class Scene:
         return int(np.searchsorted(self._time, max(self.times) - 1e-9).clip(0, len(self._time) - 1))
 
     def mass(self, body: str) -> float:
-        """Mass of the first copy of a body [kg]."""
+        """Return the mass of the first copy of a body [kg]."""
         return float(self._mass[self.copies[body][0]])
 
     def pushed(self, body: str, t: float) -> float:

@@ -85,7 +85,7 @@ class Panel:
         self.notes.append(box)
 
     def span(self, axis: int) -> tuple[float, float]:
-        """Lowest and highest coordinate [m] along the picture: axis 0 to the right, 1 upwards."""
+        """Return the lowest and highest coordinate [m] along the picture: axis 0 to the right, 1 upwards."""
         middle = float(self.view.axes[axis] @ self.view.origin)
         half = (self.view.width, self.view.height)[axis] / 2 / self.view.focal
         return middle - half, middle + half

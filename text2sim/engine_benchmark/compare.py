@@ -114,7 +114,7 @@ def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tup
 
 
 def table(rows: list[Compared], engine: str) -> str:
-    """The comparison as a table in Markdown."""
+    """Return the comparison as a table in Markdown."""
     heads = [
         "benchmark", "observable", "reference", "tolerance", "Genesis off by", f"{engine} off by", f"{engine} at h/2",
         "until", "time", "memory",

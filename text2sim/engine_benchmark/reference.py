@@ -41,7 +41,7 @@ class Runs:
 
 
 def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]) -> list[Task]:
-    """Runs of a case at its own time step, and at steps that are halved; `known` is what such runs took before.
+    """Return the runs of a case at its own time step, and at halved steps; `known` is what such runs took before.
 
     Args:
         loaded: The case.
@@ -88,7 +88,7 @@ def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
 
 
 def observed(folder: Path, loaded: LoadedCase, names: list[str]) -> tuple[dict[str, tuple[Array, str]], Array]:
-    """Observables of a recording, with their units, and the times [s] of its frames.
+    """Return the observables of a recording, with their units, and the times [s] of its frames.
 
     Args:
         folder: The run folder.

@@ -38,7 +38,7 @@ class FilmFrames:
     """Width and height [pixels]."""
 
     def listed(self) -> str:
-        """One line with the time of each frame."""
+        """Return one line with the time of each frame."""
         return ", ".join(f"frame {k}: {t:.2f} s" for k, t in enumerate(self.times, 1))
 
 

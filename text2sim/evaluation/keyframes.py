@@ -49,7 +49,7 @@ class Motion:
         return self.part > 0.5
 
     def rows(self) -> list[str]:
-        """Summary for a judge, one sentence per row."""
+        """Return the summary for a judge, one sentence per row."""
         rows = [f"`{copy}` is moved by no force: {why}" for copy, why in list(self.keyframed.items())[:12]]
         rows += [
             f"`{name}` moves by decree (`driven`), {100 * part:.0f} % of all ways in the scene"

@@ -71,12 +71,12 @@ class Round:
     rows: Sequence[Judgement]
 
     def scores(self) -> dict[str, float]:
-        """The mean of the physical and visual score of each prompt that could be judged."""
+        """Return the mean of the physical and visual score of each prompt that could be judged."""
         parts = [case_scores(self.rows, kind) for kind in KINDS]
         return {key[1]: float(np.mean([part[key] for part in parts])) for key in parts[0] if key in parts[1]}
 
     def noise(self, repeats: int) -> float:
-        """The standard error of a score, from the scatter of repeated judgements."""
+        """Return the standard error of a score, from the scatter of repeated judgements."""
         return max((spread_within(self.rows, kind, self.made.name) or 0.0) for kind in KINDS) / sqrt(repeats)
 
 

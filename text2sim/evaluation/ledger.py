@@ -91,7 +91,7 @@ def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) 
 
 
 def digest_of(entry: Entry) -> str:
-    """SHA-256 of a card's three files."""
+    """Return the SHA-256 of a card's three files."""
     files = (entry.folder / "card.yaml", entry.failing, entry.repaired)
     return sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()
 
@@ -122,7 +122,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
 
 
 def learned_from(ledger: Ledger, cards: Path) -> Suite:
-    """The prompts from which the active cards were learned, as a suite.
+    """Return the prompts from which the active cards were learned, as a suite.
 
     Raises:
         SpecError: If a prompt is missing.

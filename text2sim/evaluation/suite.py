@@ -65,7 +65,7 @@ class Requirements(Model):
     """What the film has to show, and how things have to look."""
 
     def rows(self) -> dict[str, tuple[str, Requirement]]:
-        """Category and requirement, by `category.name`."""
+        """Return category and requirement, by `category.name`."""
         return {f"{kind}.{name}": (kind, one) for kind in CATEGORIES for name, one in getattr(self, kind).items()}
 
 
@@ -80,7 +80,7 @@ class Prompt(Model):
     prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MOST)] = {}
 
     def digest(self) -> str:
-        """SHA-256 of all that it is judged by: prompt, requirements, prohibitions."""
+        """Return the SHA-256 of all that it is judged by: prompt, requirements, prohibitions."""
         return _sha(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
 
 
@@ -95,11 +95,11 @@ class Suite(Model):
     prompts: Annotated[dict[Name, Prompt], Field(min_length=1, max_length=1000)]
 
     def digest(self) -> str:
-        """SHA-256 of all that methods are judged by."""
+        """Return the SHA-256 of all that methods are judged by."""
         return _sha({name: one.digest() for name, one in self.prompts.items()})
 
     def prompts_digest(self) -> str:
-        """SHA-256 of the prompts alone: what methods see."""
+        """Return the SHA-256 of the prompts alone: what methods see."""
         return _sha({name: one.prompt for name, one in self.prompts.items()})
 
 

@@ -36,12 +36,12 @@ class EventLog:
     """Why an event could not be looked for, by name."""
 
     def first(self, name: str) -> float | None:
-        """First time [s] of an event; None if it never happened."""
+        """Return the first time [s] of an event; None if it never happened."""
         times = self.occurrences.get(name)
         return times[0]["time"] if times else None
 
     def sorted(self) -> list[Occurrence]:
-        """All occurrences by time, then name."""
+        """Return all occurrences by time, then name."""
         return sorted((o for rows in self.occurrences.values() for o in rows), key=_order)
 
 

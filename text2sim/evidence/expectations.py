@@ -57,7 +57,7 @@ class Finding:
     """When that was decided [s]: the event's first time, the time asked for, or that of the worst value or extreme."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The finding as plain data."""
+        """Return the finding as plain data."""
         return {
             "name": self.name,
             "ok": self.ok,

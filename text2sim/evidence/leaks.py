@@ -61,7 +61,7 @@ def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
 
 
 def half_size(recording: RecordedCase, link: int) -> float:
-    """Half the side [m] of a ground: what falls beside it has not leaked."""
+    """Return half the side [m] of a ground: what falls beside it has not leaked."""
     shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
 

@@ -54,7 +54,7 @@ class RecordedCase:
         return np.array([link.inertia for link in self.states.links]).reshape(-1, 3, 3)
 
     def centers(self, links: Array) -> Array:
-        """Centres of mass of links [m], world, shape (F, n, 3)."""
+        """Return the centres of mass of links [m], world, shape (F, n, 3)."""
         local = np.array([self.states.links[i].com for i in links]).reshape(-1, 3)
         return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
 
@@ -73,7 +73,7 @@ class RecordedCase:
         return values
 
     def kinetic(self, links: Array) -> Array:
-        """Kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
+        """Return the kinetic energy of links [J], shape (F, n): 1/2 m v.v + 1/2 w.I w.
 
         v is the velocity of the centre of mass, w the angular velocity. w.I w has the same value in every
         frame, so w is turned into the link's, where I is constant. Rotors (armature) are not counted.
@@ -84,22 +84,22 @@ class RecordedCase:
         return 0.5 * self.masses[links] * (v * v).sum(axis=-1) + 0.5 * spin
 
     def potential(self, links: Array) -> Array:
-        """Potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
+        """Return the potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
         return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
 
     def deformable(self, target: Target) -> Deformable | None:
-        """The body of a target if it is deformable, else None."""
+        """Return the body of a target if it is deformable, else None."""
         return None if target.soft is None else self.states.deformables[target.soft]
 
     def thickness(self, body: Deformable) -> float:
-        """Distance [m] below which parts of a cloth overlap."""
+        """Return the distance [m] below which parts of a cloth overlap."""
         model = self.case.bodies.get(base_name(body.body))
         if body.solver == "pbd" or not isinstance(model, Cloth):
             return body.spacing
         return model.material.thickness
 
     def cloud(self, body: Deformable) -> Cloud:
-        """The sample points of a body, for distances; the last few are cached."""
+        """Return the sample points of a body, for distances; the last few are cached."""
         if body.index not in self._clouds:
             self._clouds[body.index] = Cloud.of(body)
             while len(self._clouds) > 2 and sum(cloud.points.nbytes for cloud in self._clouds.values()) > CLOUDS:
@@ -107,7 +107,7 @@ class RecordedCase:
         return self._clouds[body.index]
 
     def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
-        """Kinetic and potential energy [J] of targets together, both (F,), each body counted once.
+        """Return the kinetic and potential energy [J] of targets together, both (F,), each body counted once.
 
         For a deformable body, the kinetic energy is that of its points, and the potential energy that of its weight;
         elastic energy is not included.
@@ -143,7 +143,7 @@ class RecordedCase:
         return (masses[..., None] * np.cross(x, v) + there[..., None] * rotate(quat, own)).sum(axis=1)
 
     def velocity(self, target: Target) -> Array:
-        """Velocity of a target's centre of mass [m/s], world, shape (F, 3); nan after it has left the scene."""
+        """Return the velocity of a target's centre of mass [m/s], world, shape (F, 3); nan after it left the scene."""
         if target.soft is not None:
             return self.states.soft_velocity[:, target.soft].astype(float)
         links = np.array(target.links)
@@ -154,7 +154,7 @@ class RecordedCase:
         return self._unless_gone(target, mean)
 
     def origin(self, target: Target) -> Array:
-        """Origin of a target's frame [m], world, shape (F, 3); for a deformable body, its centre of mass.
+        """Return the origin of a target's frame [m], world, shape (F, 3); for a deformable body, its centre of mass.
 
         Nan after it has left the scene.
         """
@@ -163,7 +163,7 @@ class RecordedCase:
         return self._unless_gone(target, self.states.pos[:, target.root].astype(float))
 
     def depth_in(self, region: Region, points: Array, frames: slice | int = slice(None)) -> Array:
-        """Depth of points inside a region [m], see `depth_inside`; a region attached to a body moves with it.
+        """Return depths of points inside a region [m], see `depth_inside`; a region attached to a body moves with it.
 
         Args:
             region: The region.
@@ -178,10 +178,10 @@ class RecordedCase:
 
 
 def links_of(targets: Sequence[Target]) -> Array:
-    """Indices of the links of targets, unique and sorted."""
+    """Return the indices of the links of targets, unique and sorted."""
     return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
 
 
 def soft_of(targets: Sequence[Target]) -> list[int]:
-    """Indices of the deformable bodies among targets, unique and sorted."""
+    """Return the indices of the deformable bodies among targets, unique and sorted."""
     return sorted({target.soft for target in targets if target.soft is not None})

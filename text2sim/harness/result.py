@@ -56,7 +56,7 @@ class RunResult:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], folder: Path) -> "RunResult":
-        """The result as `as_dict` wrote it down in another process, of the run that now lies in `folder`.
+        """Return the result as `as_dict` wrote it down in another process, of the run that now lies in `folder`.
 
         Besides what is written there, `data` says under `stopped` whether someone asked to stop.
         """
@@ -77,7 +77,7 @@ class RunResult:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """The result as plain data, for machines."""
+        """Return the result as plain data, for machines."""
         return {
             "case": self.case,
             "folder": str(self.folder),

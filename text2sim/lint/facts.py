@@ -84,13 +84,13 @@ class Facts:
         return self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
 
     def where(self, name: str, *keys: str) -> Path:
-        """Path of a body or static (or of one of its copies, `brick[3]`), or of a value inside it."""
+        """Return the path of a body or static (or of one of its copies, `brick[3]`), or of a value inside it."""
         body = name.split("[")[0]
         section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
         return (*section, body, *keys)
 
     def said(self, name: str, *keys: str) -> Path:
-        """Path of the first of these values of a body or static that the case says; else of the body itself."""
+        """Return the path of the first of these values of a body or static that the case has; else of the body."""
         found = (where for key in keys if self.raw(where := self.where(name, key)) is not None)
         return next(found, self.where(name))
 

@@ -37,7 +37,7 @@ Examples show parts of a case; what they leave out is
 
 
 def lint_reference() -> str:
-    """Text of the page."""
+    """Return the text of the page."""
     intro = _INTRODUCTION.replace("@BASE@", EXAMPLE_BASE)
     intro = intro.replace("@EARLIER@", ", ".join(f"`{name}`" for name in EARLIER))
     rows = [f"| [`{rule.id}`](#{rule.id}) | {rule.severity} | {rule.title} |" for rule in RULES]

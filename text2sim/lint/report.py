@@ -17,7 +17,7 @@ class Waived:
     """Why it is meant, in the author's words."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The finding as plain data, for machines."""
+        """Return the finding as plain data, for machines."""
         return {"rule": self.problem.rule, "path": self.problem.path, "reason": self.reason, **asdict(self.problem)}
 
 

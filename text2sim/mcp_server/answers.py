@@ -33,7 +33,7 @@ class Answer:
     """Whether the tool did not do what it was asked to."""
 
     def words(self) -> str:
-        """The document as JSON, never longer than two pages."""
+        """Return the document as JSON, never longer than two pages."""
         said = _dump(self.document)
         if len(said) > 2 * MAX_PAGE:
             said = _dump({key: clipped(value, rows=8) for key, value in self.document.items()} | {"shortened": True})

@@ -68,7 +68,7 @@ class Job:
         return text
 
     def told(self) -> Answer:
-        """What came of it, or how far it is."""
+        """Return what came of it, or how far it is."""
         if self.answer is not None and self.done:
             return self.answer
         document = {

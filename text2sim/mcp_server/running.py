@@ -88,6 +88,6 @@ def _told(row: Examined, result: RunResult) -> dict[str, Any]:
 
 
 def expectation(found: dict[str, Any]) -> str:
-    """One expectation in a line: whether it came true, what was wanted, what was found."""
+    """Return one expectation in a line: whether it came true, what was wanted, what was found."""
     mark = {True: "ok", False: "FAIL", None: "open"}[found.get("ok")]
     return f"{mark}: {found.get('wanted', '')}: {found.get('why', '')}"

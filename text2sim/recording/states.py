@@ -224,7 +224,7 @@ class RunStates:
         return self._gather("soft_speed", (len(self.deformables),))
 
     def contact(self, name: str) -> Array:
-        """One array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
+        """Return one array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
         key = f"contact_{name}"
         return self._gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
 

@@ -70,7 +70,7 @@ def dome(radiance: Array) -> Any:
 
 
 def box_irradiance(size: float, distance: float) -> float:
-    """Irradiance [W/m2] at a distance [m] on the axis of a square of radiance 1 and this size [m], facing it."""
+    """Return the irradiance [W/m2] at a distance [m] on the axis of a facing square of radiance 1 and this size [m]."""
     a = size / 2 / distance
     root = sqrt(1 + a * a)
     return 4 * a / root * atan(a / root)

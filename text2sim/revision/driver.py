@@ -15,7 +15,7 @@ from text2sim.spec_schema.text.source import Source, read_source
 
 
 def flat_text(source: Source) -> str:
-    """A case as one line for each value, with the way to it, for `git log -p`; the text itself if it is no YAML.
+    """Return a case as one line for each value, with the way to it, for `git log -p`; the text itself if it is no YAML.
 
     Of a text with conflict markers, both sides are made so, and marked where they differ.
     """
@@ -46,7 +46,7 @@ def _flat_rows(entry: Entry, path: Path) -> Iterator[str]:
 
 
 def driver_side(path: FilePath, name: str, label: str) -> Side | None:
-    """A version that git has put into a file of its own; None if there was none, or it is no YAML.
+    """Return a version that git has put into a file of its own; None if there was none, or it is no YAML.
 
     Args:
         path: File that git has written.
@@ -61,7 +61,7 @@ def driver_side(path: FilePath, name: str, label: str) -> Side | None:
 
 
 def text_difference(old: FilePath, new: FilePath, name: str) -> list[str]:
-    """The lines that differ, for what has no meaning that could be compared.
+    """Return the lines that differ, for what has no meaning that could be compared.
 
     Args:
         old: File of the earlier version.

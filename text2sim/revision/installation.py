@@ -19,7 +19,7 @@ _SECTIONS = ("diff.text2sim", "merge.text2sim")
 
 
 def settings(command: str) -> dict[str, str]:
-    """Keys and values of git's configuration."""
+    """Return the keys and values of git's configuration."""
     return {
         # If it does not even start, say because its environment is gone, git shows what it would without it.
         "diff.text2sim.command": f'show() {{ {command} git diff "$@" || test $# -lt 7 || '
@@ -33,7 +33,7 @@ def settings(command: str) -> dict[str, str]:
 
 
 def own_command() -> str:
-    """How a shell calls this text2sim from anywhere."""
+    """Return how a shell calls this text2sim from anywhere."""
     beside = Path(sys.executable).parent / "text2sim"
     script = str(beside) if beside.is_file() else shutil.which("text2sim")
     if script is not None:

@@ -21,7 +21,7 @@ class PatchFile:
     """The same with positions; None if it is written in a way that only JSON knows."""
 
     def problem(self, error: PatchError) -> Problem:
-        """An error at its place in the text."""
+        """Return an error at its place in the text."""
         path = () if error.index is None else (error.index, error.member)
         line, column = self._document.place(path) if self._document is not None else (1, 1)
         return Problem(pointer(path), str(error), line, column, self.source.file, rule="patch")

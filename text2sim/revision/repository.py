@@ -76,7 +76,7 @@ def _call(arguments: list[str], folder: Path, data: bytes) -> "subprocess.Comple
 
 
 def find_commit(path: Path, revision: str) -> Repository:
-    """The repository that a path lies in, and the commit that a revision means there.
+    """Return the repository that a path lies in, and the commit that a revision means there.
 
     Raises:
         RunError: If there is no such repository or revision.

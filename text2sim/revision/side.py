@@ -107,7 +107,7 @@ def _read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
 
 
 def text_side(source: Source, label: str, file: Path, overlay: Overlay = NOTHING) -> Side:
-    """A text as if it stood in a file; see `open_side`.
+    """Return a text as if it stood in a file; see `open_side`.
 
     Args:
         source: The text.

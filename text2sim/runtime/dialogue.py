@@ -92,14 +92,14 @@ class Child:
             self._process.stdin.flush()
 
     def memory(self) -> int:
-        """Resident memory [bytes]; 0 if it is gone."""
+        """Return the resident memory [bytes]; 0 if it is gone."""
         try:
             return psutil.Process(self._process.pid).memory_info().rss
         except psutil.Error:
             return 0
 
     def worked(self) -> float:
-        """Processor time [s] that it has had; 0 if it is gone."""
+        """Return the processor time [s] that it has had; 0 if it is gone."""
         try:
             used = psutil.Process(self._process.pid).cpu_times()
         except psutil.Error:

@@ -62,7 +62,7 @@ class Examined:
         return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
 
     def as_dict(self) -> dict[str, Any]:
-        """What `--json` says."""
+        """Return what `--json` says."""
         document: dict[str, Any] = {
             "case": self.name,
             "file": str(self.path),
@@ -99,7 +99,7 @@ class Examined:
         self.collect_sources()
 
     def findings(self) -> list[dict[str, Any]]:
-        """What the lint found, as a run keeps it."""
+        """Return what the lint found, as a run keeps it."""
         found: list[tuple[Problem, str | None]] = [(problem, None) for problem in self.problems]
         found += [(waived.problem, waived.reason) for waived in self.waived]
         return [{"rule": p.rule, "path": p.path, "message": p.message, "reason": reason} for p, reason in found]

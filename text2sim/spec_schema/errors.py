@@ -45,7 +45,7 @@ class Problem:
         return f"{text} [{self.rule}]"
 
     def as_dict(self) -> dict[str, Any]:
-        """The problem as plain data, for machines."""
+        """Return the problem as plain data, for machines."""
         return asdict(self)
 
 
@@ -85,12 +85,12 @@ class EngineError(MachineError):
 
 
 def sort_problems(problems: Iterable[Problem]) -> list[Problem]:
-    """Problems in the order of the file, each once."""
+    """Return the problems in the order of the file, each once."""
     return sorted(dict.fromkeys(problems), key=lambda p: (p.file, p.line, p.column, p.path, p.message))
 
 
 def nearest(word: object, allowed: Iterable[str]) -> str | None:
-    """The allowed word that is most like `word`, or None if none is near."""
+    """Return the allowed word that is most like `word`, or None if none is near."""
     if not isinstance(word, str) or not word or len(word) > 100:
         return None
     words = list(allowed)

@@ -61,7 +61,7 @@ class LoadedCase:
         return self.document.source
 
     def line(self, where: str | Path) -> int:
-        """Line of a value, from 1, or of what there is of the way to it; of its key, if it has one."""
+        """Return the line of a value, from 1, or of what there is of the way to it; of its key, if it has one."""
         return self.document.place(_path(where), key=True)[0]
 
     def problem(
@@ -74,7 +74,7 @@ class LoadedCase:
         hint: str | None = None,
         severity: Any = "error",
     ) -> Problem:
-        """A problem at a place of the case.
+        """Return a problem at a place of the case.
 
         Args:
             where: JSON Pointer or path.
@@ -91,7 +91,7 @@ class LoadedCase:
         return _path(where) in self._varying
 
     def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
-        """The body as one of its copies has it.
+        """Return the body as one of its copies has it.
 
         Args:
             name: Name of the body.
@@ -103,11 +103,11 @@ class LoadedCase:
         return self._copy(("bodies", name), self.case.bodies[name], variables)
 
     def static_copy(self, name: str, variables: Mapping[str, Value]) -> Static:
-        """The static as one of its copies has it; see `body_copy`."""
+        """Return the static as one of its copies has it; see `body_copy`."""
         return self._copy(("scene", "statics", name), self.case.scene.statics[name], variables)
 
     def control_copy(self, name: str, variables: Mapping[str, Value]) -> Control:
-        """The control as it acts on one copy; see `body_copy`."""
+        """Return the control as it acts on one copy; see `body_copy`."""
         return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
 
     def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:

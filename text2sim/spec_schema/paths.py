@@ -9,7 +9,7 @@ MAX_LENGTH = 500
 
 
 def dotted(path: Path) -> str:
-    """Text of a path; indices stand in brackets."""
+    """Return the text of a path; indices stand in brackets."""
     text = ""
     for step in path:
         text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else str(step)
@@ -17,7 +17,7 @@ def dotted(path: Path) -> str:
 
 
 def parse_dotted(text: str) -> Path:
-    """Path of a text; the last of its steps may be an index in brackets, or several.
+    """Return the path of a text; the last of its steps may be an index in brackets, or several.
 
     Raises:
         ValueError: If it is not such a path.

@@ -73,7 +73,7 @@ def _score(means: Sequence[float]) -> dict[str, Any]:
 
 
 def alpha(groups: Sequence[Sequence[float]]) -> float | None:
-    """Krippendorff's alpha for interval data: 1 is agreement, 0 what chance would give; None if it is not defined.
+    """Return Krippendorff's alpha for interval data: 1 is agreement, 0 is chance; None if it is not defined.
 
     With squared differences, observed and expected disagreement are the mean variance within units, weighted by their
     ratings, and the variance of all ratings (K. Krippendorff, Content Analysis, 2nd ed. 2004, section 11.3).

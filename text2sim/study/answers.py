@@ -75,7 +75,7 @@ class Answers:
         return person
 
     def position(self, person: str) -> tuple[int, int] | None:
-        """The assignment of a person, and how many comparisons of it are answered; None if nobody is called so."""
+        """Return the assignment of a person, and how many of its comparisons are answered; None if it is unknown."""
         count = "SELECT count(DISTINCT trial) FROM answer WHERE person = id"
         return self._base.execute(f"SELECT assignment, ({count}) FROM person WHERE id = ?", (person,)).fetchone()
 
@@ -92,7 +92,7 @@ class Answers:
             self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)
 
     def all(self) -> list[Answer]:
-        """All answers."""
+        """Return all answers."""
         rows = self._base.execute(
             "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id ORDER BY given"
         )

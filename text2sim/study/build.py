@@ -60,7 +60,7 @@ class Study(Model):
     questions: Annotated[dict[Name, Text], Field(min_length=1)] = QUESTIONS
 
     def film(self, trial: Trial, side: Literal["a", "b"]) -> int:
-        """The number of the film on a side of a comparison."""
+        """Return the number of the film on a side of a comparison."""
         return self.films[trial.task][trial.method if (side == "a") == trial.first else self.anchor]
 
 

@@ -13,7 +13,7 @@ HEADERS = {
 
 
 def policy(nonce: str, forms: str = "'none'") -> str:
-    """What a page may do: nothing but run our script and style, which have the nonce, and ask us."""
+    """Return what a page may do: nothing but run our script and style, which have the nonce, and ask us."""
     only = f"'nonce-{nonce}'"
     return (
         f"default-src 'none'; script-src {only}; style-src {only}; img-src data:; media-src 'self'; "

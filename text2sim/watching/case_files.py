@@ -34,7 +34,7 @@ class CaseFiles:
         self._digests = {path: _digest(path) for path in self._stamps}
 
     def saved(self) -> Literal["changed", "touched", ""]:
-        """What happened since the last time: another content, the same once more, or nothing."""
+        """Return what happened since the last time: another content, the same once more, or nothing."""
         if self._look() == self._stamps:
             return ""
         self._settle()

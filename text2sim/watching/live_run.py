@@ -68,7 +68,7 @@ class LiveRun:
         self.seconds = {}
 
     def blame(self) -> Problem | None:
-        """Why it ended early, at the line of the case where that is known."""
+        """Return why it ended early, at the line of the case where that is known."""
         found = provenance(self.folder / "program", self.traceback)
         source = self.version.loaded.source
         if found is None or found[0] > len(source.lines):

@@ -10,7 +10,7 @@ EXCERPT = 300
 
 
 def problem_rows(read: Checked) -> list[dict[str, Any]]:
-    """Problems with the lines that they are about."""
+    """Return the problems with the lines that they are about."""
     rows = []
     for problem in read.problems:
         row = problem.as_dict()
@@ -22,14 +22,14 @@ def problem_rows(read: Checked) -> list[dict[str, Any]]:
 
 
 def refusal(checked: Checked) -> dict[str, Any]:
-    """Why a text is not run."""
+    """Return why a text is not run."""
     count = sum(problem.severity == "error" for problem in checked.problems)
     words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
     return {"words": words, "tone": "bad", "mark": "✗", "progress": None}
 
 
 def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
-    """How a take ended, and what was found.
+    """Return how a take ended, and what was found.
 
     Args:
         take: The take.
@@ -47,7 +47,7 @@ def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> di
 
 
 def timing(take: LiveRun) -> str:
-    """What was done, and how long that took."""
+    """Return what was done, and how long that took."""
     seconds = take.seconds
     words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []
     words += [f"shown {seconds['scene']:.2f} s after saving"] if "scene" in seconds else []

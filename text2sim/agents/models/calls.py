@@ -175,27 +175,27 @@ class Account:
             self._spent[role, attempt] = self._spent.get((role, attempt), Spent()) + spent
 
     def total(self) -> Spent:
-        """Totals of all calls."""
+        """Return the totals of all calls."""
         with self._lock:
             return sum(self._spent.values(), Spent())
 
     def by_role(self) -> dict[str, Spent]:
-        """Totals by role."""
+        """Return the totals by role."""
         return self._by(0)
 
     def by_attempt(self) -> dict[int, Spent]:
-        """Totals by attempt, in order."""
+        """Return the totals by attempt, in order."""
         return dict(sorted(self._by(1).items()))
 
     def table(self) -> list[tuple[str, ...]]:
-        """Rows of a printed table: a header, the roles by tokens used, the attempts, the total."""
+        """Return the rows of a printed table: a header, the roles by tokens used, the attempts, the total."""
         head = ("", "calls", "cached", "tokens in", "of them again", "tokens out", "cost", "time")
         roles = sorted(self.by_role().items(), key=lambda row: -row[1].tokens)
         attempts = [(f"attempt {number}", spent) for number, spent in self.by_attempt().items()]
         return [head, *(_row(name, spent) for name, spent in [*roles, *attempts, ("all", self.total())])]
 
     def as_dict(self) -> dict[str, Any]:
-        """The account as plain data, for `run.json`."""
+        """Return the account as plain data, for `run.json`."""
         rows: dict[str, dict[Any, Spent]] = {"roles": self.by_role(), "attempts": self.by_attempt()}
         by = {name: {str(key): asdict(spent) for key, spent in row.items()} for name, row in rows.items()}
         return {"total": asdict(self.total()), **by}
@@ -244,7 +244,7 @@ class Budget:
         return (time.monotonic() - self._start) / 60
 
     def minutes_left(self) -> float | None:
-        """Minutes left; None without a bound."""
+        """Return the minutes left; None without a bound."""
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
     def exceeded(self, account: Account) -> str | None:

@@ -107,7 +107,7 @@ class Request:
         return f"{self.role}-{self.number:02}"
 
     def as_dict(self) -> dict[str, Any]:
-        """All that the model is sent, as plain data; images by name, size and SHA-256."""
+        """Return all that the model is sent, as plain data; images by name, size and SHA-256."""
         return {
             "role": self.role,
             "messages": [
@@ -127,7 +127,7 @@ class Request:
         }
 
     def digest(self) -> str:
-        """SHA-256 over all that the model is sent; `number` is not part of it."""
+        """Return the SHA-256 over all that the model is sent; `number` is not part of it."""
         # The order of keys in a schema has no meaning, so it is sorted away.
         text = json.dumps(self.as_dict(), sort_keys=True, ensure_ascii=True, allow_nan=False)
         return sha256(text.encode()).hexdigest()

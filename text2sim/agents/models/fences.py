@@ -33,7 +33,7 @@ def without_thoughts(reply: str) -> str:
 
 
 def fenced_blocks(reply: str) -> list[Block]:
-    """All fenced blocks in order. The last one may be unclosed, if the reply was cut off."""
+    """Return all fenced blocks in order. The last one may be unclosed, if the reply was cut off."""
     blocks: list[Block] = []
     lines: list[str] = []
     opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
@@ -58,7 +58,7 @@ def fenced_blocks(reply: str) -> list[Block]:
 
 
 def bare_block(reply: str) -> Block | None:
-    """The data of a reply without fences: the lines left after removing prose before and after."""
+    """Return the data of a reply without fences: the lines left after removing prose before and after."""
     lines = _LINES.split(reply)
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
     if start is not None and lines[start].rstrip().endswith(":"):

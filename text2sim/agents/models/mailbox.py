@@ -128,7 +128,7 @@ class Replay:
 
 
 def letter(request: Request) -> str:
-    """Text of a request as shown to the person or agent that answers it."""
+    """Return the text of a request as shown to the person or agent that answers it."""
     names = iter(_picture_names(request))
     head = [
         f"# {request.role} {request.number:02}",

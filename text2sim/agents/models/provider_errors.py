@@ -54,7 +54,7 @@ def model_error(who: str, error: Exception) -> ModelError:
 
 
 def status_of(error: Exception) -> int | None:
-    """HTTP status of an error; None if there was no response."""
+    """Return the HTTP status of an error; None if there was no response."""
     if type(error).__name__ in ("Timeout", "APITimeoutError", "APIConnectionError"):
         return None  # the library makes up a status for these
     status = getattr(error, "status_code", None)
@@ -62,7 +62,7 @@ def status_of(error: Exception) -> int | None:
 
 
 def wait_asked(error: Exception) -> float | None:
-    """Waiting time [s] that a provider asks for with `Retry-After`, in either form; None without one."""
+    """Return the waiting time [s] that a provider asks for with `Retry-After`, in either form; None without one."""
     headers: Any = getattr(getattr(error, "response", None), "headers", None)
     if not headers or "retry-after" not in headers:
         headers = getattr(error, "litellm_response_headers", None)

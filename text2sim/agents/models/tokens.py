@@ -29,7 +29,7 @@ _lock = Lock()
 
 
 def text_tokens(text: str) -> int:
-    """Number of tokens of a text."""
+    """Return the number of tokens of a text."""
     with _lock:
         encoding = _encoding()
     if encoding is None:
@@ -39,7 +39,7 @@ def text_tokens(text: str) -> int:
 
 
 def image_tokens(image: Image) -> int:
-    """Number of tokens of an image, from its size alone."""
+    """Return the number of tokens of an image, from its size alone."""
     from PIL import Image as Picture
 
     try:
@@ -51,7 +51,7 @@ def image_tokens(image: Image) -> int:
 
 
 def request_tokens(request: Request) -> int:
-    """Number of tokens of all messages of a request, including images."""
+    """Return the number of tokens of all messages of a request, including images."""
     return sum(
         MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images)) for message in request.messages
     )
@@ -81,7 +81,7 @@ class Beginnings:
 
 
 def alike(one: str, other: str) -> int:
-    """Length of the common prefix of two texts [characters], by bisection, which compares whole blocks."""
+    """Return the length of the common prefix of two texts [characters], by bisection, which compares whole blocks."""
     low, high = 0, min(len(one), len(other))
     while low < high:
         middle = (low + high + 1) // 2

@@ -34,7 +34,7 @@ class Group:
         self._solids: list[Solid] | None = None
 
     def bounds(self, frame: Quaternion | None = None) -> Bounds:
-        """Bounds [m] of all copies but planes, along the axes of the world or of `frame`."""
+        """Return the bounds [m] of all copies but planes, along the axes of the world or of `frame`."""
         if frame is None and self._bounds is not None:
             return self._bounds
         low, high = [math.inf] * 3, [-math.inf] * 3
@@ -52,7 +52,7 @@ class Group:
         return found
 
     def lowest(self, axis: Vec) -> float:
-        """The lowest coordinate [m] along a unit vector at which any copy can touch something."""
+        """Return the lowest coordinate [m] along a unit vector at which any copy can touch something."""
         return min(self._lowest(spot, axis) for spot in self.members)
 
     def _lowest(self, spot: Spot, axis: Vec) -> float:
@@ -68,19 +68,19 @@ class Group:
         return bottom + axis[0] * spot.pos[0] + axis[1] * spot.pos[1] + axis[2] * spot.pos[2]
 
     def middle(self) -> Vec:
-        """Middle [m] of the bounds; of a group of planes, the first one's origin."""
+        """Return the middle [m] of the bounds; of a group of planes, the first one's origin."""
         if not self.members:
             return self.planes[0].pos
         low, high = self.bounds()
         return ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
 
     def frame(self) -> Quaternion:
-        """The orientation that all copies share; that of the world if they do not."""
+        """Return the orientation that all copies share; that of the world if they do not."""
         turns = {spot.quat for spot in self.members}
         return turns.pop() if len(turns) == 1 else IDENTITY
 
     def upward(self) -> Vec:
-        """The normal of the uppermost face, along an axis of the frame that all copies share; that of a plane."""
+        """Return the normal of the uppermost face, along an axis of the frame that copies share; that of a plane."""
         if self.planes:
             return quat_rotate(self.planes[0].quat, (0.0, 0.0, 1.0))
         axes = [
@@ -89,7 +89,7 @@ class Group:
         return max(axes, key=lambda axis: axis[2])
 
     def solids(self) -> list[Solid]:
-        """Convex pieces of all copies but planes.
+        """Return the convex pieces of all copies but planes.
 
         Raises:
             SizeError: if there are more than any scene can have.

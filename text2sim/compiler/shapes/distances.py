@@ -169,7 +169,7 @@ def _limb(part: SculptLimb) -> Form:
 
 
 def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
-    """Distance of points (n, 3) from the hull of two balls, at `a` with radius `r` and at `b` with `s`.
+    """Return the distance of points (n, 3) from the hull of two balls, at `a` with radius `r` and at `b` with `s`.
 
     Args:
         p: Points, shape (n, 3) [m].

@@ -71,7 +71,7 @@ class Placed:
                 yield Bit(distance, there.min(0), there.max(0))
 
     def distance(self, p: Array) -> Array:
-        """Distances (n,) of points (n, 3)."""
+        """Return the distances (n,) of points (n, 3)."""
         return np.minimum.reduce([bit.distance(p) for bit in self.bits()])
 
     def atoms(self) -> Iterator[list[Array]]:
@@ -99,7 +99,7 @@ class Grid:
     counts: tuple[int, int, int]
 
     def box(self, low: Array, high: Array, more: float) -> tuple[slice, slice, slice]:
-        """Nodes within a box that is grown by `more` [m].
+        """Return the nodes within a box that is grown by `more` [m].
 
         Args:
             low: Lowest corner of the box, shape (3,) [m].
@@ -111,7 +111,7 @@ class Grid:
         return slice(first[0], last[0]), slice(first[1], last[1]), slice(first[2], last[2])
 
     def points(self, box: tuple[slice, slice, slice]) -> Array:
-        """Places (n, 3) [m] of nodes."""
+        """Return the places (n, 3) [m] of nodes."""
         axes = [self.low[k] + self.cell * np.arange(one.start, one.stop) for k, one in enumerate(box)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 

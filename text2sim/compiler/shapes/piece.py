@@ -81,7 +81,7 @@ class Piece:
         return replace(self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part)
 
     def volume(self) -> float:
-        """Volume [m3] of the piece, as it counts for the mass."""
+        """Return the volume [m3] of the piece, as it counts for the mass."""
         return self._volume
 
     @cached_property
@@ -112,7 +112,7 @@ class Piece:
 
 
 def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
-    """Radius [m] of the corners of a wall's outer polygon.
+    """Return the radius [m] of the corners of a wall's outer polygon.
 
     The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies
     in the outer circle, so that the body never grows. Only where that would leave less than half the

@@ -42,12 +42,12 @@ class Arc:
         return abs(self.end - self.start) * max(self.across, self.along)
 
     def point(self, angle: float) -> Point:
-        """The point at an angle."""
+        """Return the point at an angle."""
         r = self.radius + self.across * math.cos(angle)
         return (0.0 if abs(r) < 1e-12 * self.across else r, self.height + self.along * math.sin(angle))
 
     def points(self, edge: float) -> list[Point]:
-        """Points with equal distances, ends included: rows of a net with the given edge [m]."""
+        """Return the points with equal distances, ends included: rows of a net with the given edge [m]."""
         fine = 256
         angles = [self.start + (self.end - self.start) * k / fine for k in range(fine + 1)]
         spots = [self.point(angle) for angle in angles]

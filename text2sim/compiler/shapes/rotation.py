@@ -137,7 +137,7 @@ def vector_cross(a: Sequence[float], b: Sequence[float]) -> Vec:
 
 
 def vector_dot(a: Sequence[float], b: Sequence[float]) -> float:
-    """Inner product of two vectors."""
+    """Return the inner product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
@@ -147,12 +147,12 @@ def vector_plus(a: Sequence[float], b: Sequence[float]) -> Vec:
 
 
 def vector_minus(a: Sequence[float], b: Sequence[float]) -> Vec:
-    """Difference of two vectors."""
+    """Return the difference of two vectors."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
 def vector_times(a: Sequence[float], factor: float) -> Vec:
-    """Vector times a number."""
+    """Return a vector times a number."""
     return (a[0] * factor, a[1] * factor, a[2] * factor)
 
 

@@ -15,13 +15,13 @@ STEPS = 400
 
 
 def arc(span: float, sag: float) -> float:
-    """Length [m] of a parabola `z = -sag (1 - (2 x / span)^2)` between its ends."""
+    """Return the length [m] of a parabola `z = -sag (1 - (2 x / span)^2)` between its ends."""
     slope = 4 * sag / span
     return span / 2 * (sqrt(1 + slope**2) + (asinh(slope) / slope if slope > 1e-6 else 1.0))
 
 
 def span_of(sheet: Sheet) -> float:
-    """Distance [m] of the edges between which a sheet hangs."""
+    """Return the distance [m] of the edges between which a sheet hangs."""
     length, low, high = sheet.size[0], 0.0, sheet.size[0]
     if not sheet.sag:
         return length
@@ -44,7 +44,7 @@ def _curve(sheet: Sheet) -> list[tuple[float, float]]:
 
 
 def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
-    """Points (x, z) [m], evenly spaced along the sheet from its left edge to its right one, `count + 1` of them."""
+    """Return `count + 1` points (x, z) [m], evenly spaced along the sheet from its left edge to its right one."""
     if not is_bent(sheet):
         return [((k / count - 0.5) * sheet.size[0], 0.0) for k in range(count + 1)]
     curve = _curve(sheet)

@@ -242,7 +242,7 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def grid_faces(nx: int, ny: int) -> "np.ndarray":
-    """Triangles of a grid of nx by ny cells whose vertices lie row by row along its first axis."""
+    """Return the triangles of a grid of nx by ny cells whose vertices lie row by row along its first axis."""
     import numpy as np
 
     i, j = (index.ravel() for index in np.meshgrid(np.arange(nx), np.arange(ny)))

@@ -36,7 +36,7 @@ class SoftControls:
     folder: Path
 
     def finder(self, copy: Copy, region: BodyRegion | None) -> Code:
-        """Constructor of what finds the points of a region of a copy.
+        """Return the constructor of what finds the points of a region of a copy.
 
         Raises:
             RegionError: if the body does not reach into the region.
@@ -46,7 +46,7 @@ class SoftControls:
         return region_finder(region, copy.shape, self.scales.spacing(copy.body, solver), solver, self.folder)
 
     def hold(self, copy: Copy, held: "Held", until: list[float | str], line: int, name: str) -> Hold:
-        """One copy that is held by the world, or by links of other copies.
+        """Return one copy that is held by the world, or by links of other copies.
 
         Args:
             copy: What is held.
@@ -72,7 +72,7 @@ class SoftControls:
         )
 
     def push(self, copy: Copy, control: Force | Impulse, line: int, name: str) -> Push:
-        """A force on one copy, or a blow.
+        """Return a force on one copy, or a blow.
 
         Args:
             copy: What is pushed.
@@ -137,7 +137,7 @@ def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) ->
 
 
 def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
-    """Times [s] and events at which an `attach` is released."""
+    """Return the times [s] and events at which an `attach` is released."""
     ends: list[float | str] = []
     for control in loaded.case.actions.controls.values():
         if isinstance(control, Release) and control.attach == name:

@@ -140,7 +140,7 @@ def _melts(shape: Any, solver: str) -> bool:
 
 
 def mass(copy: Copy, folder: Path) -> float:
-    """Mass [kg] of a copy of a deformable body.
+    """Return the mass [kg] of a copy of a deformable body.
 
     Raises:
         AssetError: if a file of its shape cannot be used.
@@ -152,7 +152,7 @@ def mass(copy: Copy, folder: Path) -> float:
 
 
 def area(shape: Any, folder: Path) -> float:
-    """Area [m2] of one side of a cloth.
+    """Return the area [m2] of one side of a cloth.
 
     Raises:
         AssetError: if a file of its shape cannot be used.

@@ -95,7 +95,7 @@ def derive_soft(
 
 
 def wave_speed(material: Any, model: Any) -> float:
-    """Fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho)."""
+    """Return the fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho)."""
     if isinstance(model, Liquid):
         # lambda is the stiffness; a viscous one has 1.5 of it as shear modulus besides.
         return sqrt(material.stiffness * (4.0 if material.viscous else 1.0) / material.density)

@@ -82,7 +82,7 @@ class SoftSettings:
     """Speed [m/s] of a point or a link at which the run has diverged."""
 
     def values(self) -> dict[str, str]:
-        """What was derived, in words, by the names of `why`."""
+        """Return what was derived, in words, by the names of `why`."""
         found = {"model": self.model, "precision": self.precision, "max_speed": f"{self.max_speed:g} m/s"}
         if self.mpm is not None:
             found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _words(self.mpm.low, self.mpm.high)}

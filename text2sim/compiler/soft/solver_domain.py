@@ -40,7 +40,7 @@ class Surroundings:
 
 
 def extents_of(copy: Copy, folder: Path) -> Bounds:
-    """Bounds [m] of a copy at the start, in the world.
+    """Return the bounds [m] of a copy at the start, in the world.
 
     Raises:
         AssetError: if one of its files cannot be used.
@@ -53,7 +53,7 @@ def extents_of(copy: Copy, folder: Path) -> Bounds:
 
 
 def floor_height(copy: Copy) -> float | None:
-    """Height [m] of a horizontal plane; None for everything else."""
+    """Return the height [m] of a horizontal plane; None for everything else."""
     if copy.shape is None or copy.shape.kind != "plane":
         return None
     return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > UPRIGHT else None

@@ -21,7 +21,7 @@ Rgba = tuple[float, float, float, float] | None
 
 
 def capsule_mass(radius: float, length: float, density: float) -> float:
-    """Mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball.
+    """Return the mass [kg] of a capsule whose straight part is `length`: a cylinder and a ball.
 
     Args:
         radius: [m]
@@ -34,7 +34,7 @@ def capsule_mass(radius: float, length: float, density: float) -> float:
 def ball_joint(
     dynamics: JointDynamics, mass: float, length: float, damping: float, armature: float = 0.02
 ) -> TreeJoint:
-    """A ball joint that cannot explode.
+    """Return a ball joint that cannot explode.
 
     An undamped tree of ball joints without armature diverges at ordinary time steps. What the author leaves out is
     scaled with the inertia `mass length^2` of the link: a part `armature` of it, and a part `damping` of it per second.
@@ -57,7 +57,7 @@ def ball_joint(
 
 
 def density_of(material: Material, volume: float) -> float:
-    """Density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
+    """Return the density [kg/m3] of a material; `mass` counts for the whole `volume` [m3]."""
     if material.mass is not None:
         return material.mass / volume
     return material.density or DENSITY
@@ -71,7 +71,7 @@ def _bar(length: float, radius: float, density: float, friction: float, rgba: Rg
 
 
 def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[TreeGeom, ...], float] | None) -> Tree:
-    """A hanging chain as one tree of ball joints: it cannot stretch, whatever hangs on it.
+    """Return a hanging chain as one tree of ball joints: it cannot stretch, whatever hangs on it.
 
     Args:
         chain: The body.
@@ -120,7 +120,7 @@ BEND_DAMPING = 0.1
 
 
 def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
-    """A rope as capsules on ball joints, which cannot stretch.
+    """Return a rope as capsules on ball joints, which cannot stretch.
 
     A bend of the angle b between two links of length l is a curve of curvature b / l: the bending moment E I b / l is
     that of a spring of stiffness E I / l. I = pi r^4 / 4 is the second moment of area of a round section. The first
@@ -193,13 +193,13 @@ def link_of(body: Rope | Chain) -> tuple[float, float]:
 
 
 def rope_frequency(rope: Rope) -> float:
-    """Largest angular frequency [rad/s] at which a rope bends to and fro, from link to link: 4 sqrt(k / m) / l."""
+    """Return the largest angular frequency [rad/s] at which a rope bends from link to link: 4 sqrt(k / m) / l."""
     mass, spring = _rope_link(rope)
     return 4 * math.sqrt(spring / mass) / _link_length(rope)
 
 
 def net_tree(net: Net, rgba: Rgba) -> Tree:
-    """A net of strands. Each strand is one chain from one edge to the other, closed there and at every crossing.
+    """Return a net of strands. Each strand is one chain from one edge to the other, closed there and at every crossing.
 
     A net of free links joined by constraints alone is three times softer than this form, and slower.
     """
@@ -277,7 +277,7 @@ _LIMBS = (
 
 
 def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
-    """A doll of eleven capsules: ball joints at waist, neck, shoulders and hips, hinges at elbows and knees.
+    """Return a doll of eleven capsules: ball joints at waist, neck, shoulders and hips, hinges at elbows and knees.
 
     Args:
         doll: The body.

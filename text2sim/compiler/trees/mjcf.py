@@ -12,7 +12,7 @@ _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "c
 
 
 def number(value: float) -> str:
-    """A number with nine digits; what is left of rounding is zero, without a sign."""
+    """Return a number with nine digits; what is left of rounding is zero, without a sign."""
     return "0" if abs(value) < 1e-12 else f"{value:.9g}"
 
 

@@ -119,7 +119,7 @@ class Tree:
     """Start position of joints [rad or m] by name."""
 
     def links(self) -> list[TreeLink]:
-        """Every link, parents before children."""
+        """Return every link, parents before children."""
         found: list[TreeLink] = []
         queue = list(self.roots)
         while queue:
@@ -230,7 +230,7 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
 
 
 def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:
-    """Colours of what is drawn of a link."""
+    """Return the colours of what is drawn of a link."""
     return {g.rgba for g in link.geoms if g.drawn} | {v.rgba for v in link.visuals}
 
 

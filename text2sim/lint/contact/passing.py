@@ -36,7 +36,7 @@ def grip(facts: Facts) -> float:
 
 
 def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, float, float]:
-    """Speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first.
+    """Return the speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first.
 
     Args:
         parts: Pieces of what moves.
@@ -54,7 +54,7 @@ def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, floa
 
 
 def width(parts: list[Part], axis: Vec) -> float:
-    """Largest width [m] of one of the pieces along an axis."""
+    """Return the largest width [m] of one of the pieces along an axis."""
     return max(high - low for low, high in (part.solid.span(axis) for part in parts))
 
 

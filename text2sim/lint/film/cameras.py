@@ -34,7 +34,7 @@ def _share_inside(shot: Shot, balls: Balls) -> float:
 
 
 def blamed(facts: Facts, views: list[Shot]) -> Path:
-    """The camera to blame: the only one, or all of them."""
+    """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
 

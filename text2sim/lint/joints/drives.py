@@ -34,11 +34,11 @@ class Span:
         return ("actions", "controls", self.control, self.mode)
 
     def value(self, t: float) -> float:
-        """Target at time t [s]."""
+        """Return the target at time t [s]."""
         return value_at(self.schedule, t, self.before)
 
     def corners(self) -> list[tuple[float, float]]:
-        """Times [s] and targets between which it goes straight or smoothly; of a sine, its turning points."""
+        """Return times [s] and targets between which it goes straight or smoothly; of a sine, its turning points."""
         inner: list[float] = []
         if isinstance(self.schedule, Ramp):
             inner = [self.schedule.start, self.schedule.end]
@@ -50,7 +50,7 @@ class Span:
         return [(t, self.value(t)) for t in times]
 
     def extremes(self) -> tuple[float, float]:
-        """Lowest and highest target."""
+        """Return the lowest and highest target."""
         values = [value for _, value in self.corners()]
         return min(values), max(values)
 

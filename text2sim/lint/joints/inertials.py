@@ -31,7 +31,7 @@ class Inertial:
         return Inertial(self.mass, frame_apply(pos, quat, self.center), _turned(self.inertia, quat))
 
     def about(self, anchor: Vec, axis: Vec) -> float:
-        """Moment of inertia [kg m2] about the line through `anchor` along the unit vector `axis`."""
+        """Return the moment of inertia [kg m2] about the line through `anchor` along the unit vector `axis`."""
         x, y, z = axis
         xx, yy, zz, xy, xz, yz = self.inertia
         own = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)

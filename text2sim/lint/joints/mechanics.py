@@ -58,7 +58,7 @@ class Mechanics:
         return self._swings[key]
 
     def where(self, swing: Swing, *keys: str) -> Path:
-        """Path of a joint in the case, or of a value inside it."""
+        """Return the path of a joint in the case, or of a value inside it."""
         model, body = swing.copy.model, swing.copy.body
         if model.kind == "rigid":
             return ("bodies", body, "mount", *keys)
@@ -70,7 +70,7 @@ class Mechanics:
         return ("bodies", body)
 
     def label(self, swing: Swing) -> str:
-        """How the case would name a joint."""
+        """Return how the case would name a joint."""
         return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
 
     def inertial(self, copy: Copy) -> Inertial:
@@ -85,7 +85,7 @@ class Mechanics:
         return self._links[copy.name].totals
 
     def beyond(self, swing: Swing) -> set[str]:
-        """Names of all links that a joint carries."""
+        """Return the names of all links that a joint carries."""
         links = self._links[swing.copy.name]
         return links.beyond(links.of_joint[swing.name].link.name)
 

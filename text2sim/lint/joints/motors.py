@@ -48,7 +48,7 @@ class Powered:
         return not (self.swing.closed or self.swing.floating)
 
     def where(self, key: str) -> Path:
-        """Path of a value of the motor, or of the motor where the case does not say the value."""
+        """Return the path of a value of the motor, or of the motor where the case does not say the value."""
         for way in (("actuator", key), ("actuator",), ()):
             path = self.mechanics.where(self.swing, *way)
             if self.mechanics.facts.raw(path) is not None:
@@ -66,11 +66,11 @@ class Powered:
         return found
 
     def load(self, q: float) -> float:
-        """Torque [N m] or force [N] of gravity and of the joint's own spring at a position."""
+        """Return the torque [N m] or force [N] of gravity and of the joint's own spring at a position."""
         return self.swing.gravity(q) - self.swing.joint.spring * q
 
     def critical(self, stiffness: float) -> float:
-        """Damping with which a servo of that stiffness comes to rest soonest."""
+        """Return the damping with which a servo of that stiffness comes to rest soonest."""
         return 2 * sqrt(stiffness * self.swing.inertia)
 
 
@@ -117,13 +117,13 @@ def one_each(problems: Iterable[Problem]) -> Iterator[Problem]:
 
 
 def amount(value: float, unit: str) -> str:
-    """A value with three digits and its unit; no exponent where a person would write none."""
+    """Return a value with three digits and its unit; no exponent where a person would write none."""
     text = f"{float(f'{value:.3g}'):.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
     return f"{text} {unit}".rstrip()
 
 
 def at_least(value: float) -> str:
-    """A value that is no smaller, with two digits."""
+    """Return a value that is no smaller, with two digits."""
     if value <= 0.0:
         return "0"
     digit = 10.0 ** (floor(log10(value)) - 1)

@@ -48,7 +48,7 @@ class Swing:
         return ("rad", "N m") if self.hinge else ("m", "N")
 
     def gravity(self, q: float) -> float:
-        """Torque [N m] or force [N] of gravity along the axis at position q."""
+        """Return the torque [N m] or force [N] of gravity along the axis at position q."""
         if not self.hinge:
             return self.pull[0]
         turn = q - self.start

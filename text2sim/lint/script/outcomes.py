@@ -55,7 +55,7 @@ def asked_of(expect: Expect, duration: float) -> Asked:
 
 
 def bound_of(expect: Expect) -> str:
-    """The field of an expectation that says what its value is to be."""
+    """Return the field of an expectation that says what its value is to be."""
     return next(name for name in ("above", "below", "equals") if getattr(expect, name) is not None)
 
 

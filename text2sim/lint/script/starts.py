@@ -95,7 +95,7 @@ def velocities_of(facts: Facts, copy: Copy) -> list[Velocity]:
 
 
 def velocity_at_start(facts: Facts, target: Target) -> Vec | None:
-    """Velocity of the centre of mass [m/s]; None if it is not known."""
+    """Return the velocity of the centre of mass [m/s]; None if it is not known."""
     rows = velocities_of(facts, target.copy)
     if not rows:
         return (0.0, 0.0, 0.0)
@@ -105,7 +105,7 @@ def velocity_at_start(facts: Facts, target: Target) -> Vec | None:
 
 
 def spin_at_start(facts: Facts, target: Target) -> float | None:
-    """Angular speed [rad/s]; None if it is not known."""
+    """Return the angular speed [rad/s]; None if it is not known."""
     rows = velocities_of(facts, target.copy)
     if not rows:
         return 0.0
@@ -189,12 +189,12 @@ UNDEFORMED = {"stretch": 1.0, "strain": 0.0}
 
 
 def norm(vector: Sequence[float]) -> float:
-    """Length of a vector."""
+    """Return the length of a vector."""
     return sqrt(sum(x * x for x in vector))
 
 
 def depth_inside(region: Any, point: Vec) -> float:
-    """How deep [m] a point lies inside a region, negative outside; as `harness.geometry.depth_inside`."""
+    """Return how deep [m] a point lies inside a region, negative outside; as `recording.geometry.depth_inside`."""
     if isinstance(region, SphereRegion):
         return region.radius - dist(region.center, point)
     if isinstance(region, BoxRegion) or not hasattr(region, "axis"):

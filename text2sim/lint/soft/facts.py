@@ -87,15 +87,15 @@ class SoftFacts:
     # --- sizes ---------------------------------------------------------------------------------------------------
 
     def thickness(self, body: SoftBody) -> float:
-        """Smallest thickness [m] of the volume of a body; infinite for cloth."""
+        """Return the smallest thickness [m] of the volume of a body; infinite for cloth."""
         return math.inf if body.model.kind == "cloth" else thickness(body.copy.shape, self.facts.folder)
 
     def volume(self, body: SoftBody) -> float:
-        """Volume [m3] at the start; 0 for cloth."""
+        """Return the volume [m3] at the start; 0 for cloth."""
         return 0.0 if body.model.kind == "cloth" else solid_volume(body.copy.shape, self.facts.folder)
 
     def mass(self, body: SoftBody) -> float:
-        """Mass [kg]."""
+        """Return the mass [kg]."""
         return mass(body.copy, self.facts.folder)
 
     def points(self, body: SoftBody) -> int:

@@ -20,7 +20,7 @@ class Gaps:
         self.left = TESTS
 
     def between(self, a: Copy, b: Copy, most: float) -> float:
-        """Distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`.
+        """Return the distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`.
 
         Args:
             a: A copy.
@@ -41,7 +41,7 @@ class Gaps:
         return best
 
     def to_plane(self, copy: Copy, ground: Ground, most: float) -> float:
-        """Height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`.
+        """Return the height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`.
 
         Args:
             copy: The copy.

@@ -98,12 +98,12 @@ def _leaks(facts: Facts) -> Iterator[Problem]:
 
 
 def free_by(copy: Copy, soft: SoftFacts) -> float:
-    """How far [m] from the surface of a rigid body the grid keeps mpm bodies: its `soft_reach`."""
+    """Return how far [m] from the surface of a rigid body the grid keeps mpm bodies: its `soft_reach`."""
     return getattr(copy.model.material, "soft_reach", None) or soft.scales.reach
 
 
 def opening(shape: Any) -> float | None:
-    """Radius [m] of the narrowest hole through a shape, if it has one."""
+    """Return the radius [m] of the narrowest hole through a shape, if it has one."""
     kind = getattr(shape, "kind", None)
     if kind == "funnel":
         return min(shape.top_radius, shape.bottom_radius)

@@ -74,7 +74,7 @@ def _overlap(facts: Facts) -> Iterator[Problem]:
 
 
 def push_speed(facts: Facts, depth: float) -> float:
-    """Speed [m/s] at which the engine pushes something out that is so deep [m] in something else."""
+    """Return the speed [m/s] at which the engine pushes something out that is so deep [m] in something else."""
     settings = facts.settings
     return depth / settings.bounce_time if settings.bounce_time else PUSH * depth / settings.timeconst
 

@@ -40,7 +40,7 @@ COMPARISONS: dict[type[ast.AST], Callable[[Any, Any], bool]] = {
 
 
 def evaluate(node: ast.expr, names: Mapping[str, Value]) -> Value:
-    """Value of a checked tree; see `Expression.evaluate`.
+    """Return the value of a checked tree; see `Expression.evaluate`.
 
     Raises:
         ExpressionError: If the expression has no value.

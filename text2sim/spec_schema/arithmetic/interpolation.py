@@ -92,7 +92,7 @@ def _closing(text: str, start: int) -> int:
 
 
 def as_text(value: Value) -> str:
-    """What a value is inside text.
+    """Return what a value is inside text.
 
     Raises:
         ExpressionError: If it is a list.

@@ -61,11 +61,11 @@ class Resolver:
         self.problems.append(self.document.problem(path, str(error), rule=error.rule, hint=error.hint))
 
     def scope(self, variables: Mapping[str, Value] = COPY_VARIABLES) -> Mapping[str, Value]:
-        """Parameters and copy variables together; a parameter without a value raises `Cascade`."""
+        """Return the parameters and copy variables together; a parameter without a value raises `Cascade`."""
         return _Scope(self.params, variables)
 
     def data(self) -> Any:
-        """The document's data with every expression evaluated; copy variables stand at copy 0."""
+        """Return the document's data with every expression evaluated; copy variables stand at copy 0."""
         if self.params:
             self.params.evaluate_all()
         return self._replace(self.document.data, (), list(self.sites), COPY_VARIABLES)

@@ -20,7 +20,7 @@ class ExpressionError(ValueError):
 
 
 def number(value: object) -> int | float:
-    """The value, if it is a number; booleans are none.
+    """Return the value, if it is a number; booleans are none.
 
     Raises:
         ExpressionError: If it is not a number.
@@ -31,7 +31,7 @@ def number(value: object) -> int | float:
 
 
 def bounded(value: int | float) -> int | float:
-    """The number, if it is finite and not too large; 0 for what rounding has left of it.
+    """Return the number, if it is finite and not too large; 0 for what rounding has left of it.
 
     Raises:
         ExpressionError: If it is nan or too large.
@@ -42,7 +42,7 @@ def bounded(value: int | float) -> int | float:
 
 
 def bounded_list(items: list[Any]) -> list[Any]:
-    """The list, if it holds not too much: lists of lists of lists grow fast.
+    """Return the list, if it is not too long: lists of lists of lists grow fast.
 
     Raises:
         ExpressionError: If it holds more.
@@ -53,7 +53,7 @@ def bounded_list(items: list[Any]) -> list[Any]:
 
 
 def count_items(value: object) -> int:
-    """How many values there are in a list and the lists inside it; counting stops soon after `MAX_ITEMS`."""
+    """Return how many values there are in a list and the lists inside it; counting stops soon after `MAX_ITEMS`."""
     if not isinstance(value, list):
         return 1
     total = 0

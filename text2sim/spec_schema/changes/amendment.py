@@ -31,7 +31,7 @@ class Amendment:
         self.origin = origin
 
     def dump(self) -> str:
-        """The document as it is now, written anew in canonical form."""
+        """Return the document as it is now, written anew in canonical form."""
         return dump_layout(self.root, self.head, self.foot)
 
     def apply(self, operations: Sequence[Operation]) -> None:
@@ -52,7 +52,7 @@ class Amendment:
                 self.put(path, self.fresh(path, operation["value"]))
 
     def find(self, path: Sequence[str]) -> Entry:
-        """The entry at a path."""
+        """Return the entry at a path."""
         entry = self.root
         for step in path:
             entry = _child(entry, step)
@@ -60,7 +60,7 @@ class Amendment:
         return entry
 
     def fresh(self, path: tuple[str, ...], value: Any) -> Entry:
-        """A new entry for a value, with the comments of its origin if that says the same."""
+        """Return a new entry for a value, with the comments of its origin if that says the same."""
         entry = self.origin(path) if self.origin is not None else None
         if entry is None or not identical(plain_data(entry), value):
             return plain_layout(value)

@@ -45,7 +45,7 @@ class Change:
 
 
 def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> list[Change]:
-    """What is different in `b`.
+    """Return what is different in `b`.
 
     Args:
         a: Plain data of a document, with `${…}` in it.
@@ -56,7 +56,7 @@ def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> 
 
 
 def operations(a: Any, b: Any) -> list[Operation]:
-    """A short RFC 6902 patch that makes `b` of `a`."""
+    """Return a short RFC 6902 patch that makes `b` of `a`."""
     return _steps(a, b, ())
 
 

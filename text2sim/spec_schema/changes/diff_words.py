@@ -37,7 +37,7 @@ def effect_line(effect: Effect) -> str:
 
 
 def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
-    """Changes by section of the case, in the order of the language."""
+    """Return the changes by section of the case, in the order of the language."""
     order = ("", "params", "prefabs", "scene", "bodies", "actions", "render", "variants", "sweeps", "waive")
     groups: dict[str, list[Change]] = {name: [] for name in order}
     for change in changes:
@@ -47,7 +47,7 @@ def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
 
 
 def value_text(value: Any, shown: int = SHOWN) -> str:
-    """A value as the language writes it, shortened."""
+    """Return a value as the language writes it, shortened."""
     if value is NOTHING:
         return "nothing"
     if isinstance(value, str):

@@ -168,7 +168,7 @@ def marked(ours: str, theirs: str, marker: int) -> str:
 
 
 def unmarked(text: str) -> tuple[str, str] | None:
-    """The two texts that a text with conflict markers holds; None if it holds none, or others than ours."""
+    """Return the two texts that a text with conflict markers holds; None if it holds none, or others than ours."""
     both: tuple[list[str], list[str]] = ([], [])
     inside: int | None = None
     seen = False

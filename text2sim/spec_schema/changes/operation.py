@@ -34,7 +34,7 @@ class Refusal(Exception):
 
 
 def split_pointer(text: object) -> Steps:
-    """Steps of a JSON Pointer (RFC 6901).
+    """Return the steps of a JSON Pointer (RFC 6901).
 
     Raises:
         ValueError: If it is none.
@@ -73,7 +73,7 @@ def checked_form(operation: Any) -> str:
 
 
 def steps_of(operation: Operation, member: str) -> Steps:
-    """Steps of the pointer in a member of an operation.
+    """Return the steps of the pointer in a member of an operation.
 
     Raises:
         Refusal: If it is not a pointer.
@@ -85,7 +85,7 @@ def steps_of(operation: Operation, member: str) -> Steps:
 
 
 def index_of(path: Steps, items: list[Any], last: int, member: str = "path") -> int:
-    """Index that the last step of a path means in a list; `last` is the largest that is allowed.
+    """Return the index that the last step of a path means in a list; `last` is the largest that is allowed.
 
     Args:
         path: The path.
@@ -108,7 +108,7 @@ def index_of(path: Steps, items: list[Any], last: int, member: str = "path") -> 
 
 
 def place_of(path: Steps) -> str:
-    """A path in a message."""
+    """Return a path in a message."""
     return pointer(path)[:200] or "the document"
 
 

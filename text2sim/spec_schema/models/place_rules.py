@@ -20,7 +20,7 @@ _TINY = 1e-9
 
 
 def direction_of(place: Place) -> tuple[float, float, float]:
-    """The side from which a body comes or at which it stands; not normalised."""
+    """Return the side from which a body comes or at which it stands; not normalised."""
     if place.relation in SIDES:
         return SIDES[place.relation]
     given = place.direction

@@ -105,7 +105,7 @@ class Place(Model):
         return getattr(self, self.relation)
 
     def alignment(self, axis: int) -> End | None:
-        """Which parts line up along an axis (0, 1, 2); None if the author says nothing of it."""
+        """Return which parts line up along an axis (0, 1, 2); None if the author says nothing of it."""
         if isinstance(self.align, Align):
             return (self.align.x, self.align.y, self.align.z)[axis]
         if self.align is None or axis != 2:

@@ -58,7 +58,7 @@ def check_controls(table: NameTable) -> None:
 
 
 def joint_of(table: NameTable, member: Member) -> Any:
-    """The joint that a member names: that of its mount, or of one of its links; None if it names none."""
+    """Return the joint that a member names: that of its mount, or of one of its links; None if it names none."""
     model = member.model
     if member.part is not None and member.name in table.parts:
         return table.parts[member.name].joints.get(member.part)

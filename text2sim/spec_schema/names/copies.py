@@ -11,7 +11,7 @@ UNKNOWN = 1000
 
 
 def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
-    """Number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more.
+    """Return the number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more.
 
     Args:
         repeat: The pattern.

@@ -51,7 +51,7 @@ def check_measures(table: NameTable) -> None:
 
 
 def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
-    """The bodies that a measure is about, without selectors that mean nothing: those are reported already."""
+    """Return the bodies that a measure is about, without selectors that mean nothing: those are reported already."""
     quiet = NameTable(table.loaded, counts=table.counts)
     if isinstance(measure, measures.Distance):
         selectors = measure.between

@@ -25,7 +25,7 @@ class Selection:
     """Whether there are brackets."""
 
     def count(self, copies: int) -> int:
-        """How many it means, of so many copies."""
+        """Return how many it means, of so many copies."""
         if self.first is None or self.last is None:
             return copies
         return max(0, min(self.last, copies) - self.first)

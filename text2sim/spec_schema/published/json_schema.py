@@ -46,7 +46,7 @@ def build_schema() -> Schema:
 
 
 def schema_text() -> str:
-    """The JSON Schema as it is kept in `case.schema.json`."""
+    """Return the JSON Schema as it is kept in `case.schema.json`."""
     return json.dumps(build_schema(), indent=1, ensure_ascii=False) + "\n"
 
 

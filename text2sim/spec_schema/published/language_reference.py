@@ -39,7 +39,7 @@ page. -->
 
 
 def language_reference() -> str:
-    """Text of the language reference."""
+    """Return the text of the language reference."""
     limits = {
         "@FUNCTIONS@": " ".join(f"`{name}`" for name in FUNCTIONS),
         "@LENGTH@": str(MAX_LENGTH),
@@ -57,7 +57,7 @@ def language_reference() -> str:
 
 @cache
 def load_examples() -> dict[str, dict[str, str]]:
-    """YAML of an example for every kind, by section and kind."""
+    """Return the YAML of an example for every kind, by section and kind."""
     return parse_document(read_source(Path(__file__).with_name("examples.yaml"))).data
 
 
@@ -95,7 +95,7 @@ def shared_bases(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
 
 
 def section_kinds(union: Any) -> dict[str, type[BaseModel]]:
-    """Models of a union on `kind`, which may stand beside a plain type."""
+    """Return the models of a union on `kind`, which may stand beside a plain type."""
     return {kind: model for member in slot_of(union).members for kind, model in member.models.items()} or slot_of(
         union
     ).models

@@ -131,7 +131,7 @@ def check_arguments(
 
 
 def judge(document: Document, resolver: Resolver, argument: Argument, variables: Mapping[str, Any]) -> Problem | None:
-    """What is wrong with an argument, for one copy.
+    """Return what is wrong with an argument, for one copy.
 
     Args:
         document: The expanded document.
@@ -149,7 +149,7 @@ def judge(document: Document, resolver: Resolver, argument: Argument, variables:
 
 
 def locate(document: Document, path: Path, node: Node, message: str, *, rule: str, hint: str | None = None) -> Problem:
-    """A problem at a node of a document that may no longer be in it.
+    """Return a problem at a node of a document that may no longer be in it.
 
     Args:
         document: The document.
@@ -165,7 +165,7 @@ def locate(document: Document, path: Path, node: Node, message: str, *, rule: st
 
 
 def names_in(data: Any) -> frozenset[str]:
-    """Names that the expressions in a value use."""
+    """Return the names that the expressions in a value use."""
     if isinstance(data, list):
         return frozenset().union(*map(names_in, data))
     if isinstance(data, str) and "${" in data:

@@ -9,7 +9,7 @@ from text2sim.spec_schema.text.canonical import dump_case
 
 
 def expanded_text(loaded: LoadedCase) -> str:
-    """Canonical text of a case with everything laid over it and its prefabs expanded.
+    """Return the canonical text of a case with everything laid over it and its prefabs expanded.
 
     Loaded from the same folder it is the same case. Expressions that became longer than a written one can be have
     the values of parameters in them.

@@ -52,7 +52,7 @@ class Definition:
         return {name: bodies.child(name) for name in bodies.data}
 
     def default(self, param: str) -> Tree | None:
-        """Default of a parameter, if it has one."""
+        """Return the default of a parameter, if it has one."""
         if self.model.params[param].default is None:
             return None
         return self._tree.child("params").child(param).child("default")
@@ -105,7 +105,7 @@ class Library:
         return found
 
     def face(self, use: Any, depth: int = 8) -> Face:
-        """What can be changed of a prefab; nothing is known of one that is not there."""
+        """Return what can be changed of a prefab; nothing is known of one that is not there."""
         try:
             found = self.find(use) if isinstance(use, str) else None
         except Missing:
@@ -121,7 +121,7 @@ class Library:
         return Face(kind if isinstance(kind, str) else None)
 
     def names(self) -> list[str]:
-        """Names of all prefabs that can be used."""
+        """Return the names of all prefabs that can be used."""
         names = list(check_names(self.document, "prefabs", []))
         for folder, label in self._folders():
             try:
@@ -135,7 +135,7 @@ class Library:
         return list(dict.fromkeys(name for name in names if _NAME.fullmatch(name)))
 
     def own(self) -> list[Problem]:
-        """What is wrong with the prefabs in the case itself, used or not."""
+        """Return what is wrong with the prefabs in the case itself, used or not."""
         problems: list[Problem] = []
         for name in check_names(self.document, "prefabs", problems):
             try:
@@ -239,5 +239,5 @@ def _define(name: str, place: str, document: Document, root: Path, model: type[P
 
 
 def named(problems: tuple[Problem, ...], user: str) -> list[Problem]:
-    """The problems of a prefab in a file of its own, with what uses it."""
+    """Return the problems of a prefab in a file of its own, with what uses it."""
     return [replace(problem, message=f"{problem.message} (used by {user})") for problem in problems]

@@ -19,7 +19,7 @@ Operation = dict[str, Any]
 
 
 def steps_for(data: Any) -> list[Operation]:
-    """RFC 6902 operations that bring a document to the latest version.
+    """Return the RFC 6902 operations that bring a document to the latest version.
 
     Args:
         data: Plain data of the document, of any version that there was; it need not be valid otherwise.

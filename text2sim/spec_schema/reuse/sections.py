@@ -31,7 +31,7 @@ def sections(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def repeated(section: dict[str, Any]) -> Iterator[str]:
-    """Names of the entries that stand for several."""
+    """Return the names of the entries that stand for several."""
     return (name for name, entry in section.items() if isinstance(entry, dict) and entry.get("repeat") is not None)
 
 

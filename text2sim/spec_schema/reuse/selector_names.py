@@ -14,7 +14,7 @@ _FIRST = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?=$|[.\[])")
 
 
 def renamed(body: Tree, names: Mapping[str, str]) -> Tree:
-    """A body of a prefab whose selectors call the other bodies of it by their names in the case.
+    """Return a body of a prefab whose selectors call the other bodies of it by their names in the case.
 
     Args:
         body: The body.

@@ -61,7 +61,7 @@ def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces)
 
 
 def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
-    """Runs of a sweep: a label, and what is laid over the case.
+    """Return the runs of a sweep: a label, and what is laid over the case.
 
     Args:
         written: The case as it stands in its file, of whose sweeps the form is right.
@@ -85,7 +85,7 @@ def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
 
 
 def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, Overlay]]:
-    """Runs of a grid: values, as text, by path."""
+    """Return the runs of a grid: values, as text, by path."""
     short = _short_names(list(grid))
     runs = []
     for values in product(*grid.values()):
@@ -96,7 +96,7 @@ def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, Overlay]]:
 
 
 def parse_grid(options: list[str]) -> dict[str, list[str]]:
-    """Values, as text, by path, of what was given as `path=[a, b, c]`.
+    """Return the values, as text, by path, of what was given as `path=[a, b, c]`.
 
     Raises:
         SpecError: If it is not that, or has too many runs.

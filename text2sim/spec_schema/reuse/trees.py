@@ -13,7 +13,7 @@ class Tree(NamedTuple):
     node: Node
 
     def child(self, step: str | int) -> "Tree":
-        """A part of it, which is there."""
+        """Return a part of it, which is there."""
         children: Any = self.node.children
         return Tree(self.data[step], children[step])
 
@@ -55,7 +55,7 @@ def merge(base: Tree, over: Tree, path: Path = ()) -> Tree:
 
 
 def without_nulls(tree: Tree) -> Tree:
-    """The value without the keys that take something away: there is nothing below it."""
+    """Return the value without the keys that take something away: there is nothing below it."""
     if not isinstance(tree.data, dict) or not _has_null(tree.data):
         return tree
     kept = {key: without_nulls(tree.child(key)) for key, value in tree.data.items() if value is not None}
@@ -63,7 +63,7 @@ def without_nulls(tree: Tree) -> Tree:
 
 
 def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]] | None = None) -> Tree:
-    """A mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says.
+    """Return a mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says.
 
     Args:
         like: The node.
@@ -78,7 +78,7 @@ def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]]
 
 
 def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
-    """The value with one part of it set, or taken away; mappings on the way to it are made.
+    """Return the value with one part of it set, or taken away; mappings on the way to it are made.
 
     The lists on the way must be there, and long enough.
 
@@ -116,7 +116,7 @@ def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
 
 
 def moved(tree: Tree, place: Callable[[Node], Node]) -> Tree:
-    """The same value, with each of its nodes replaced by what `place` makes of it."""
+    """Return the same value with each of its nodes replaced by what `place` makes of it."""
     node = place(tree.node)
     if isinstance(tree.data, dict):
         inner = {key: moved(tree.child(key), place) for key in tree.data}
@@ -128,7 +128,7 @@ def moved(tree: Tree, place: Callable[[Node], Node]) -> Tree:
 
 
 def count(data: Any) -> int:
-    """How many values there are in a value, itself included."""
+    """Return how many values there are in a value, itself included."""
     total, stack = 0, [data]
     while stack:
         value = stack.pop()

@@ -40,7 +40,7 @@ class Document:
     roomy: frozenset[Path] = frozenset()
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
-        """Line and column of a value, or of its key; of what there is of the way to it, if it is missing."""
+        """Return the line and column of a value, or of its key; of what there is of the way to it, if it is missing."""
         node = self.root
         place = (node.line, node.column)
         for step in path:
@@ -56,7 +56,7 @@ class Document:
         return place
 
     def origin(self, path: Path) -> Origin | None:
-        """Where a value comes from, if it does not stand in the file itself."""
+        """Return where a value comes from, if it does not stand in the file itself."""
         node = self.root
         for step in path:
             children: Any = node.children
@@ -78,7 +78,7 @@ class Document:
         hint: str | None = None,
         severity: Severity = "error",
     ) -> Problem:
-        """A problem at a place of the document.
+        """Return a problem at a place of the document.
 
         Args:
             path: The place.
@@ -96,12 +96,12 @@ class Document:
 
 
 def pointer(path: Path) -> str:
-    """JSON Pointer (RFC 6901) of a path."""
+    """Return the JSON Pointer (RFC 6901) of a path."""
     return "".join("/" + str(step).replace("~", "~0").replace("/", "~1") for step in path)
 
 
 def parse_pointer(text: str) -> Path:
-    """Path of a JSON Pointer; steps of digits are indices."""
+    """Return the path of a JSON Pointer; steps of digits are indices."""
     if text in ("", "/"):
         return ()
     steps = text.removeprefix("/").split("/")
@@ -109,7 +109,7 @@ def parse_pointer(text: str) -> Path:
 
 
 def sites_of(data: Any, root: Path = ()) -> dict[Path, str]:
-    """Every scalar with `${` in it, by path."""
+    """Return every scalar with `${` in it, by path."""
     found: dict[Path, str] = {}
     stack: list[tuple[Path, Any]] = [(root, data)]
     while stack:

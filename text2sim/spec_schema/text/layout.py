@@ -63,7 +63,7 @@ _BLOCKS = ("|", ">")
 
 
 def plain_layout(data: Any, key: str | None = None) -> Entry:
-    """Plain data as an entry without comments."""
+    """Return plain data as an entry without comments."""
     if isinstance(data, dict):
         entry = Entry([plain_layout(value, str(name)) for name, value in data.items()], key, mapping=True)
     elif isinstance(data, list | tuple):
@@ -76,7 +76,7 @@ def plain_layout(data: Any, key: str | None = None) -> Entry:
 
 
 def plain_data(entry: Entry) -> Any:
-    """What an entry says, without comments."""
+    """Return what an entry says, without comments."""
     if not isinstance(entry.value, list):
         return entry.value
     if entry.mapping:

@@ -58,7 +58,7 @@ def unmask(text: str) -> str:
 
 
 def find_unclosed(text: str) -> int | None:
-    """Index of the first `${`, outside comments, whose brace is not closed on its line, or only behind its quote."""
+    """Return the index of the first `${` outside comments that is not closed on its line, or only behind its quote."""
     for found in _START.finditer(text):
         line = text[text.rfind("\n", 0, found.start()) + 1 : found.start()]
         end = closing_brace(text, found.end())
@@ -77,7 +77,7 @@ def _leaves_quotes(text: str, start: int, end: int) -> bool:
 
 
 def closing_brace(text: str, start: int) -> int | None:
-    """Index of the brace that closes the one before `start`, on the same line; None if there is none."""
+    """Return the index of the brace that closes the one before `start`, on the same line; None if there is none."""
     depth = 1
     while found := _INSIDE.search(text, start):
         if found[0] == "{":

@@ -28,7 +28,7 @@ class Node:
         self.keys: dict[str, tuple[int, int]] = {}
 
     def copy(self) -> "Node":
-        """A node of its own at the same place, with the same children."""
+        """Return a node of its own at the same place, with the same children."""
         node = Node(self.line, self.column) if self.origin is None else Derived(self.line, self.column, self.origin)
         node.children, node.keys = self.children, self.keys
         return node

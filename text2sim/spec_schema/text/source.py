@@ -37,12 +37,12 @@ class Source:
         return [0, *(found.end() for found in _BREAK.finditer(self.text))]
 
     def place(self, index: int) -> tuple[int, int]:
-        """Line and column, both from 1, of a character of the text."""
+        """Return the line and column, both from 1, of a character of the text."""
         line = bisect_right(self._starts, index)
         return line, index - self._starts[line - 1] + 1
 
     def error(self, index: int, message: str, rule: str) -> SpecError:
-        """A problem of the whole document, located at a character.
+        """Return a problem of the whole document, located at a character.
 
         Args:
             index: Number of the character.

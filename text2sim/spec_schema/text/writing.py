@@ -19,7 +19,7 @@ _FLOW_STOPS = re.compile(r"[\[\]{},]|:")
 
 
 def scalar(value: Any, *, flow: bool) -> str:
-    """Text of a scalar on one line.
+    """Return the text of a scalar on one line.
 
     Args:
         value: None, a boolean, a finite number, or text.
@@ -37,7 +37,7 @@ def scalar(value: Any, *, flow: bool) -> str:
 
 
 def flow_text(value: Any) -> str:
-    """Text of any value on one line."""
+    """Return the text of any value on one line."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key(name)}: {flow_text(item)}" for name, item in value.items()) + "}"
     if isinstance(value, list | tuple):
@@ -46,12 +46,12 @@ def flow_text(value: Any) -> str:
 
 
 def key(name: str) -> str:
-    """Text of a key. A word is never quoted: the key `on` is one of the language's own."""
+    """Return the text of a key. A word is never quoted: the key `on` is one of the language's own."""
     return name if _WORD.fullmatch(name) else scalar(name, flow=True)
 
 
 def number(value: float) -> str:
-    """Shortest text of a number that is read back as the same one.
+    """Return the shortest text of a number that is read back as the same number.
 
     Raises:
         ValueError: If it is not finite, for which there are no words in the language.
@@ -65,13 +65,13 @@ def number(value: float) -> str:
 
 
 def quoted(text: str) -> str:
-    """Text in double quotes."""
+    """Return a text in double quotes."""
     plain = json.dumps(text, ensure_ascii=False)
     return plain.replace("\x7f", "\\x7f").replace("\x85", "\\N").replace("\u2028", "\\L").replace("\u2029", "\\P")
 
 
 def block_lines(text: str, width: int) -> list[str] | None:
-    """Long or many-line text as a block scalar: its header, and its lines without indentation.
+    """Return a long or many-line text as a block scalar: its header, and its lines without indentation.
 
     Returns:
         None if the text has to be quoted, or is better written on one line.

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 @cache
 def field_docs(model: type[BaseModel]) -> dict[str, str]:
-    """Text below each field of a model, its inherited ones included, by attribute."""
+    """Return the text below each field of a model, its inherited ones included, by attribute."""
     docs: dict[str, str] = {}
     for layer in reversed(model.__mro__):
         if issubclass(layer, BaseModel) and layer.__module__ != BaseModel.__module__:
@@ -24,7 +24,7 @@ def field_docs(model: type[BaseModel]) -> dict[str, str]:
 
 
 def model_doc(model: type[BaseModel]) -> str:
-    """Docstring of a model, on one line."""
+    """Return the docstring of a model, on one line."""
     return _joined(model.__doc__ or "")
 
 

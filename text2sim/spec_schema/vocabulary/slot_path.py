@@ -56,14 +56,14 @@ class MappingSlots:
     models: list[type[BaseModel]] = field(default_factory=list)
 
     def inner(self, key: str) -> list[Slot] | None:
-        """What can stand under a key; None if it leads nowhere."""
+        """Return what can stand under a key; None if it leads nowhere."""
         if key in self.fields:
             return self.fields[key]
         return self.names or ([] if self.anything else None)
 
 
 def mapping_slots(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lambda use: Face()) -> MappingSlots:
-    """What can stand in a mapping that the language has at a place.
+    """Return what can stand in a mapping that the language has at a place.
 
     Args:
         slots: What the language takes there.
@@ -91,12 +91,12 @@ def is_entry(path: Path) -> bool:
 
 
 def slot_entry() -> list[Slot]:
-    """What the language takes for a body."""
+    """Return what the language takes for a body."""
     return [slot_of(get_args(slot_of(Case.model_fields["bodies"].annotation).base)[1])]
 
 
 def root_slots() -> list[Slot]:
-    """What the language takes for a case."""
+    """Return what the language takes for a case."""
     return [slot_of(Case)]
 
 
@@ -127,7 +127,7 @@ def _open_model(model: type[BaseModel], found: MappingSlots) -> None:
 
 
 def items_of(slots: list[Slot]) -> list[Slot]:
-    """What the language takes for an item of a list."""
+    """Return what the language takes for an item of a list."""
     found = []
     for slot in slots:
         for member in slot.members:

@@ -30,7 +30,7 @@ _MEANT: dict[tuple[type[BaseModel], str], Slot] = {
 
 
 def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
-    """What a field of a model really holds, where its type says less.
+    """Return what a field of a model really holds, where its type says less.
 
     Args:
         model: The model.
@@ -41,7 +41,7 @@ def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
 
 
 def slots_by_key(slot: Slot | None) -> dict[str, Slot]:
-    """What stands under each key of a mapping, in canonical order; nothing if the keys are names.
+    """Return what stands under each key of a mapping, in canonical order; nothing if the keys are names.
 
     Args:
         slot: A model, or a union of models of which it is not known which is meant.

@@ -72,7 +72,7 @@ def fits(slot: Slot, value: object) -> bool:
 
 
 def structure_of(value: object) -> str:
-    """What YAML wrote: number, text, boolean, list, mapping or nothing."""
+    """Return what YAML wrote: number, text, boolean, list, mapping or nothing."""
     return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
 
 
@@ -107,7 +107,7 @@ def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | 
 
 @cache
 def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
-    """Fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
+    """Return the fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
     fields = {}
     for attribute in _ordered(model):
         field = model.model_fields[attribute]
@@ -129,13 +129,13 @@ _FIRST = ("kind", "of", "event", "measure")
 
 @cache
 def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
-    """The kinds that a model stands for."""
+    """Return the kinds that a model stands for."""
     field = model.model_fields.get("kind")
     return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
 
 
 def bounds_of(slot: Slot) -> dict[str, Any]:
-    """Bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
+    """Return the bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
     bounds: dict[str, Any] = {}
     for note in slot.metadata:
         for name in ("gt", "ge", "lt", "le", "pattern", "min_length", "max_length"):
@@ -146,12 +146,12 @@ def bounds_of(slot: Slot) -> dict[str, Any]:
 
 
 def carried_by(slot: Slot) -> Carried | None:
-    """The range of magnitudes that is carried here; None where that is no question."""
+    """Return the range of magnitudes that is carried here; None where that is no question."""
     return next((note for note in slot.metadata if isinstance(note, Carried)), None)
 
 
 def magnitudes(carried: Carried) -> str:
-    """The range of magnitudes in words: `from 1e-06 to 1e+06 m`."""
+    """Return the range of magnitudes in words: `from 1e-06 to 1e+06 m`."""
     return f"from {carried.low:g} to {carried.high:g} {carried.unit}".rstrip()
 
 
@@ -185,7 +185,7 @@ def describe(slot: Slot) -> str:
 
 
 def range_of(slot: Slot) -> str:
-    """The bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
+    """Return the bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
     bounds = bounds_of(slot)
     low, high, end = bounds.get("ge"), bounds.get("le"), bounds.get("lt")
     most = f", and less than {end:g}" if end is not None else f", and at most {high:g}" if high is not None else ""
@@ -216,7 +216,7 @@ def _plural(slot: Slot) -> str:
 
 
 def noun_of(slot: Slot) -> Noun:
-    """What a text is called."""
+    """Return what a text is called."""
     return next((note for note in slot.metadata if isinstance(note, Noun)), Noun("text", "texts"))
 
 
