@@ -31,6 +31,12 @@ def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> 
     assert "ball" in data_of(TEXT)["bodies"], "the case itself is as it was"
 
 
+def test_pairs_of_friction_go_with_their_bodies() -> None:
+    case = data_of(TEXT)
+    case["scene"]["contact"] = {"pairs": {"slick": {"between": ["ball", "tin"], "friction": 0.1}}}
+    assert without(case, ["ball"])["scene"]["contact"]["pairs"] == {}
+
+
 def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     made = plan(meets={"knocked": ["strikes", "pushed"]}, causes={"knocked": ["ball"]})
     seen: list[Any] = []

@@ -32,6 +32,9 @@ def without(case: Data, names: Collection[str]) -> Data:
         for name in names:
             rows.pop(name, None)
     gone = set(names)
+    pairs = (scene.get("contact") or {}).get("pairs") or {}
+    for name in [name for name, row in pairs.items() if _refers(row, gone)]:
+        del pairs[name]
     while lost := [
         (part, name) for part in PARTS for name, row in (actions.get(part) or {}).items() if _refers(row, gone)
     ]:

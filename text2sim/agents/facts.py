@@ -259,7 +259,8 @@ def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tup
     turns = states.quat[:, target.root].astype(float) if target.soft is None else None
     split = min(int(np.searchsorted(states.time, at, "right")) - 1, states.frames - 1) if states.frames else 0
     spans = []
-    for rows in (slice(0, max(split, 0) + 1), slice(max(split, 0), None)):
+    # The recorded moment of a touch is one at which its blow is felt already.
+    for rows in (slice(0, max(split, 1)), slice(max(split - 1, 0), None)):
         way = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
         turn = 0.0
         if turns is not None:

@@ -290,7 +290,7 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
         return "\n".join(_told(gists))
     rows = []
     for name, definition in chosen.items():
-        line = f"- `{name}`: {gists[name]}. " + " ".join(
+        line = f"- `{name}`: {gists[name]}. `with`: " + " ".join(
             f"`{row.name}` ({row.takes}; {row.default or 'required'})" for row in param_rows(definition)
         )
         if several := parts_of(definition):
