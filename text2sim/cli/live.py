@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say
+from text2sim.runtime.progress import PHASES
 from text2sim.service.phrases import seconds
 from text2sim.spec_schema.plain import plain_line
 
@@ -14,17 +15,6 @@ if TYPE_CHECKING:
 
 EVERY = 15.0
 """Wall time [s] between plain lines of one phase."""
-
-WORDS = {
-    "check": "checking",
-    "compile": "compiling",
-    "start": "starting the engine",
-    "build": "building the scene",
-    "simulate": "simulating",
-    "film": "filming",
-    "judge": "judging",
-    "report": "writing the report",
-}
 
 
 @contextmanager
@@ -48,7 +38,7 @@ class _Plain:
         self._next = 0.0
 
     def __call__(self, progress: "Progress") -> None:
-        words = f"{self._name}: {WORDS.get(progress.phase, progress.phase)}"
+        words = f"{self._name}: {PHASES.get(progress.phase, progress.phase)}"
         if progress.phase != self._phase or progress.note:
             self._phase = progress.phase
             self._next = progress.wall + EVERY
@@ -80,7 +70,7 @@ def _live(name: str) -> Iterator["OnProgress"]:
         task = live.add_task("", total=None, name=plain_line(name), numbers="")
 
         def listener(progress: "Progress") -> None:
-            fields: dict[str, Any] = {"description": WORDS.get(progress.phase, progress.phase)}
+            fields: dict[str, Any] = {"description": PHASES.get(progress.phase, progress.phase)}
             if progress.note:
                 live.console.print(plain_line(progress.note), style="dim", markup=False, highlight=False)
             if progress.fraction is None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.controls import Rows
 from text2sim.compiler.lower import Lowering
+from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Plan
 from text2sim.compiler.settings import Settings
@@ -238,22 +239,10 @@ class Facts:
 
     @cached_property
     def masses(self) -> dict[str, float]:
-        """Mass [kg] of every copy of a body; what a file says of its masses is not in it."""
-        entities = {e.name: e for group in self.plan.bodies for e in group.entities}
-        found: dict[str, float] = {}
-        volumes: dict[int, float] = {}
-        for name in self.case.bodies:
-            for copy in self.placed[name]:
-                tree = self.tree(copy)
-                if tree is not None:
-                    if getattr(copy.model, "file", None) is None:
-                        geoms = (geom for link in tree.links() for geom in link.geoms)
-                        found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
-                elif (rho := entities[copy.name].rho) is not None:
-                    if id(copy.shape) not in volumes:
-                        volumes[id(copy.shape)] = sum(part.piece.volume() for part in self.parts(copy))
-                    found[copy.name] = rho * volumes[id(copy.shape)]
-        return found
+        """Mass [kg] of every copy of a body of links; what a file says of its masses is not in it."""
+        copies = (copy for name in self.case.bodies for copy in self.placed[name] if not is_soft(copy.model))
+        known = (copy for copy in copies if getattr(copy.model, "file", None) is None)
+        return masses_of(self.lowering, self.plan.bodies, known)
 
     @property
     def own_contact(self) -> bool:

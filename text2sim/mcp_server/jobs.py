@@ -16,15 +16,6 @@ KEPT = 20
 """Jobs that can still be asked after."""
 ENDING = 1.5
 """Time [s] that a run has to end when the server does; a client waits two seconds before it kills."""
-WORDS = {
-    "compile": "compiling",
-    "start": "starting the engine",
-    "build": "building the scene",
-    "simulate": "simulating",
-    "film": "filming",
-    "judge": "judging",
-    "report": "writing the report",
-}
 
 Work = Callable[[OnProgress, Stop], Answer]
 """Runs a case to its end and says what came of it."""
@@ -54,13 +45,13 @@ class Job:
     def reached(self) -> float:
         """How far it is: a number of phases, with a fraction where that is known."""
         phase = self.progress.phase
-        return (PHASES.index(phase) if phase in PHASES else 0) + (self.progress.fraction or 0.0)
+        return (list(PHASES).index(phase) if phase in PHASES else 0) + (self.progress.fraction or 0.0)
 
     @property
     def words(self) -> str:
         """Where it is, for people."""
         progress = self.progress
-        text = WORDS.get(progress.phase, progress.phase or "compiling")
+        text = PHASES.get(progress.phase, progress.phase or "compiling")
         if progress.fraction is not None:
             text += f" {progress.t:.3g} of {progress.duration:g} s"
         if progress.eta is not None:

@@ -8,8 +8,17 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-PHASES = ("check", "compile", "start", "build", "simulate", "film", "judge", "report")
-"""In order; a run that only films or judges again leaves some out."""
+PHASES = {
+    "check": "checking",
+    "compile": "compiling",
+    "start": "starting the engine",
+    "build": "building the scene",
+    "simulate": "simulating",
+    "film": "filming",
+    "judge": "judging",
+    "report": "writing the report",
+}
+"""What is done in each, in order; a run that only films or judges again leaves some out."""
 
 CHILD_PHASES = ("start", "build", "simulate", "film")
 """Those that the program itself reports."""
