@@ -8,7 +8,18 @@ from collections.abc import Collection, Iterable
 from functools import cache
 
 from text2sim.agents.condensed_pages import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
-from text2sim.spec_schema.models.bodies import LINKED
+from text2sim.agents.page_selection import (
+    DEFORMING,
+    EVERYDAY,
+    INDEXED,
+    NEEDED,
+    PAGES_NEEDED,
+    PLANNED,
+    PUSHES,
+    READS,
+    SOFT_FIELDS,
+    USUAL,
+)
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
 from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
@@ -18,54 +29,6 @@ OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze
               "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
               "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
 """Colours that CSS has no name for."""
-READS: dict[str, tuple[str, ...]] = {
-    "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
-              "Parts of a compound", "Parts of a sculpt", "Cross-sections", "Poses and places",
-              "Materials, joints and looks", "Copies"),
-    "bodies": ("`bodies`: the actors", "Mounts", "Parts of articulated bodies and chains", "Motions", "Shapes",
-               "Shapes of cloth", "Parts of a compound", "Parts of a sculpt", "Cross-sections", "Poses and places",
-              "Copies", "Regions of space",
-               "Materials, joints and looks", "Materials of deformable bodies"),
-    "actions": ("`actions`: the script", "Controls", "Schedules", "Measures", "Events", "Expectations",
-                "Regions of space", "Regions on bodies"),
-    "expectations": ("Measures", "Events", "Expectations"),
-    "render": ("`render`: the film", "Shots and overlays", "Cameras", "Lights"),
-}  # fmt: skip
-"""Titles of the pages that each reader gets."""
-INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
-"""Pages of which the Planner sees what kinds there are."""
-MPM = frozenset({"soft", "granular", "liquid", "snow"})
-JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
-COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
-NEEDED: dict[str, frozenset[str]] = {
-    "Contact": MPM | {"cloth", "fem", "ipc"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
-    "Look": frozenset(), "Pose": frozenset(),
-    "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
-    "SolverBounds": MPM | {"cloth"}, "JointDynamics": frozenset({"articulated"}),
-    "Actuator": frozenset({"articulated", "hinge", "slider"}), "Palette": COPIES, "Vary": COPIES,
-    "SoftMaterial": frozenset({"soft"}), "ClothMaterial": frozenset({"cloth"}),
-    "GranularMaterial": frozenset({"granular"}), "LiquidMaterial": frozenset({"liquid"}),
-    "SnowMaterial": frozenset({"snow"}), "Link": frozenset({"articulated"}), "Loop": frozenset({"articulated"}),
-    "JointOverride": frozenset({"articulated"}), "Payload": frozenset({"chain"}), "Shot": frozenset(),
-    "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
-}  # fmt: skip
-"""Models of pages that are described if one of these kinds is needed; without any, always. Others on demand."""
-PAGES_NEEDED: dict[str, frozenset[str]] = {
-    "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
-    "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
-    "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
-    "Regions of space": frozenset({"packing", "enters", "leaves", "count_in", "share_in", "surface_in"}),
-    "Lights": frozenset({"sun", "softbox", "lamp", "spot", "sky", "environment", "light", "lights"}),
-    "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
-}  # fmt: skip
-"""Pages that are there only if one of these is needed."""
-DEFORMING = MPM | {"cloth"}
-PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
-"""Controls on what deforms alone: words of every day, where nothing does."""
-SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
-"""Fields that only what deforms feels."""
-PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
-"""Pages about what the Planner has put into the script: its Writer needs them only for more of its own."""
 MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
 PLACES = (
     "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
@@ -88,12 +51,8 @@ EXPECTED = (
 """What the Planner reads of expectations; the form of its answer shows examples."""
 TELLING = 36
 """Characters of what a kind is from which on it tells more than its name does."""
-USUAL = frozenset({"ramp", "still"})
-"""Kinds that are described to everybody who reads their page."""
 SHORTEST = 4
 """Letters of a word that can be meant as a field's name."""
-EVERYDAY = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
-"""Kinds that are words of every day, or that everybody knows."""
 SERVED = 14_000
 """Characters of pages that are served at once."""
 

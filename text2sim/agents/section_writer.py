@@ -11,6 +11,7 @@ from text2sim.agents import language
 from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, names_in, section_faults
 from text2sim.agents.conversation import Conversation, Wrong, typed
 from text2sim.agents.page_requests import PageRequests
+from text2sim.agents.page_selection import COPIES, DEFORMING, PUSHES
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
@@ -184,8 +185,8 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
         found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
-        if not given & (language.DEFORMING | {"pbd"}):
-            found -= language.PUSHES
+        if not given & (DEFORMING | {"pbd"}):
+            found -= PUSHES
         if section == "actions":  # what is measured is the Planner's; of what is said, only what a brief calls by name
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
         return found
@@ -204,7 +205,7 @@ def needed_kinds(plan: CasePlan) -> set[str]:
         words = set(re.findall(r"[a-z][a-z_]+", f"{body.kind} {body.shape} {body.mount} {body.what}".lower()))
         found |= {body.kind, body.shape, body.mount} | (words & language.known_kinds() - AS_WORDS)
         if body.count > 1:
-            found |= {"line", "grid", "stack", "ring"} if not words & language.COPIES else set()
+            found |= {"line", "grid", "stack", "ring"} if not words & COPIES else set()
     for part in ("measures", "events"):
         found |= {str(row.get("kind")) for row in getattr(plan.checks, part).values()}
     return found
