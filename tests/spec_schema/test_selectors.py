@@ -8,6 +8,7 @@ from small_case import small
 
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.names.selectors import named_by
 
 
@@ -27,3 +28,24 @@ def test_a_part_of_a_selector_is_no_longer_than_a_name() -> None:
     load_text(small(top=actions.format("l" * 48)))
     with pytest.raises(SpecError):
         load_text(small(top=actions.format("l" * 49)))
+
+
+DOG = """\
+text2sim: 2
+name: dog
+scene: {duration: 1}
+bodies:
+  dog:
+    kind: articulated
+    links:
+      trunk: {shape: {kind: sphere, radius: 0.1}}
+      fl_hip: {parent: trunk, shape: {kind: sphere, radius: 0.1}, joint: {kind: hinge, axis: y}}
+      fr_hip: {parent: trunk, shape: {kind: sphere, radius: 0.1}, joint: {kind: hinge, axis: y}}
+actions:
+  measures: {swing: {kind: joint_position, of: "dog.%s", stat: max}}
+"""
+
+
+@pytest.mark.parametrize(("part", "hint"), [("*_hp", "*_hip"), ("fr_*_hp", "fr_*"), ("f_hip", "fr_hip")])
+def test_the_hint_for_a_pattern_is_a_pattern(part: str, hint: str) -> None:
+    assert [problem.hint for problem in check_references(load_text(DOG % part))] == [hint]

@@ -1,6 +1,6 @@
 """Table of a case's names: what its selectors mean, and what is wrong with those that mean nothing."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -190,7 +190,7 @@ class NameTable:
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
             message = f"`{name}` has no link `{part}`" + _listed(list(model.links))
-            self.report(where, message, "unknown-link", nearest(part, model.links))
+            self.report(where, message, "unknown-link", _nearest(part, model.links))
             return False
         return True
 
@@ -206,8 +206,16 @@ class NameTable:
         what, other = ("joint", "link") if joint else ("link", "joint")
         elsewhere = part in (known.links if joint else known.joints)
         message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + _listed(names)
-        self.report(where, message, f"unknown-{what}", nearest(part, names))
+        self.report(where, message, f"unknown-{what}", _nearest(part, names))
         return False
+
+
+def _nearest(part: str, names: Iterable[str]) -> str | None:
+    """Return the name that is most like a part; for a pattern, a pattern: one name would leave out the others."""
+    if "*" not in part:
+        return nearest(part, names)
+    cuts = [(name, i) for name in names for i, letter in enumerate(name) if letter == "_"]
+    return nearest(part, [f"*{name[i:]}" for name, i in cuts] + [f"{name[: i + 1]}*" for name, i in cuts])
 
 
 def _listed(words: list[str]) -> str:
