@@ -86,7 +86,7 @@ def test_a_build_that_is_asked_to_stop_is_waited_for_only_if_somebody_edits(
             engine.simulate(1, tmp_path, tmp_path, 100.0)
         with suppress(queue.Empty):
             news = inbox.get(timeout=0.05)
-            engine.take(news.child, news.data)
+            engine.receive(news.child, news.data)
         if engine.job is not None and engine.job.begun and engine.job.cancelled is None:
             engine.cancel()
             until = monotonic() + 2.0

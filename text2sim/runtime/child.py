@@ -15,6 +15,7 @@ from typing import IO, Literal
 
 import psutil
 
+from text2sim.runtime import kernel_cache
 from text2sim.runtime.stop import Stop
 
 POLL = 0.1
@@ -138,6 +139,7 @@ def run_child(
         inherit: File descriptors that it keeps open (the lock of its run).
     """
     memory_limit = limits.memory or default_memory()
+    kernel_cache.unlock()
     with log.open("ab", buffering=0) as sink:
         process = subprocess.Popen(
             mortal(command),

@@ -15,6 +15,7 @@ from typing import Any
 import psutil
 
 import text2sim
+from text2sim.runtime import kernel_cache
 from text2sim.runtime.child import child_environment, mortal
 
 LINE = 100_000
@@ -57,6 +58,7 @@ class Child:
         secrets: bool = False,
     ) -> None:
         self.name = name
+        kernel_cache.unlock()
         environment = dict(os.environ) if secrets else child_environment(os.environ)
         # The package may lie in a folder that only our own interpreter was told of.
         home = str(Path(text2sim.__file__).resolve().parent.parent)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from text2sim.runtime import kernel_cache
 from text2sim.runtime.machine import (
     IPC_INSTALL,
     SYSTEM_LIBRARIES,
@@ -285,7 +286,7 @@ def _kernel_cache() -> Finding:
     name = "kernel cache"
     if os.environ.get("QD_OFFLINE_CACHE") == "0":
         return Finding(name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE")
-    folder = _kernel_cache_folder()
+    folder = kernel_cache.folder()
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
     if sizes:
         return Finding(name, True, "optional", f"warm, {sum(sizes) / 2**20:.0f} MiB at {folder}", "")
@@ -303,15 +304,6 @@ def _api_keys() -> Finding:
         return Finding("api keys", True, "optional", ", ".join(present), "")
     fix = "export OPENAI_API_KEY=... (or another provider's); only the agents need one"
     return Finding("api keys", False, "optional", "none", fix)
-
-
-def _kernel_cache_folder() -> Path:
-    """Where quadrants keeps compiled kernels."""
-    chosen = os.environ.get("QD_OFFLINE_CACHE_FILE_PATH")
-    if chosen:
-        return Path(chosen).absolute()
-    cache = os.environ.get("XDG_CACHE_HOME")
-    return (Path(cache) if cache else Path.home() / ".cache") / "quadrants" / "qdcache"
 
 
 def _memory_bytes() -> int | None:

@@ -1,15 +1,14 @@
 """Runs the program of a run folder and says what came of it."""
 
-import os
 import re
 import sys
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.provenance import provenance
+from text2sim.runtime import kernel_cache
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.outcome import Outcome, outcome_of, read_end, read_status
 from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail
@@ -102,7 +101,7 @@ class Relay:
             self._clock.tell(self.simulated, note=STOPPING)
         if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
             self._build_since = None
-            if kernels_cached():
+            if kernel_cache.is_warm():
                 self._clock.tell(0.0, note=NEW_KIND)
         return bool(self.hopeless)
 
@@ -112,7 +111,7 @@ class Relay:
             self._phase = phase
             building = phase == "build"
             self._build_since = self._clock.wall if building else None
-            self._clock.enter(phase, FIRST_TIME if building and not kernels_cached() else "")
+            self._clock.enter(phase, FIRST_TIME if building and not kernel_cache.is_warm() else "")
         if self._phase in ("simulate", "film"):
             time = _finite(record.get("t"), 0.0)
             duration = _finite(record.get("duration"), 0.0)
@@ -136,13 +135,3 @@ class Relay:
 
 def _finite(value: object, otherwise: float) -> float:
     return float(value) if isinstance(value, int | float) and isfinite(value) else otherwise
-
-
-def kernels_cached() -> bool:
-    """Whether the engine has compiled anything on this machine before."""
-    named = os.environ.get("QD_OFFLINE_CACHE_FILE_PATH")
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(named) if named else Path(cache) / "quadrants" / "qdcache"
-    with suppress(OSError):
-        return any(folder.iterdir())
-    return False

@@ -1,0 +1,35 @@
+"""Cache of compiled kernels, which the engine keeps for all programs of a user."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from time import time
+
+STALE = 120.0
+"""Age [s] at which a lock was left behind: the engine holds it while it reads or writes the index, for seconds."""
+
+
+def folder() -> Path:
+    """Return where the engine keeps compiled kernels."""
+    if chosen := os.environ.get("QD_OFFLINE_CACHE_FILE_PATH"):
+        return Path(chosen).absolute()
+    cache = os.environ.get("XDG_CACHE_HOME")
+    return (Path(cache) if cache else Path.home() / ".cache") / "quadrants" / "qdcache"
+
+
+def is_warm() -> bool:
+    """Whether the engine has compiled anything on this machine before."""
+    with suppress(OSError):
+        return any(folder().iterdir())
+    return False
+
+
+def unlock() -> None:
+    """Remove the lock of an engine that was killed while it held it.
+
+    Nobody else does, and as long as it lies there every run compiles all of its kernels anew, for minutes.
+    """
+    for lock in folder().glob("**/qdcache.lock"):
+        with suppress(OSError):  # another process was faster
+            if time() - lock.stat().st_mtime > STALE:
+                lock.unlink()
