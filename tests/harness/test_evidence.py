@@ -339,6 +339,24 @@ def test_a_driven_body_that_is_held_up_is_suspicious(new_run, make_case):
     assert judge(run.write(), make_case(bodies=bodies))["suspicions"] == []
 
 
+@pytest.mark.parametrize(
+    ("mount", "gain", "said"),
+    [
+        ({"kind": "slider", "axis": "x"}, 0.2, True),
+        ({"kind": "slider", "axis": "x"}, 0.02, False),  # of integrating along joints
+        ({"kind": "slider", "axis": "x", "spring": 5}, 0.2, False),
+        ({"kind": "slider", "axis": "x", "actuator": {"stiffness": 5}}, 0.2, False),
+    ],
+)
+def test_joints_without_motor_and_spring_are_passive(new_run, make_case, mount, gain, said):
+    run = new_run(duration=1.0)
+    speed = np.where(run.time >= 0.5, 2 * np.sqrt(1 + gain), 2.0)
+    run.add_link("ball", mass=1.0, vel=np.outer(speed, [1, 0, 0]))
+    body = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 0.1}, "mount": mount}
+    found = judge(run.write(), make_case(bodies={"ball": body}))["suspicions"]
+    assert [row[:12] for row in found if "energy" in row] == ["energy grows"] * said
+
+
 @pytest.mark.parametrize(("gain", "pushed", "said"), [(0.02, False, True), (0.005, False, False), (0.02, True, False)])
 def test_a_passive_scene_that_gains_energy_is_suspicious(new_run, make_case, gain, pushed, said):
     """A ball flies at 2 m/s at one height, and its kinetic energy grows from 0.5 s on."""
