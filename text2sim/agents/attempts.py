@@ -265,7 +265,7 @@ class Attempts:
         self.keep(attempt)
 
     def refilm(self, loaded: LoadedCase) -> None:
-        """Update the run of a case whose `render` section or looks alone have changed.
+        """Update the run of a case whose `render` section or looks alone have changed; its film is traced later.
 
         Raises:
             RunError: If the case would have to be simulated again.
@@ -274,10 +274,12 @@ class Attempts:
         from text2sim.compiler.build import plan_case
         from text2sim.harness.run import run_case
 
-        runs, plan = self.case / "runs", plan_case(loaded)
-        if not (runs / f"{loaded.case.name}-{plan.sim_digest[:10]}" / "states").is_dir():
+        runs = self.case / "runs"
+        run = runs / f"{loaded.case.name}-{plan_case(loaded).sim_digest[:10]}"
+        if not (run / "states").is_dir():
             raise RunError("with this film the case would have to be simulated again")
-        if run_case(loaded, runs=runs).stopped:  # the existing preview shows the previous camera
+        (run / "video.mp4").unlink(missing_ok=True)  # a preview, if there is one, shows the previous camera
+        if run_case(loaded, runs=runs, film=False).stopped:
             raise KeyboardInterrupt
 
     def look_up(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:

@@ -50,14 +50,13 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
 
     Args:
         run: The run folder.
-        preview: Makes the preview, if it is needed and not there.
+        preview: Makes the preview, unless there is one of this film; called if nothing can be traced in time.
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
     rows, told = list(_traced(run, SECONDS)), TOLD
     if not rows:
-        if not (run / "video.mp4").is_file():
-            preview()
+        preview()
         rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
         rows, told = list(_traced(run, inf)), TOLD

@@ -117,7 +117,7 @@ class Store:
         if target.is_file() and _digest(target) == digest:
             return
         target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_name(f".{os.getpid()}-{target.name}")
+        part = target.with_name(f".{os.getpid()}-{target.name}.part")
         try:
             with self._using():
                 self._fs.get_file(self._blob(digest), str(part))

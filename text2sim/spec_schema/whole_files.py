@@ -26,7 +26,8 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         OSError: with the name of `path`, if it cannot be written; then nothing is left of it.
     """
-    partial = path.with_name(f".{os.getpid()}-{path.name}")
+    # Whoever watches the folder for names with a certain ending must not see it before it is whole.
+    partial = path.with_name(f".{os.getpid()}-{path.name}.part")
     try:
         with naming(path):
             yield partial

@@ -108,6 +108,17 @@ def test_a_question_that_lies_there_is_not_asked_twice(tmp_path: Path) -> None:
     assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
+def test_a_request_has_its_name_only_when_it_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    there: list[list[str]] = []
+    fsync = os.fsync
+    monkeypatch.setattr(os, "fsync", lambda fd: (there.append([p.name for p in tmp_path.iterdir()]), fsync(fd)))
+    with pytest.raises(StoppedError):
+        Mailbox(tmp_path).complete(question("Why?", 1, picture()), lambda: True)
+    assert len(there) == 2, "a picture and the request"
+    assert all(names for names in there)
+    assert not [name for names in there for name in names if name.endswith(".request.md")]
+
+
 def test_another_question_of_the_same_number_puts_the_old_pair_away(tmp_path: Path) -> None:
     for text in ("first", "second"):
         with pytest.raises(StoppedError):
