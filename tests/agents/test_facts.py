@@ -100,6 +100,14 @@ def told(tmp_path: Path) -> Any:
         ({"moved": "tin[1]", "by": "ball"}, False, "which moved 2.7 m"),
         ({"moved": "tin", "by": "floor"}, False, "never touches"),
         ({"moved": "tin", "by": "lamp"}, None, "`lamp` was not recorded"),
+        ({"touched": "tin[0]", "by": "ball"}, True, "first at 0.5 s, for 0.04 s in all"),  # steps 50 to 53 of 0.01 s
+        ({"touched": "tin", "by": "ball"}, True, "first at 0.5 s, for 0.08 s in all"),
+        ({"touched": "tin", "by": "ball", "lasting": 0.08}, True, "wanted 0.08 s"),
+        ({"touched": "tin", "by": "ball", "lasting": 0.1}, False, "wanted 0.1 s"),
+        ({"touched": "tin", "by": "ball", "never": True}, False, "wanted never"),
+        ({"touched": "tin", "by": "floor"}, False, "never touches"),
+        ({"touched": "tin", "by": "floor", "never": True}, True, "never touches"),
+        ({"touched": "tin", "by": "lamp"}, None, "`lamp` was not recorded"),
     ],
 )  # fmt: skip
 def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool | None, said: str) -> None:
@@ -118,7 +126,8 @@ def test_colours_go_by_everyday_words() -> None:
 
 
 @pytest.mark.parametrize("claim", [{}, {"count": "tin"}, {"color": "tin", "like": "blurple"}, {"seen": "a", "by": "b"},
-                                   {"count": "tin", "equals": 1, "seen": "tin"}])  # fmt: skip
+                                   {"count": "tin", "equals": 1, "seen": "tin"}, {"touched": "tin"}, {"seen": "tin", "never": True},
+                                   {"touched": "tin", "by": "a", "never": True, "lasting": 1}])  # fmt: skip
 def test_what_is_no_fact_goes_back(claim: dict[str, Any]) -> None:
     with pytest.raises(Wrong):
         typed(Claim)(claim)

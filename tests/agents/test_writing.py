@@ -175,6 +175,29 @@ def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
     assert sum(len(message.text) for message in model.asked[0].messages) < 6_000
 
 
+@pytest.mark.parametrize(
+    ("section", "instruction", "there", "told", "left_out", "most"),
+    [
+        (
+            "bodies", "Give `crate` a worn look: `finish` metal, `pattern` stripes. Keep shape, place, mass and density.",
+            {"rigid", "box"}, ("brushed_metal", "Pattern:", "`turned`"), ("in_front_of", "SoftMaterial", "`density`"), 1_800,
+        ),
+        ("bodies", "Raise `ball` to z = 1 (pose), nothing else.", {"rigid"}, ("`euler_deg`",), ("in_front_of", "Link"), 700),
+        ("bodies", "Add a ball, on the table; density 800.", {"rigid"}, ("`in_front_of`", "Material:"), ("Heap",), 1_900),
+        ("bodies", "Double the density.", {"soft"}, ("SoftMaterial:",), ("LiquidMaterial", "Part:"), 400),
+        ("bodies", "Turn the look of each link.", {"articulated"}, ("Link:",), (), 1_400),
+        ("scene", "A lighter look of the floor; leave its place as it is.", {"plane"}, ("Colour",), ("beside",), 300),
+    ],
+)  # fmt: skip
+def test_a_change_hears_of_what_it_changes_and_of_nothing_that_is_not_there(
+    section: str, instruction: str, there: set[str], told: tuple[str, ...], left_out: tuple[str, ...], most: int
+) -> None:
+    page = language.named(section, instruction, there)
+    assert [word for word in told if word not in page] == []
+    assert [word for word in left_out if word in page] == []
+    assert len(page) < most
+
+
 def test_the_planner_is_told_how_long_all_of_it_may_take() -> None:
     known = {"request": "A ball falls.", "inputs": [], "requirements": "", "tried": ""}
     assert "There are 32 minutes by the clock" in render("plan_ask", **known, minutes=32.0)

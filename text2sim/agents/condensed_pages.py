@@ -109,10 +109,24 @@ def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
     return lines
 
 
-def fields_named(section: Section, words: Collection[str]) -> list[str]:
-    """Return the rows of the fields of a page's models whose names are among some words."""
+def fields_named(
+    section: Section, words: Collection[str], only: Collection[str], whole: Collection[str] = ()
+) -> list[str]:
+    """Return the rows of the fields of a page's models whose names are among some words.
+
+    Args:
+        section: Section of the language.
+        words: The words.
+        only: Models that can be concerned.
+        whole: Models, in small letters, of which all fields are described.
+    """
     models = section.models if isinstance(section.models, tuple) else ()
-    found = [(model.__name__, _fields(model, (), words)) for model in models]
+    found = []
+    for name, model in ((model.__name__, model) for model in models):
+        if name.lower() in whole:
+            found.append((name, _fields(model, ())))
+        elif name in only:
+            found.append((name, _fields(model, (), words)))
     return [row for name, rows in found if rows for row in (f"{name}:", *rows)]
 
 

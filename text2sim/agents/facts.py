@@ -1,4 +1,4 @@
-"""Facts computed from a run and bound to requirements: counts, colours, visibility, causes of motion.
+"""Facts computed from a run and bound to requirements: counts, colours, visibility, touches, causes of motion.
 
 The requirement of a false fact is not met, whatever the Critic says. An undecided fact leaves it to the Critic.
 """
@@ -6,7 +6,7 @@ The requirement of a false fact is not met, whatever the Critic says. An undecid
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from math import dist
+from math import dist, inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from text2sim.spec_schema.names.selectors import parse_selector
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
+    from text2sim.evidence.events import Occurrence
     from text2sim.evidence.recorded_case import RecordedCase
     from text2sim.evidence.selection import Target
     from text2sim.spec_schema.loaded import LoadedCase
@@ -126,7 +127,7 @@ def _told(
             return _color(claim, resolution)
         if claim.seen:
             return _seen(claim.bodies[0], evidence)
-        return _moved(claim, recording)
+        return _touched(claim, recording) if claim.touched else _moved(claim, recording)
     except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
         return None, f"cannot be told: {str(error).splitlines()[0]}"
 
@@ -197,7 +198,7 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
     return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in TERMS.items()}
 
 
-# --- what is seen, and what moved what -----------------------------------------------------------------------------
+# --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
 def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
@@ -224,19 +225,45 @@ def _most_seen(visibility: Any) -> dict[str, float]:
     return most
 
 
-def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
-    """Whether a body moves after another has touched it, and hardly before that."""
+def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
+    """Touches of two selectors in the order of time.
+
+    Raises:
+        RunError: If they were not recorded.
+    """
     from text2sim.evidence.events import find_events
     from text2sim.spec_schema.models.events import ContactEvent
 
-    touch = ContactEvent.model_validate({"kind": "contact", "between": [claim.moved, claim.by]})
+    touch = ContactEvent.model_validate({"kind": "contact", "between": [of, by]})
     actions = recording.case.actions.model_copy(update={"events": {"touch": touch}})
-    case = recording.case.model_copy(update={"actions": actions})
-    log = find_events(replace(recording, case=case), {})
+    log = find_events(replace(recording, case=recording.case.model_copy(update={"actions": actions})), {})
     if log.problems:
-        return None, f"cannot be told: {log.problems['touch']}"
+        raise RunError(log.problems["touch"])
+    return log.occurrences["touch"]
+
+
+def _touched(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
+    """Whether a body is touched by another: at all, for a time in all, or never."""
+    rows = _touches(recording, claim.touched, claim.by)
+    if not rows:
+        return claim.never, f"`{claim.by}` never touches `{claim.touched}`"
+    total, until, step = 0.0, -inf, recording.states.dt
+    for row in rows:
+        start, end = float(row["time"]) - step, float(row["end"])  # what touches in one step does so for that step
+        total += max(0.0, end - max(start, until))
+        until = max(until, end)
+    told = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
+    if claim.never:
+        return False, f"{told}, wanted never"
+    if claim.lasting is not None:
+        return total >= claim.lasting - step / 2, f"{told}, wanted {claim.lasting:g} s"
+    return True, told
+
+
+def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
+    """Whether a body moves after another has touched it, and hardly before that."""
+    rows = _touches(recording, claim.moved, claim.by)
     names = {target.label: target for target in recording.names.select(claim.moved)}
-    rows = log.occurrences["touch"]
     if not rows:
         return False, f"`{claim.by}` never touches `{claim.moved}`"
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]

@@ -14,11 +14,14 @@ from text2sim.agents.page_selection import (
     INDEXED,
     NEEDED,
     PAGES_NEEDED,
+    PLACING,
     PLANNED,
     PUSHES,
     READS,
     SOFT_FIELDS,
+    TURNING,
     USUAL,
+    WHOLE,
 )
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
@@ -139,26 +142,42 @@ def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
     }
 
 
-def named(reader: str, text: str) -> str:
+def named(reader: str, text: str, there: Collection[str] = ()) -> str:
     """Return the reference of what an instruction names: kinds with all fields, and single fields of other models.
 
     Args:
         reader: A key of `READS`.
         text: The instruction.
+        there: Kinds that the section has already: fields of what is neither there nor named are left out.
     """
-    words = set(re.findall(r"[a-z][a-z_0-9]*", text.lower()))
+    words = set(re.findall(r"[a-z][a-z_0-9]*", _KEPT.sub("", text.lower())))
+    wanted = kinds_in(words) | set(there)
     parts = []
     for section in _sections(READS[reader]):
-        if isinstance(section.models, tuple):
-            rows = fields_named(section, {word for word in words if len(word) >= SHORTEST})
-        else:
-            kinds = kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY
-            rows = kinds_brief(section, kinds) if kinds else []
+        rows: list[str] = []
+        needs = PAGES_NEEDED.get(section.title)
+        if section.title == "Poses and places":
+            rows = _places(reader, words)
+        elif isinstance(section.models, tuple):
+            if needs is None or needs & (wanted | words):
+                long = {word for word in words if len(word) >= SHORTEST}
+                rows = fields_named(section, long, _models(section, wanted), words & WHOLE)
+        elif kinds := kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY:
+            rows = kinds_brief(section, kinds)
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))
-    if {"place", "pose"} & words and reader in ("scene", "bodies"):
-        parts.append(explanation("Poses and places"))
-    return "\n\n".join(parts)
+    found = "\n\n".join(parts)
+    return found if wanted & DEFORMING else _without_softness(found)
+
+
+def _places(reader: str, words: Collection[str]) -> list[str]:
+    """Rows about where things are, for an instruction that moves, turns or adds something."""
+    if not (PLACING | TURNING) & set(words):
+        return []
+    (section,) = _sections(("Poses and places",))
+    pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False)).partition("\n")[2]
+    relations = PLACES if reader == "bodies" else PLACES_OF_STATICS
+    return [pose, relations] if PLACING & set(words) else [pose]
 
 
 def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
@@ -336,6 +355,11 @@ def _sections(titles: Iterable[str]) -> list[Section]:
     return [by_title[title] for title in titles]
 
 
+_KEPT = re.compile(
+    r"\b(?:keep(?:ing)?|nothing else|do(?: not|n't) (?:touch|change|move)|without (?:touching|changing|moving))\b[^.;]*"
+    r"|\b(?:leav(?:e|ing) )[^.;]*\b(?:alone|as (?:it|they)|untouched|unchanged)\b[^.;]*"
+)
+"""What an instruction names because it has to stay."""
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
 """Which `PLACES` tells."""
 _RARE, _RARE_OF_STATICS = (

@@ -54,3 +54,9 @@ USUAL = frozenset({"ramp", "still"})
 """Kinds that are described to everybody who reads their page."""
 EVERYDAY = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
 """Kinds that are words of every day, or that everybody knows."""
+WHOLE = frozenset({"pattern", "label", "vary", "palette", "overlay"})
+"""Models that a change describes with all fields if it names them."""
+PLACING = frozenset({"place", "placed", "add", "added", "adds", "another", "new", "second"})
+"""Words of a change after which something may be put somewhere,"""
+TURNING = frozenset({"pose", "quat", "euler_deg", "turn", "turned", "tilt", "tilted", "rotate", "rotated"})
+"""or only moved or turned."""

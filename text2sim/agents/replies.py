@@ -88,9 +88,9 @@ class Fragments(Form):
 
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
-_SORTS = ("count", "color", "seen", "moved")
-_WITH = {"count": "equals", "color": "like", "moved": "by"}
-"""What a fact is compared with, by what it is about."""
+_SORTS = ("count", "color", "seen", "moved", "touched")
+_WITH = {"equals": ("count",), "like": ("color",), "by": ("moved", "touched")}
+"""What a fact is compared with: the facts that need it."""
 
 
 class Claim(Form):
@@ -107,15 +107,25 @@ class Claim(Form):
     moved: Selector = ""
     """A body that is set in motion by the touch of another: `by`."""
     by: Selector = ""
+    touched: Selector = ""
+    """A body that another touches: `by`."""
+    lasting: Annotated[float, Field(gt=0, le=3600)] | None = None
+    """Seconds in all for which it is touched at least."""
+    never: bool = False
+    """Whether it must not be touched."""
 
     @model_validator(mode="after")
     def _one(self) -> "Claim":
         said = [sort for sort in _SORTS if getattr(self, sort)]
         if len(said) != 1:
-            raise ValueError("a fact is one of count (equals), color (like), seen, moved (by)")
-        for sort, key in _WITH.items():
-            if (getattr(self, key) in ("", None)) == (sort in said):
-                raise ValueError(f"`{key}` goes with `{sort}`, and `{sort}` with `{key}`")
+            raise ValueError("a fact is one of count (equals), color (like), seen, moved (by), touched (by)")
+        for key, sorts in _WITH.items():
+            if (getattr(self, key) in ("", None)) == bool(said[0] in sorts):
+                raise ValueError(f"`{key}` goes with {' or '.join(f'`{sort}`' for sort in sorts)}, and they with it")
+        if (self.lasting is not None or self.never) and not self.touched:
+            raise ValueError("`lasting` and `never` go with `touched`")
+        if self.lasting is not None and self.never:
+            raise ValueError("what is `never` touched has no `lasting`")
         if self.like:
             try:
                 rgb(self.like)
@@ -126,7 +136,7 @@ class Claim(Form):
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that it is about."""
-        words = [word for word in (self.count, self.color, self.seen, self.moved, self.by) if word]
+        words = [word for word in (self.count, self.color, self.seen, self.moved, self.touched, self.by) if word]
         return tuple(word.partition("[")[0].partition(".")[0] for word in words)
 
 

@@ -114,7 +114,7 @@ def change_section(
         problems=wrong,
         keep=keep,
         instruction=instruction,
-        pages=language.named(section, f"{instruction} {_quoted(wrong)}"),
+        pages=language.named(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer:
@@ -134,6 +134,16 @@ def change_section(
         read,
         more=PageRequests(),
     )
+
+
+def _kinds_there(data: Any) -> set[str]:
+    """Kinds that a section has, of bodies, shapes, mounts and all else."""
+    if isinstance(data, list):
+        return {kind for row in data for kind in _kinds_there(row)}
+    if not isinstance(data, Mapping):
+        return set()
+    mine = {str(data["kind"])} if isinstance(data.get("kind"), str) else set()
+    return mine.union(*(_kinds_there(row) for row in data.values()))
 
 
 def _quoted(problems: str) -> str:

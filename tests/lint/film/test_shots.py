@@ -62,6 +62,14 @@ class TestUnseen:
         throw = "actions: {controls: {go: {kind: initial_velocity, body: ball, linear: [1, 0, 0]}}}"
         assert len(findings(tmp_path, "unseen-subject", *parts, throw)) == 1
 
+    @pytest.mark.parametrize(("pace", "count"), [(2, 0), (-2, 1), (0, 1)])
+    def test_what_rolls_in_from_outside(self, tmp_path: Path, pace: float, count: int) -> None:
+        # At 4 m the picture is 2 * 4 * tan(20 deg) * 16 / 9 = 5.2 m wide: it comes in after 1.4 m, in the first second.
+        parts = BALL.format("[-4, 0, 0.1]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
+        roll = f"actions: {{controls: {{roll: {{kind: initial_velocity, body: ball, linear: [{pace}, 0, 0]}}}}}}"
+        still = "actions: {}"
+        assert len(findings(tmp_path, "unseen-subject", *parts, roll if pace else still)) == count
+
     def test_what_is_drawn_invisible_is_meant_to_be(self, tmp_path: Path) -> None:
         ball = BALL.format("[0, -6, 0.5]", ", look: {visible: false}")
         assert findings(tmp_path, "unseen-subject", ball, SCRIPT, STILL.format("[0, -4, 1]", "[0, 0, 0.5]")) == []
@@ -111,7 +119,15 @@ class TestLeaves:
         ball = BALL.format("[0, 0, 1]", "")
         assert findings(tmp_path, "leaves-picture", ball, self.VIEW, gone, self.THROW % "[8, 0, 0]") == []
 
-    @pytest.mark.parametrize(("amplitude", "count"), [(1, 0), (6, 1)])
+    def test_what_is_driven_in_from_outside(self, tmp_path: Path) -> None:
+        cart = "bodies: {cart: {kind: driven, shape: {kind: box, size: [0.3, 0.3, 0.3]}, pose: {pos: [-6, 0, 0.5]}, motion: {kind: waypoints, times: [0, 0.5], positions: [[0, 0, 0], [%s, 0, 0]]}}}"
+        about = "actions: {measures: {x: {kind: position, of: cart, axis: x}}, expect: {goes: {measure: x, at: end, above: -5}}}"
+        for rule in ("leaves-picture", "unseen-subject"):
+            assert findings(tmp_path, rule, cart % 6, about, self.VIEW) == []
+        assert len(findings(tmp_path, "unseen-subject", cart % -6, about, self.VIEW)) == 1
+
+    # At 4 m the picture is 2.6 m wide to each side; a swing of A is outside it for 1 - 2/pi asin(2.6 / A) of the time.
+    @pytest.mark.parametrize(("amplitude", "count"), [(1, 0), (3, 0), (6, 1)])
     def test_a_driven_body(self, tmp_path: Path, amplitude: float, count: int) -> None:
         cart = f"bodies: {{cart: {{kind: driven, shape: {{kind: box, size: [0.3, 0.3, 0.3]}}, pose: {{pos: [0, 0, 0.5]}}, motion: {{kind: oscillate, amplitude: {amplitude}, frequency: 1}}}}}}"
         about = "actions: {measures: {x: {kind: position, of: cart, axis: x}}, expect: {goes: {measure: x, at: 0.25, above: 0.5}}}"

@@ -7,6 +7,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.shots import Shot, shot, taken
 from text2sim.lint.film.subjects import Balls, drawn, middle_of, subjects
+from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
@@ -51,7 +52,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         seeing = [view for view in views if any(view.shows(*ball) for ball in balls)]
         why = ""
         if not seeing:
-            why = _way_in(views[0], balls)
+            why = "" if comes_in(facts, name) else _way_in(views[0], balls)
         elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
@@ -132,8 +133,9 @@ RULES = (
         reason=f"""\
 Subjects are the bodies that controls act on and that expectations, their measures and events name. One of them is not
 in any camera's picture at the start, or something hides it in all of them; bodies that are invisible do not count.
-Who judges the film sees nothing of what is expected. A film that begins later than {EARLY:g} s is not judged, nor is a
-camera that nobody placed: it is put where it sees everything that moves.""",
+Who judges the film sees nothing of what is expected. What is driven, or starts with a velocity that will probably
+bring it into a picture, may come in later. A film that begins later than {EARLY:g} s is not judged, nor is a camera
+that nobody placed: it is put where it sees everything that moves.""",
         way_out="Let a camera look at it, widen the field of view, or move the camera round what is in the way.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}

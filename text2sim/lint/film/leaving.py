@@ -1,23 +1,23 @@
 """Subjects that leave every picture on the way that they will probably take."""
 
 from collections.abc import Iterator
+from itertools import dropwhile
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import blamed
-from text2sim.lint.film.shots import Offset, films, shots
-from text2sim.lint.film.subjects import drawn, middle_of, subjects
+from text2sim.lint.film.shots import shots
+from text2sim.lint.film.subjects import drawn, subjects
+from text2sim.lint.film.ways import MOMENTS, offset_of, way_seen
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 
-MOMENTS = 16
-"""Moments of a way at which is asked whether a camera sees it."""
-GONE = 0.25
-"""Part of a way that may be out of the picture."""
+GONE = 0.5
+"""Part of a way that may be out of the picture, of what comes back into it."""
 
 
 def _leaves(facts: Facts) -> Iterator[Problem]:
@@ -41,33 +41,23 @@ def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])
     if end <= start or not facts.balls(copy):
         return None
-    middle, radius = middle_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
-    times = [start + (end - start) * k / (MOMENTS - 1) for k in range(MOMENTS)]
-
-    lost = []
-    for t in times:
-        step = whereabouts(facts).offset(copy, t)
-        there = (middle[0] + step[0], middle[1] + step[1], middle[2] + step[2])
-        views = [view for view in shots(facts, t, _offset(facts)) if films(facts, view.name, t)]
-        if views and not any(view.shows(there, radius) for view in views):
-            lost.append((t, there))
-    if not lost or len(lost) == MOMENTS:
-        return None  # never out of the picture, or always, which is said elsewhere
+    seen = [(t, there, shown) for t, there, shown in way_seen(facts, copy, start, end) if shown is not None]
+    # What comes in from outside is not lost before it was there; what never comes is told elsewhere.
+    seen = list(dropwhile(lambda moment: not moment[2], seen))
+    lost = [(t, there) for t, there, shown in seen if not shown]
+    if not lost:
+        return None
     # Where it comes down it probably stays.
-    stays = lost[-1][0] == times[-1] and not isinstance(copy.model, Driven)
+    stays = not seen[-1][2] and not isinstance(copy.model, Driven)
     if not stays and len(lost) <= GONE * MOMENTS:
         return None
     return lost[0]
 
 
-def _offset(facts: Facts) -> Offset:
-    return lambda name, t: whereabouts(facts).offset(facts.copies[name], t)
-
-
 def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
     driven = isinstance(copy.model, Driven)
     word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
-    views = shots(facts, t, _offset(facts))
+    views = shots(facts, t, offset_of(facts))
     needed = [angle for shot in views if (angle := shot.needed(there)) is not None]
     text = (
         f"`{copy.name}`, which the script is about, {word} out of every camera's picture after {t:.2g} s, at "
@@ -84,10 +74,11 @@ RULES = (
         severity="warning",
         title="A body that the script is about will probably leave every picture.",
         reason=f"""\
-Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. Where it
-comes down, or for more than {GONE:.0%} of that way, it is in no camera's picture. What happens afterwards is not known
-here; the report of a run says what its cameras saw. A camera that nobody placed is not judged, nor is one with a
-`frame` that names the body: it stands where it shows all that was recorded.""",
+Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. It is in no
+camera's picture where it comes down, or for more than {GONE:.0%} of that way, after it has been in one: it may come in
+from outside. What happens afterwards is not known here; the report of a run says what its cameras saw. A camera that
+nobody placed is not judged, nor is one with a `frame` that names the body: it stands where it shows all that was
+recorded.""",
         way_out="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
         example="""\
 bodies:
