@@ -10,8 +10,9 @@ import pytest
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
 from text2sim.agents.conversation import Wrong, typed
-from text2sim.agents.facts import Fact, alike, called, claim_faults, found
-from text2sim.agents.replies import Claim
+from text2sim.agents.facts import _TOLD, Fact, alike, called, claim_faults, found
+from text2sim.agents.replies import FACTS, Claim
+from text2sim.agents.roles import PROMPTS
 from text2sim.spec_schema.load import load_text
 
 CASE = """\
@@ -150,3 +151,12 @@ def test_a_false_fact_cannot_be_marked_away(tmp_path: Path) -> None:
     assert (failed.verdict, failed.score) == ("repair", 87.5)
     assert failed.failures[0].what == "only half met: the lid is red (`lid` is blue, wanted red)"
     assert len(model.asked) == 1
+
+
+@pytest.mark.parametrize("sort", FACTS)
+def test_every_sort_of_fact_is_told_and_offered(sort: str) -> None:
+    assert set(_TOLD) == set(FACTS)
+    for prompt in ("plan", "open"):
+        assert f"{{{sort}: " in (PROMPTS / f"{prompt}.md.j2").read_text("utf-8")
+    assert sort in Claim.model_fields
+    assert not FACTS[sort] or FACTS[sort] in Claim.model_fields

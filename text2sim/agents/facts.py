@@ -4,7 +4,7 @@ The requirement of a false fact is not met, whatever the Critic says. An undecid
 """
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from math import dist, inf
 from pathlib import Path
@@ -49,6 +49,8 @@ TERMS: Mapping[str, str] = {
 
 
 Claims = Mapping[Name, list[Claim]]
+Told = tuple[bool | None, str]
+"""Whether a fact holds, None if it cannot be told, and what there is."""
 
 
 @dataclass(frozen=True)
@@ -114,28 +116,25 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     return [Fact(name, *_told(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows]
 
 
-def _told(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> tuple[bool | None, str]:
+def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
     from text2sim.evidence.selection import SelectionError
 
     try:
-        if claim.count:
-            number = len(recording.names.select(claim.count))
-            return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
-        if claim.color:
-            return _color(claim, resolution)
-        if claim.seen:
-            return _seen(claim.bodies[0], evidence)
-        return _touched(claim, recording) if claim.touched else _moved(claim, recording)
+        return _TOLD[claim.sort](claim, recording, resolution, evidence)
     except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
         return None, f"cannot be told: {str(error).splitlines()[0]}"
+
+
+def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+    """Whether there are as many bodies as wanted."""
+    number = len(recording.names.select(claim.count))
+    return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
 
 
 # --- colours -------------------------------------------------------------------------------------------------------
 
 
-def _color(claim: Claim, resolution: "Resolution") -> tuple[bool | None, str]:
+def _color(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
     """Whether a body, part or link is drawn in a colour; every copy of a body must show it somewhere."""
     wanted = parse_selector(claim.color)
     copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
@@ -201,8 +200,9 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
-def _seen(body: str, evidence: Mapping[str, Any]) -> tuple[bool | None, str]:
+def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
     """Whether the main film shows a body."""
+    (body,) = claim.bodies
     films = (evidence.get("legibility") or {}).get("films") or {}
     main = next(iter(films.values())) if films else {"bodies": {}}
     row, still = main["bodies"].get(body), main.get("statics", {}).get(body)
@@ -242,7 +242,7 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     return log.occurrences["touch"]
 
 
-def _touched(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
+def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
     """Whether a body is touched by another: at all, for a time in all, or never."""
     rows = _touches(recording, claim.touched, claim.by)
     if not rows:
@@ -260,7 +260,7 @@ def _touched(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]
     return True, told
 
 
-def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
+def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
     """Whether a body moves after another has touched it, and hardly before that."""
     rows = _touches(recording, claim.moved, claim.by)
     names = {target.label: target for target in recording.names.select(claim.moved)}
@@ -274,6 +274,16 @@ def _moved(claim: Claim, recording: "RecordedCase") -> tuple[bool | None, str]:
     if ok and at <= FROM_THE_START * recording.states.dt:
         return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
+
+
+_TOLD: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], Told]] = {
+    "count": _count,
+    "color": _color,
+    "seen": _seen,
+    "moved": _moved,
+    "touched": _touched,
+}
+"""What tells each sort of fact, see `FACTS` of `replies`."""
 
 
 def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:

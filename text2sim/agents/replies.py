@@ -88,9 +88,8 @@ class Fragments(Form):
 
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
-_SORTS = ("count", "color", "seen", "moved", "touched")
-_WITH = {"equals": ("count",), "like": ("color",), "by": ("moved", "touched")}
-"""What a fact is compared with: the facts that need it."""
+FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by"}
+"""The sorts of facts, each a field of `Claim` that names a body, and the field that it needs."""
 
 
 class Claim(Form):
@@ -116,10 +115,11 @@ class Claim(Form):
 
     @model_validator(mode="after")
     def _one(self) -> "Claim":
-        said = [sort for sort in _SORTS if getattr(self, sort)]
+        said = [sort for sort in FACTS if getattr(self, sort)]
         if len(said) != 1:
-            raise ValueError("a fact is one of count (equals), color (like), seen, moved (by), touched (by)")
-        for key, sorts in _WITH.items():
+            raise ValueError(f"a fact is one of {', '.join(f'{a} ({b})' if b else a for a, b in FACTS.items())}")
+        for key in dict.fromkeys(filter(None, FACTS.values())):
+            sorts = [sort for sort, needed in FACTS.items() if needed == key]
             if (getattr(self, key) in ("", None)) == bool(said[0] in sorts):
                 raise ValueError(f"`{key}` goes with {' or '.join(f'`{sort}`' for sort in sorts)}, and they with it")
         if (self.lasting is not None or self.never) and not self.touched:
@@ -134,9 +134,14 @@ class Claim(Form):
         return self
 
     @property
+    def sort(self) -> str:
+        """The sort of fact, one of `FACTS`."""
+        return next(sort for sort in FACTS if getattr(self, sort))
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that it is about."""
-        words = [word for word in (self.count, self.color, self.seen, self.moved, self.touched, self.by) if word]
+        words = [word for word in (getattr(self, self.sort), self.by) if word]
         return tuple(word.partition("[")[0].partition(".")[0] for word in words)
 
 

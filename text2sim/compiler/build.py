@@ -28,6 +28,7 @@ from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_ex
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import LINKED
+from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.whole_files import naming
@@ -188,11 +189,7 @@ def _groups(
 def _traits(lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: Bounces) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
-    loose = sum(
-        1
-        for copy in moving
-        if copy.model.kind == "ragdoll" or getattr(getattr(copy.model, "mount", None), "kind", "") == "free"
-    )
+    loose = sum(copy.model.startable for copy in moving if not isinstance(copy.model, Deformable))
     return Traits(
         loose=loose,
         geoms=lowering.pieces,
