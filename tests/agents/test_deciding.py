@@ -235,7 +235,42 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
         examined.warnings = [guess]
         made._considered(Attempt(2, CASE, "x"), examined)
     assert len(asked) == 1, "a guess is not told when it is known"
-    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made._left(made.made[0])
+    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made.left()
+
+
+def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called(tmp_path: Path) -> None:
+    letters: list[str] = []
+    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
+    made = AgentLoop(
+        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
+        Limits(minutes_left=lambda: 12.0),
+    )  # fmt: skip
+    made.path, made.agreement = path, agreed()[0]
+    made.mending.agreement = made.agreement
+
+    def fixed(text: str, owners: Any, instruction: str) -> Any:
+        letters.extend([*owners["render"], instruction])
+        made.workshop.unchanged = {"render": "it rolls in at 1 s"}
+        return text, {}
+
+    made.workshop.fixed = fixed  # type: ignore
+    places = "/render/cameras/main", "/render/cameras/wide", "/render/cameras"
+    examined = examine(CASE, path)
+    for place, seen in zip(places, ("camera `main` does not", "camera `wide` does not", "no camera does"), strict=True):
+        examined.warnings = [Problem(place, f"{seen} see `ball`", 1, 1, rule="unseen-subject", severity="warning")]
+        made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+        assert made.mending.meant(examined.warnings) == {("unseen-subject", place): "it rolls in at 1 s"}
+    assert len(letters) == 2, "it was said once that it is meant"
+    assert "12 minutes are left for everything" in letters[1]
+    other = Problem(places[0], "camera `main` does not see `post`", 1, 1, rule="unseen-subject", severity="warning")
+    examined.warnings = [other]
+    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    assert "`post`" in letters[2], "another subject is another matter"
+    old = Problem(places[0], "camera `main` does not see `pole`", 1, 1, rule="unseen-subject", severity="warning")
+    made.mending.inherit([old])
+    examined.warnings = [old]
+    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    assert len(letters) == 4, "what a case had before is nobody's to mend"
 
 
 @pytest.mark.parametrize(

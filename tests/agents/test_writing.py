@@ -10,8 +10,8 @@ from text2sim.agents import language
 from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
-from text2sim.agents.roles import render
-from text2sim.agents.section_writer import _kinds_for, change_section, reading, write_section
+from text2sim.agents.roles import ROLES, render, writer_prompt
+from text2sim.agents.section_writer import Unchanged, _kinds_for, change_section, reading, write_section
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -91,9 +91,25 @@ def changed(tmp_path: Path, *replies: str, section: str = "bodies"):
 
 def test_a_patch_on_the_own_section(tmp_path: Path) -> None:
     found, asked = changed(tmp_path, "patch: [{op: replace, path: /bodies/ball/shape/radius, value: 0.2}]")
+    assert isinstance(found, dict)
     assert found["ball"]["shape"]["radius"] == 0.2
     assert "statics floor" in asked[0], "the names of the rest are told"
     assert "dt: 0.005" not in asked[0], "what stands in the rest is not"
+
+
+def test_why_nothing_changes_is_heard(tmp_path: Path) -> None:
+    found, _ = changed(tmp_path, "patch: []\nwhy: it is large enough")
+    assert found == Unchanged("it is large enough")
+    assert "`why: …`" in writer_prompt(ROLES["bodies"], "", change=True), "how it is said"
+
+
+def test_time_that_is_left_stands_in_letters_that_lead_to_a_run() -> None:
+    left = "3 of 4 attempts are left; 12 minutes are left for everything."
+    ask = {"request": "r", "case": "c", "evidence": "", "left": left}
+    assert left in render("open_ask", **ask)
+    draft = {"section": "scene", "pages": "", "request": "r", "plan": "", "supplied": "", "cards": "", "brief": "b"}
+    assert f"Left: {left}" in render("draft", **draft, left=left)
+    assert "Left" not in render("draft", **draft, left="")
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,8 @@ class Examination:
     warnings: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Derived settings."""
+    meant: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    """What owners say of warnings that are meant, by rule and path."""
     seconds: float = 0.0
     """Wall time that a run takes on two idle cores; 0 if that is not known."""
 

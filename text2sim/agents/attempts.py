@@ -256,7 +256,8 @@ class Attempts:
             text += f"\n\n{examined.derived}"
         if warnings := [p for p in examined.warnings if p.rule != ESTIMATE]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
-                f"- {p.path}: {p.message} [{p.rule}]" for p in warnings[:10]
+                f"- {p.path}: {p.message} [{p.rule}]{_meant(examined.meant.get((p.rule, p.path)))}"
+                for p in warnings[:10]
             )
         if result.problem is not None:
             text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
@@ -354,6 +355,10 @@ def copy_input(file: Path, folder: Path) -> Path:
         raise RunError(f"{target} is another file of this name")
     write_atomically(target, content)
     return target
+
+
+def _meant(why: str | None) -> str:
+    return "" if why is None else f" (meant, as its owner says{f': {why}' if why else ''})"
 
 
 def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:

@@ -296,7 +296,15 @@ def _listed(lines: Sequence[str]) -> str:
 
 
 def open_case(
-    chat: Conversation, request: Request, agreement: Agreement, case: str, evidence: str, path: Path, *, keep: bool
+    chat: Conversation,
+    request: Request,
+    agreement: Agreement,
+    case: str,
+    evidence: str,
+    path: Path,
+    *,
+    keep: bool,
+    left: str,
 ) -> Opening:
     """Have the Planner open work on an existing case; with `keep`, all its expectations must stay.
 
@@ -308,6 +316,7 @@ def open_case(
         evidence: What its last run showed, in words.
         path: Path of the case file.
         keep: Whether all its expectations must stay.
+        left: Attempts and time that are left, in words.
     """
     there = agreement.plan.checks
 
@@ -336,7 +345,7 @@ def open_case(
 
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
     system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
-    question = render("open_ask", request=request.text, case=case, evidence=evidence)
+    question = render("open_ask", request=request.text, case=case, evidence=evidence, left=left)
     return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
 
 

@@ -32,7 +32,9 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
     loop.require(of_wish(loop.request.text, lambda: take_apart(loop.chat, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
-    opening = open_case(loop.chat, loop.request, loop.agreement, text, shown, loop.path, keep=run_first)
+    opening = open_case(
+        loop.chat, loop.request, loop.agreement, text, shown, loop.path, keep=run_first, left=loop.left()
+    )
     loop.emit(
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
     )
@@ -89,6 +91,7 @@ def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, li
     if examined.errors:
         return "", [said(problem) for problem in examined.errors]
     if not run_first:
+        loop.mending.inherit(examined.warnings)
         return "", []
     attempt = Attempt(0, text, "as it was")
     if not loop.attempts.recall(attempt):

@@ -54,6 +54,7 @@ class AgentLoop:
         self.made: list[Attempt] = []
         self.agreement = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
         self.workshop = Workshop(chat, dealt, self.agreement, request, self.path, emit)
+        self.workshop.left = self.left
         self.mending = Mending(self.workshop, self.agreement, self.path, emit)
         self.only_if_accepted = False
         """Whether the case is somebody's own, and only a version that was accepted may take its place."""
@@ -168,8 +169,8 @@ class AgentLoop:
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
-        tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first)
-        plan = make_plan(self.chat, self.request, self.dealt, self.path, tried)
+        tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first, self.left())
+        plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
         self._tell(plan)
@@ -218,6 +219,7 @@ class AgentLoop:
         if not self.attempts.recall(attempt):
             guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
+            examined.meant = self.mending.meant(examined.warnings)
             self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
@@ -232,7 +234,8 @@ class AgentLoop:
         report = Report(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
-            shown = exhibit(self.made, attempt, report.evidence, images, self.base, self.path)
+            evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
+            shown = exhibit(self.made, attempt, evidence, images, self.base, self.path)
             critique = criticise(
                 self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
@@ -301,7 +304,7 @@ class AgentLoop:
         shows = {*report.rules, attempt.state, *signs(plan.checks, attempt.expect, attempt.evidence)}
         offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
-        report.left = self._left(attempt)
+        report.left = self.left()
         anew = not (before_run or self.agreement.planned_anew or self.only_if_accepted)
         decision = decide(
             self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
@@ -311,8 +314,9 @@ class AgentLoop:
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
 
-    def _left(self, attempt: Attempt) -> str:
-        """What is left of the budget, in words; the same text again when a loop is resumed."""
+    def left(self) -> str:
+        """Return what is left of the budget, in words; the same text again when a loop is resumed."""
+        attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
         minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
         if minutes is not None:

@@ -1,5 +1,6 @@
 """Mending of what the check finds in an attempt, by the owners of the sections, before it is run."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
@@ -15,8 +16,11 @@ MENDS = 3
 MEND = "Mend what the check found in your section, and change nothing else."
 CONSIDER = (
     "These are warnings: it can be run as it is. Mend what is true of them, and change nothing else; answer "
-    "`patch: []` if all of it is meant."
+    "`patch: []` with `why: …` if all of it is meant."
 )
+
+About = tuple[str, str, frozenset[str]]
+"""What a warning is about: its rule, its path if it is not of a camera, and then the names in it."""
 
 
 class Mending:
@@ -31,8 +35,18 @@ class Mending:
 
     def __init__(self, workshop: Workshop, agreement: Agreement, path: Path, emit: Emit) -> None:
         self.workshop, self.agreement, self.path, self.emit = workshop, agreement, path, emit
-        self._warned: set[tuple[str, str]] = set()
-        """Warnings that owners were told of, by rule and path."""
+        self._warned: set[About] = set()
+        """Warnings that owners were told of."""
+        self._meant: dict[About, str] = {}
+        """Why warnings are meant, by what they are about: an owner says so once."""
+
+    def inherit(self, warnings: Sequence[Problem]) -> None:
+        """Ask nobody about warnings that a case had before anything was wished of it."""
+        self._meant |= {_about(problem): "it was there before" for problem in warnings}
+
+    def meant(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
+        """Return which warnings are meant, by rule and path, with what their owners say of them."""
+        return {(p.rule, p.path): self._meant[_about(p)] for p in warnings if _about(p) in self._meant}
 
     def checked(self, attempt: Attempt) -> tuple[Examination, list[str]]:
         """Check an attempt and send its errors to their owners, a few times; return those that remain."""
@@ -50,7 +64,7 @@ class Mending:
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
             before = attempt.text
             attempt.text, told = self.workshop.fixed(before, owners, MEND)
-            self.workshop.referred += told.pop("plan", [])
+            self.workshop.referred += [*told.pop("plan", []), *self.workshop.refusals()]
             if attempt.text == before and not told:  # asking the same again would give the same answers
                 return examined, [said(one) for one in errors]
         raise AssertionError("the last round returns")
@@ -68,14 +82,18 @@ class Mending:
         Returns:
             What the check finds afterwards, and the warnings that are about the plan.
         """
-        fresh = [p for p in examined.warnings if (p.rule, p.path) not in self._warned and p.rule not in known]
-        self._warned |= {(p.rule, p.path) for p in fresh}
+        told = {*self._warned, *self._meant}
+        fresh = [p for p in examined.warnings if _about(p) not in told and p.rule not in known]
+        self._warned |= {_about(p) for p in fresh}
         owners = self._owners(fresh, {})
         doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
         owners.pop("plan", None)
         if owners:
             self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-            text = self.workshop.passed_on(*self.workshop.fixed(attempt.text, owners, CONSIDER))
+            text, referred = self.workshop.fixed(attempt.text, owners, f"{CONSIDER}\n\nLeft: {self.workshop.left()}")
+            said_so = {p: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers)) for p in fresh}
+            self._meant |= {_about(p): why for p, why in said_so.items() if why is not None}
+            text = self.workshop.passed_on(text, referred)
             examined = self.taken(attempt, text, examined)
         return examined, doubts
 
@@ -98,3 +116,10 @@ class Mending:
         for problem in errors:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
         return owners
+
+
+def _about(problem: Problem) -> About:
+    """The same of a subject that is not seen, whatever the camera is called."""
+    film, steps = problem.path.startswith("/render/cameras"), problem.path.split("/")
+    names = frozenset(re.findall(r"`([^`]+)`", problem.message))
+    return problem.rule, "" if film else problem.path, names - set(steps) if film else frozenset()

@@ -50,6 +50,8 @@ class Tried:
     plan: CasePlan
     first: Fragments
     """What was expected at first: it stands."""
+    left: str = ""
+    """Attempts and time that are left, in words."""
 
 
 PLANNING = 6
@@ -93,7 +95,9 @@ def _tried(tried: Tried | None) -> str:
     if tried is None:
         return ""
     expect = yaml_text({"says": tried.plan.says, "checks": {"expect": tried.first.expect}})
-    return f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
+    left = f"\n\nLeft: {tried.left}" if tried.left else ""
+    told = f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
+    return told + left
 
 
 def _check_plan(

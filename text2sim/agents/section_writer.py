@@ -4,6 +4,7 @@ import copy
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,17 @@ from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
 """Kinds that are hardly ever meant by the words: a ball is no ball joint."""
+WHY = 300
+"""Characters of a reason why nothing changes."""
 GISTS = {"render": 200, "actions": 200}
 """Characters of what a body is, for those who only film it, or move it."""
+
+
+@dataclass(frozen=True)
+class Unchanged:
+    """A Writer's word that nothing of its section has to change."""
+
+    why: str
 
 
 def write_section(
@@ -34,6 +44,7 @@ def write_section(
     cards: str,
     path: Path,
     shapes: Mapping[str, Any] | None = None,
+    left: str = "",
 ) -> dict[str, Any]:
     """Have a Writer write its section for the first time.
 
@@ -46,6 +57,7 @@ def write_section(
         cards: Debug Cards for its Writer.
         path: Future path of the case file.
         shapes: Shapes that asset agents have made, by body or static: the answer leaves them out.
+        left: Attempts and time that are left, in words.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     pages = reading(section, plan)
@@ -58,6 +70,7 @@ def write_section(
         supplied="" if section == "render" else supplied,
         cards=cards,
         brief=brief,
+        left=left,
     )
 
     def read(data: Any) -> dict[str, Any]:
@@ -80,7 +93,8 @@ def change_section(
     request: str = "",
     keep: Sequence[str] = (),
     derived: str = "",
-) -> dict[str, Any] | Refer:
+    left: str = "",
+) -> dict[str, Any] | Refer | Unchanged:
     """Have a Writer change its section.
 
     Args:
@@ -95,9 +109,10 @@ def change_section(
         request: The request.
         keep: What holds already and must stay.
         derived: Settings that the case leaves open.
+        left: Attempts and time that are left, in words.
 
     Returns:
-        The new section, or a referral to another role.
+        The new section, a referral to another role, or why nothing has to change.
     """
     current = mapping(case, section)
     wrong = "\n".join(f"- {problem}" for problem in problems)
@@ -113,18 +128,20 @@ def change_section(
         cards=cards,
         problems=wrong,
         keep=keep,
+        left=left,
         instruction=instruction,
         pages=language.named(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
     )
 
-    def read(data: Any) -> dict[str, Any] | Refer:
+    def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
         if isinstance(data, dict) and "refer" in data:
             answer: Refer = typed(Refer)(data["refer"])
             if answer.section == section:
                 raise Wrong(["/refer/section: that is your own section"])
             return answer
         if isinstance(data, dict) and "patch" in data:
-            return _patched(data["patch"], section, case, plan, path)
+            changed = _patched(data["patch"], section, case, plan, path)
+            return changed if data["patch"] else Unchanged(" ".join(str(data.get("why") or "").split())[:WHY])
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return chat.ask(

@@ -15,7 +15,7 @@ from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Emit
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
-from text2sim.agents.section_writer import change_section, write_section
+from text2sim.agents.section_writer import Unchanged, change_section, write_section
 from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
@@ -39,6 +39,10 @@ class Workshop:
     """Settings that the case leaves open, in words."""
     referred: list[str] = field(default_factory=list)
     """What Writers have said that the Planner has to mend, and has not been told yet."""
+    unchanged: dict[str, str] = field(default_factory=dict)
+    """Sections of which their Writers, when last asked, said that nothing has to change, and why."""
+    left: Callable[[], str] = lambda: ""
+    """Says which attempts and how much time are left."""
 
     def drafted(self) -> dict[str, dict[str, Any]]:
         """Have all sections written for the first time."""
@@ -46,11 +50,12 @@ class Workshop:
         supplies = self.supplied(plan.assets)
         self.emit("stage", name="write")
         asked = self.request.text + "".join(f"\nGiven with it: {row}" for row in self.request.inputs)
-        words = "\n".join(f"- {row}" for row in supplies.words)
+        words, left = "\n".join(f"- {row}" for row in supplies.words), self.left()
 
         def written(section: str) -> dict[str, Any]:
             cards = self.dealt.deal(section, plan.cards.get(section, ()), "first version")
-            return write_section(self.chat, section, plan, asked, words, cards, self.path, supplies.shapes)
+            now = "" if section == "render" else left
+            return write_section(self.chat, section, plan, asked, words, cards, self.path, supplies.shapes, now)
 
         sections = _together({name: lambda name=name: written(name) for name in SECTIONS})
         sections["bodies"] |= supplies.bodies
@@ -102,8 +107,13 @@ class Workshop:
                 instruction = "\n".join(route.instruction for route in own)
                 cards = self.dealt.deal(section, [card for route in own for card in route.cards], instruction[:80])
                 work[section] = (instruction, (), cards)
-        text, told = self._asked(text, work, keep)
+        text, told = self._asked(text, work, keep, self.left() if work else "")
+        self.referred += self.refusals()
         return self.passed_on(text, told)
+
+    def refusals(self) -> list[str]:
+        """Return why Writers who were asked last changed nothing, in words."""
+        return [f"The Writer of {section} changed nothing: {why}" for section, why in self.unchanged.items() if why]
 
     def passed_on(self, text: str, told: dict[str, list[str]]) -> str:
         """Ask those to whom something was referred; what is for the Planner waits until it is asked."""
@@ -114,19 +124,20 @@ class Workshop:
         return text
 
     def _asked(
-        self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = ()
+        self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = (), left: str = ""
     ) -> tuple[str, dict[str, list[str]]]:
         """Have sections changed: by section an instruction, problems and cards."""
         case = revising.data_of(text)
 
-        def done(section: str) -> dict[str, Any] | Refer:
+        def done(section: str) -> dict[str, Any] | Refer | Unchanged:
             instruction, problems, cards = work[section]
             plan, request = self.agreement.plan, self.request.text
             derived = self.derived if section in ("scene", "bodies") else ""
             try:
                 return change_section(
-                    self.chat, section, plan, case, instruction, problems, cards, self.path, request, keep, derived
-                )
+                    self.chat, section, plan, case, instruction, problems, cards, self.path, request, keep, derived,
+                    "" if section == "render" else left,
+                )  # fmt: skip
             except RoleFailed as failed:
                 # The section stays as it is, and the Planner finds another way.
                 return Refer.model_construct(section="plan", why=str(failed))
@@ -134,11 +145,12 @@ class Workshop:
         answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})
         told: dict[str, list[str]] = {}
         written: dict[str, dict[str, Any]] = {}
+        self.unchanged = {name: answer.why for name, answer in answers.items() if isinstance(answer, Unchanged)}
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 self.emit("referred", section=section, to=answer.section, why=answer.why)
                 told.setdefault(answer.section, []).append(f"The Writer of {section} says: {answer.why}")
-            else:
+            elif not isinstance(answer, Unchanged):
                 written[section] = whole_actions(self.agreement.plan, answer) if section == "actions" else answer
         return revising.with_sections(text, written), told
 
