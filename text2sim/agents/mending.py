@@ -15,8 +15,8 @@ MENDS = 3
 """Times that owners may mend what the check finds, before it is the Planner's turn."""
 MEND = "Mend what the check found in your section, and change nothing else."
 CONSIDER = (
-    "These are warnings: it can be run as it is. Mend what is true of them, and change nothing else; answer "
-    "`patch: []` with `why: …` if all of it is meant."
+    "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
+    "`patch: []` with `why: …` if all of it is intended."
 )
 
 About = tuple[str, str, frozenset[str]]
