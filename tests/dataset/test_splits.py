@@ -1,5 +1,6 @@
 """Leaks that are planted in a dataset, by moving rows, by moving files, and by changing what the rows say."""
 
+import io
 import json
 import shutil
 import tarfile
@@ -26,6 +27,38 @@ from text2sim.spec_schema.text.source import Source
 def edit(path: Path, change: Any) -> None:
     rows = pq.read_table(path).to_pylist()
     pq.write_table(pa.Table.from_pylist(change(rows), schema=SCHEMAS[path.parent.name]), path)
+
+
+def repack(path: Path, change: Any) -> None:
+    """Write a shard anew, with the content that `change` returns for each member; None leaves it out."""
+    with tarfile.open(path) as old:
+        files = {info.name: old.extractfile(info).read() for info in old}  # type: ignore[union-attr]
+    with tarfile.open(path, "w") as new:
+        for name, content in files.items():
+            if (content := change(name, content)) is not None:
+                info = tarfile.TarInfo(name)
+                info.size = len(content)
+                new.addfile(info, io.BytesIO(content))
+
+
+def in_shard(name: str, change: Any) -> Any:
+    """Change the files of this name in a shard."""
+    return lambda d: repack(d / "shards" / "test-00000.tar", lambda n, c: change(c) if n == f"b.{name}" else c)
+
+
+def no_number(content: bytes) -> bytes:
+    """States with a place that is none."""
+    with np.load(io.BytesIO(content)) as arrays:
+        states = {name: arrays[name] for name in arrays}
+    states["pos"][0] = np.nan
+    np.savez(made := io.BytesIO(), allow_pickle=False, **states)
+    return made.getvalue()
+
+
+def first(table: str, **columns: Any) -> Any:
+    """Change the first row of a table."""
+    path = f"{table}/test-00000.parquet"
+    return lambda d: edit(d / path, lambda rows: [rows[0] | columns, *rows[1:]])
 
 
 def test_what_was_built_is_sound(dataset: Path) -> None:
@@ -57,8 +90,6 @@ def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
                 if info.name == "c.case.yaml":
                     content = content.replace(b"case_one", b"case_three")
                 info.size = len(content)
-                import io
-
                 new.addfile(info, io.BytesIO(content))
     first = pq.read_table(dataset / "items" / "train-00000.parquet").to_pylist()[0]
     row = first | names | {"key": "c", "split": "test", "shard": shard.name}
@@ -79,6 +110,22 @@ def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
             lambda d: edit(d / "items" / "test-00000.parquet", lambda r: [r[0] | {"film_digest": "0"}]),
             "film.mp4 is not the one",
         ),
+        (first("items", verdict="wonderful"), "b: the table says verdict wonderful, and the shard passed"),
+        (first("items", prompt="something else"), "b: the table says prompt something else, and the shard "),
+        (first("items", things=None), "b: the table says things None, and the shard "),
+        (lambda d: edit(d / "items" / "test-00000.parquet", lambda r: [*r, *r]), "b is in the table 2 times"),
+        (in_shard("evidence.json", lambda c: c.replace(b'"passed"', b'"failed"')), "evidence.json failed"),
+        (in_shard("evidence.json", lambda _: None), "b: lacks evidence.json"),
+        (in_shard("film.mp4", lambda c: c[: len(c) // 2]), "b: 0 of 8 pictures of the film can be decoded"),
+        (in_shard("case.yaml", lambda _: b"{[:"), "b: has files in test-00000.tar that cannot be read"),
+        (in_shard("annotations.npz", lambda c: c[:400] + bytes(99) + c[499:]), "b: has files in test-00000.tar that"),
+        (in_shard("states.npz", lambda c: no_number(c)), "b: pos is not finite"),
+        (in_shard("layout.json", lambda c: c + b" "), "shards/test-00000.tar: was changed after the build"),
+        (lambda d: edit(d / "frames" / "test-00000.parquet", lambda r: r[1:]), "frames: b has 7 of 8 pictures"),
+        (first("frames", time=5.0), "frames/test-00000.parquet: was changed after the build"),
+        (lambda d: (d / "frames" / "test-00000.parquet").unlink(), "frames/test-00000.parquet: is missing"),
+        (lambda d: (d / "README.md").unlink(), "README.md: is missing"),
+        (lambda d: (d / "croissant.json").write_text("[]"), "croissant.json: cannot be read"),
     ],
 )
 def test_damage_is_told(dataset: Path, spoil: Any, said: str) -> None:

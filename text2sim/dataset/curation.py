@@ -66,14 +66,14 @@ def _seen(item: Item) -> float:
     return median(shares) if shares else 0.0
 
 
-def decoded(path: Path, size: tuple[int, int]) -> list[list[int]]:
+def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
     """Return mean colours of fields of each picture, 0 to 255, as far as a film can be read and has this size."""
     import av
     import av.error
 
     found: list[list[int]] = []
     try:
-        with av.open(str(path)) as film:
+        with av.open(path, "r") as film:
             for picture in film.decode(video=0):
                 if (picture.width, picture.height) != size:
                     return found
