@@ -51,7 +51,7 @@ def build_dataset(
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import Where, slots
     from text2sim.dataset.build import build
-    from text2sim.dataset.recipe import read_recipe
+    from text2sim.dataset.recipe_fit import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
     from text2sim.service.phrases import seconds, shown

@@ -1,6 +1,5 @@
 """What a dataset is made of: a recipe in YAML, checked like a case, with every problem at its place."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationError, model_validator
@@ -10,7 +9,6 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Count, Fraction, Length, Model, Name, NonNegative, Positive, Range, Real
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import Source as Text
-from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 Annotation = Literal[
@@ -140,17 +138,8 @@ class Recipe(Model):
     """Size of a shard [MB]."""
 
 
-def read_recipe(path: Path) -> Recipe:
-    """Read a recipe.
-
-    Raises:
-        SpecError: with all that is wrong with it, and where.
-    """
-    return parse_recipe(read_source(path))
-
-
 def parse_recipe(text: Text) -> Recipe:
-    """Return the recipe that a text says; see `read_recipe`.
+    """Return the recipe that a text says. Its cases are not looked at.
 
     Raises:
         SpecError: if it is not a valid recipe.

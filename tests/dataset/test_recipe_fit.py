@@ -1,0 +1,80 @@
+"""What a recipe wants of cases that do not have it: said in the recipe, before anything runs."""
+
+from pathlib import Path
+
+import pytest
+
+from text2sim.dataset.recipe_fit import read_recipe
+from text2sim.spec_schema.errors import SpecError
+
+CASE = """\
+text2sim: 2
+name: drop
+scene: {duration: 1.0, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball:
+    kind: rigid
+    shape: {kind: sphere, radius: 0.1}
+    material: {density: 500}
+    pose: {pos: [0, 0, 1]}
+actions:
+  measures: {height: {kind: position, of: ball, axis: z}}
+  expect: {lands: {measure: height, at: end, below: 0.2}}
+render: {cameras: {main: {kind: still, from: [2, 2, 1], look_at: [0, 0, 0.5]}}}
+variants: {heavy: {bodies: {ball: {material: {density: 5000}}}}}
+sweeps: {densities: {grid: {bodies.ball.material.density: [100, 200]}}}
+"""
+
+
+def read(folder: Path, body: str, cases: str = "[drop]") -> None:
+    (folder / "drop").mkdir()
+    (folder / "empty").mkdir()
+    (folder / "drop" / "case.yaml").write_text(CASE)
+    text = f"text2sim_dataset: 1\nname: x\nsources:\n  a:\n    cases: {cases}\n{body}"
+    (folder / "r.yaml").write_text(text)
+    read_recipe(folder / "r.yaml")
+
+
+def test_what_fits_is_read(tmp_path: Path) -> None:
+    read(
+        tmp_path,
+        "    variants: [heavy]\n    sweep: densities\n    holds: [lands]\n    films: 2\n"
+        "    physics: {bodies.ball.material.density: {times: [1, 2]}, 'bodies.ball.pose.pos[2]': {uniform: [-1, 2]},\n"
+        "      actions.events.down: {choice: [{kind: threshold, measure: height, below: 0.2}]}}\n"
+        "    counterfactuals: {soft: {/bodies/ball/material/friction: {choice: [0.1]}}}\n"
+        "    looks: {bodies.ball.look.color: {choice: [red]}}\n    lights: {render.exposure: {uniform: [-0.5, 0.5]}}\n",
+    )
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("    variants: [haevy]\n", "r.yaml:6:16: error: "),
+        ("    sweep: density\n", "r.yaml:6:12: error: "),
+        ("    holds: [landed]\n", "r.yaml:6:13: error: "),
+        ("    holds: [landed]\n", "has no expectation `landed`; there are lands; did you mean `lands`?"),
+        ("    fails: [nothing]\n", "r.yaml:6:13: error: "),
+        ("    holds: all\n    fails: [lands]\n", "r.yaml:7:13: error: `lands` cannot both hold and fail"),
+        ("    physics: {bodies.bal.material.density: {uniform: [1, 2]}}\n", "r.yaml:6:15: error: there is no `bal`"),
+        ("    physics: {params.a: {times: [1, 2]}, bodies.ball.material.densty: {uniform: [1, 2]}}\n", "did you mean `density`?"),
+        ("    physics: {params.a: {times: [1, 2]}, bodies.ball.material.densty: {uniform: [1, 2]}}\n", "`times` or `plus`"),
+        ("    physics: {bodies.ball.kind: {plus: [1, 2]}}\n", "`times` and `plus` need a number"),
+        ("    counterfactuals: {soft: {bodies.ball.material.frictoin: {choice: [0]}}}\n", "r.yaml:6:30: error: "),
+        ("    films: 2\n    cameras: {render.cameras.man.fov_deg: {uniform: [30, 40]}}\n", "r.yaml:7:15: error: "),
+        ("    films: 2\n    lights: {render.lights.moon.strength: {times: [1, 2]}}\n", "r.yaml:7:43: error: "),
+        ("    split: train\n  b: {cases: [drop], split: test}\n", "r.yaml:4:3: error: the source b has a case in common"),
+        ("benchmarks: [nowhere]\n", "r.yaml:6:14: error: there is no file or folder `nowhere`"),
+        ("benchmarks: [empty]\n", "r.yaml:6:14: error: there is no case in `empty`"),
+        ("judged: [nowhere]\n", "r.yaml:6:10: error: there is no file or folder `nowhere`"),
+    ],
+)  # fmt: skip
+def test_what_cases_lack_is_said_where_the_recipe_wants_it(tmp_path: Path, body: str, said: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        read(tmp_path, body)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("cases", ["[drip]", "[empty]"])
+def test_a_case_that_is_not_there_is_told(tmp_path: Path, cases: str) -> None:
+    with pytest.raises(SpecError, match=r"r\.yaml:5:13: error: there is no "):
+        read(tmp_path, "", cases)

@@ -1,0 +1,135 @@
+"""Whether a recipe fits the cases that it names: said at its place in the recipe, before anything is simulated."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from text2sim.dataset.draws import draw, generator, overlay_of
+from text2sim.dataset.recipe import Draws, Recipe, Source, parse_recipe
+from text2sim.dataset.splits import deal
+from text2sim.service.examined import Examined, case_file, examine, find_cases
+from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
+from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.sweeps import runs_of
+from text2sim.spec_schema.text.document import Document, parse_document
+from text2sim.spec_schema.text.document import Path as Place
+from text2sim.spec_schema.text.source import read_source
+
+
+def read_recipe(path: Path) -> Recipe:
+    """Read a recipe, and see whether it fits its cases.
+
+    Raises:
+        SpecError: with all that is wrong with it, and where.
+    """
+    text = read_source(path)
+    recipe = parse_recipe(text)
+    if problems := list(dict.fromkeys(misfits(recipe, parse_document(text), path.parent))):
+        raise SpecError(problems)
+    return recipe
+
+
+def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]:
+    """Yield what a recipe wants of its cases that they do not have. What is wrong with a case itself is left out.
+
+    Args:
+        recipe: The recipe.
+        document: Its text.
+        root: Folder that its paths are seen from.
+    """
+    named = []
+    for key in ("benchmarks", "judged"):
+        yield from _missing(document, (key,), getattr(recipe, key), root)
+    for name, source in recipe.sources.items():
+        where = ("sources", name)
+        yield from _missing(document, (*where, "cases"), source.cases, root)
+        for case in find_cases(root / path for path in source.cases):
+            plain = examine(case, plan=False)
+            if plain.loaded is not None:
+                named.append((name, plain.name))
+                yield from _of_case(document, where, source, case, plain)
+    try:
+        deal(recipe, named)
+    except RunError as error:
+        yield document.problem(("sources",), str(error), rule="inconsistent")
+
+
+def _missing(document: Document, where: Place, paths: Iterable[str], root: Path) -> Iterator[Problem]:
+    for k, path in enumerate(paths):
+        if not (root / path).exists():
+            message = f"there is no file or folder `{path}`, as seen from the recipe"
+            yield document.problem((*where, k), message, rule="unreadable")
+        elif where[-1] != "judged" and not any(case_file(case).is_file() for case in find_cases([root / path])):
+            yield document.problem((*where, k), f"there is no case in `{path}`", rule="unreadable")
+
+
+def _of_case(document: Document, where: Place, source: Source, case: Path, plain: Examined) -> Iterator[Problem]:
+    """Yield what a source wants of one of its cases that it does not have."""
+    assert plain.loaded is not None
+    bases = [Overlay()] if source.plain else []
+    for k, variant in enumerate(source.variants):
+        found = examine(case, plan=False, overlay=Overlay(variants=(variant,)))
+        lacking = [problem for problem in found.problems if problem.file == "--variant"]
+        yield from (_moved(document, (*where, "variants", k), problem) for problem in lacking)
+        bases += [] if lacking else [found.overlay]
+    if source.sweep is not None:
+        try:
+            bases += [over for _, over in runs_of(plain.loaded.written, source.sweep)]
+        except SpecError as error:
+            yield from (_moved(document, (*where, "sweep"), problem) for problem in error.problems)
+    for base in bases:
+        first = examine(case, plan=False, overlay=base)
+        if first.loaded is None:
+            continue
+        drawn = yield from _drawn(document, (*where, "physics"), source.physics, case, first)
+        yield from _of_expectations(document, where, source, drawn)
+        tables = {("counterfactuals", name): table for name, table in source.counterfactuals.items()}
+        tables |= {(group,): getattr(source, group) for group in ("looks", "lights", "cameras")}
+        for place, table in tables.items():
+            yield from _drawn(document, (*where, *place), table, case, drawn)
+
+
+def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Examined) -> Any:
+    """Yield what is wrong with the paths of a table; return the case with one draw of it, as far as it is valid."""
+    assert row.loaded is not None
+    over, paths = row.overlay, []
+    for path, how in table.items():
+        try:
+            sets = overlay_of(draw({path: how}, generator(0, path), row.loaded.data))
+        except Text2SimError as error:
+            yield document.problem((*where, path), f"{error} (in {case_file(case)})", rule="unknown-path")
+        else:
+            over, paths = over + sets, [*paths, path]
+    found = examine(case, plan=False, overlay=over)
+    # The lines of `--set` are the values that are laid over the case, one after the other.
+    wrong = {problem.line - 1 - len(row.overlay.sets): problem for problem in found.problems if problem.file == "--set"}
+    yield from (
+        _moved(document, (*where, paths[k]), problem, f" (in {case_file(case)})", key=True)
+        for k, problem in wrong.items()
+        if 0 <= k < len(paths)
+    )
+    return found if found.loaded is not None else row
+
+
+def _of_expectations(document: Document, where: Place, source: Source, drawn: Examined) -> Iterator[Problem]:
+    assert drawn.loaded is not None
+    known = [*drawn.loaded.case.actions.expect]
+    for key in ("holds", "fails"):
+        names = getattr(source, key)
+        if isinstance(names, str) and not known:
+            yield document.problem((*where, key), f"{drawn.title} has no expectations", rule="unknown-name")
+            continue
+        for k, name in enumerate([] if isinstance(names, str) else names):
+            if name not in known:
+                message = f"{drawn.title} has no expectation `{name}`; there are {', '.join(known) or 'none'}"
+                yield document.problem((*where, key, k), message, rule="unknown-name", hint=nearest(name, known))
+            elif key == "fails" and (source.holds == "all" or name in source.holds):
+                message = f"`{name}` cannot both hold and fail"
+                yield document.problem((*where, key, k), message, rule="inconsistent")
+
+
+def _moved(document: Document, where: Place, problem: Problem, more: str = "", *, key: bool = False) -> Problem:
+    """Return a problem of what is laid over a case at the place of the recipe that it comes from."""
+    at = document.problem(where, problem.message + more, rule=problem.rule, hint=problem.hint, key=key)
+    return replace(at, severity=problem.severity)
