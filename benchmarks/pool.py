@@ -23,7 +23,7 @@ def main() -> None:
     parser.add_argument("--items", type=int, default=6, help="simulations per worker")
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2])
     options = parser.parse_args()
-    heads = ["first item [s]", "a further one [s]", "an hour, with start", "an hour, later", "processor [s an item]"]
+    heads = ["first item [s]", "a further one of a worker [s]", "an hour, with start", "later", "processor [s an item]"]
     table = Table("workers", "engine", *heads)
     for workers in options.workers:
         for warm in (False, True):
@@ -41,16 +41,18 @@ def measure(options: argparse.Namespace, workers: int, warm: bool) -> list[str]:
             inputs, output = {"case": options.case.parent}, Path(folder)
             arguments = {**case, "lint": [], "film": False}
             tasks.append(Task("text2sim.cluster.work:simulate", arguments, inputs=inputs, output=output))
-        begun, ends, before = monotonic(), [], _children()
+        begun, before, took = monotonic(), _children(), dict[str, list[float]]()
+        first = last = 0.0
         for done in run_tasks(tasks, Where(workers=workers, warm=warm), stop):
             assert done.result is not None, done.error
-            ends.append((monotonic() - begun, done.seconds))
+            last = monotonic() - begun
+            first = first or last
+            took.setdefault(done.worker, []).append(done.seconds)
     work = (_children() - before) / count
-    first = ends[workers - 1][0]  # all workers have begun
-    steady = (count - workers) / (ends[-1][0] - first) * 3600
-    further = sum(seconds for _, seconds in ends[workers:]) / (count - workers)
-    rates = count / ends[-1][0] * 3600, steady
-    return [f"{ends[0][0]:.1f}", f"{further:.1f}", *(f"{rate:.0f}" for rate in rates), f"{work:.1f}"]
+    further = [seconds for row in took.values() for seconds in row[1:]]  # the first of a worker starts its engine
+    later = sum(further) / len(further)
+    rates = count / last * 3600, workers / later * 3600
+    return [f"{first:.1f}", f"{later:.1f}", *(f"{rate:.0f}" for rate in rates), f"{work:.1f}"]
 
 
 def _children() -> float:
