@@ -116,8 +116,8 @@ def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tup
 def table(rows: list[Compared], engine: str) -> str:
     """Return the comparison as a table in Markdown."""
     heads = [
-        "benchmark", "observable", "reference", "tolerance", "Genesis off by", f"{engine} off by", f"{engine} at h/2",
-        "until", "time", "memory",
+        "benchmark", "observable", "reference", "tolerance", "Genesis off by", f"{engine} off by",
+        f"{engine} changes by, h to h/2", "until", "time", "memory",
     ]  # fmt: skip
     lines = [heads, ["---"] * len(heads)]
     for row in rows:
