@@ -159,3 +159,12 @@ def test_a_close_view_shows_what_is_attached_to_a_body_as_well() -> None:
     actions = {"controls": {"hold": hold, "push": {"kind": "force", "body": "car"}, "odd": None}}
     assert with_attached(("car", "floor"), actions) == ("car", "floor", "foam")
     assert with_attached(("ball",), actions) == ("ball",)
+
+
+@pytest.mark.parametrize(("speed", "count"), [(1.0, 1), (0.1, 2)])
+def test_slow_motion_shows_what_is_nearer_to_each_other(speed: float, count: int) -> None:
+    step = speed / 25
+    pictures = [Frame(k, "main", k * step, 0, k * step, k * step, 0, speed) for k in range(round(2 / step))]
+    wanted = [Moment(1.07, "landing"), Moment(1.12, "min of squash")]
+    said = [one.said for one in chosen(wanted, pictures, 12) if one.said]
+    assert len(said) == count

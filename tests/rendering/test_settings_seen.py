@@ -104,6 +104,27 @@ def test_no_camera_sees_where_the_wall_or_the_floor_ends(cameras, straight):
         assert room.ray.intersects_any(np.broadcast_to(eye, ways.shape), ways).all()
 
 
+def following(ways: list[float], side: tuple[float, float]) -> list[View]:
+    """Cameras beside a thing that runs along x, all looking the same way."""
+    up = np.array([0.0, 0.0, 1.0])
+    return [View(np.array([x, -1.2, 0.6]), np.array([x + side[0], side[1], 0.3]), up, 32.0, 1.0, 0.0) for x in ways]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_no_wall_comes_before_a_camera_that_follows_something_far_away(turned):
+    views = following([0.4, 1.5, 2.6, 4.0, 5.0], (-0.4, 0.0))
+    if turned:  # looks back as well, so that the wall is a round one
+        views += following([0.5], (0.0, -3.0))
+    things = np.array([(x, 0.0, 0.2) for x in (0.0, 1.1, 2.2, 3.6, 4.6)])
+    small = BACKDROP | {"radius": 3.3}
+    wall, _ = wall_mesh(small, [view.pos for view in views], things, 1.0, [edge_rays(view, 16 / 9) for view in views])
+    room = trimesh.Trimesh(wall.vertices, wall.faces, process=False)
+    for view, thing in zip(views, things, strict=False):
+        hits, _, _ = room.ray.intersects_location([view.pos], [view.look_at - view.pos])
+        away = np.linalg.norm(hits - view.pos, axis=1).min(initial=np.inf)
+        assert away > np.linalg.norm(thing - view.pos)
+
+
 def test_the_wall_meets_the_floor_in_a_level_line_for_the_camera_that_films_most():
     views = [looking(-100, 4, 0.4), looking(-100, 4, 0.4), looking(-120, 5)]
     eyes, rays = [view.pos for view in views], [edge_rays(view, 16 / 9) for view in views]

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 Data = Mapping[str, Any]
 
-APART = 0.1
-"""Simulated time [s] between pictures of one camera: nearer ones show the same."""
+APART, SLOWEST = 0.1, 0.2
+"""Simulated time [s] between pictures of one camera at full speed: nearer ones show the same. In slow motion it is
+less, in proportion to the speed, down to this part of it."""
 BESIDE = 0.15
 """How long [s] before and after an event a picture is taken."""
 GAPS, WIDE = 2, 5
@@ -46,7 +47,7 @@ class Shown:
     @property
     def said(self) -> list[str]:
         """Why it was chosen, in words."""
-        rows = [(one, abs(self.frame.t - one.t) > APART / 2) for one in self.moments if one.said]
+        rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.said]
         return [f"{one.said} at {one.t:.2f} s" if apart else one.said for one, apart in rows]
 
     @property
@@ -161,9 +162,15 @@ def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[Mo
 def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
     """A chosen frame of the same camera that is the same, or no farther away than `film` [frames]."""
     for one in found:
-        if one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < APART or abs(one.frame.k - frame.k) < film:
+        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _apart(frame)
+        if same or abs(one.frame.k - frame.k) < film:
             return one
     return None
+
+
+def _apart(frame: "Frame") -> float:
+    """Simulated time [s] from a frame within which others show the same."""
+    return APART * min(1.0, max(frame.speed, SLOWEST))
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:

@@ -86,10 +86,12 @@ def wall_mesh(
         rays: `edge_rays` of each camera.
     """
     eyes = list(eyes)
-    ways = np.subtract(backdrop["center"][:2], np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2))
+    # A camera that follows something looks past the centre.
+    looks = [rays_of[0] for rays_of in rays] or [np.subtract(backdrop["center"], eye) for eye in eyes]
+    ways = np.array([look[:2] for look in looks], float).reshape(-1, 2)
     ways = ways[np.hypot(*ways.T) > 1e-6]
     ways /= np.hypot(*ways.T)[:, None]
-    ahead = _usual([*(rays_of[0][:2] for rays_of in rays), *(() if len(rays) else ways)])
+    ahead = _usual(ways)
     extent, away = None, 0.0
     if len(ways) and (ways @ ahead).min() >= np.cos(SPREAD):
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
@@ -98,7 +100,7 @@ def wall_mesh(
         away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
         extent = _extent(backdrop, eyes, rays, ahead, away)
     if extent is None:
-        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR)
+        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes, rays) * CLEARANCE / NEAR)
         made = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
         placed = made.vertices + (x, y, backdrop["level"] - SUNK)
@@ -143,6 +145,8 @@ def _extent(
     for eye, ways in zip(eyes, rays, strict=False):
         place = np.subtract(eye, [*backdrop["center"][:2], backdrop["level"]])
         with np.errstate(divide="ignore", invalid="ignore"):
+            if place @ onto >= away:  # it stands behind the wall
+                return None
             far = (away - place @ onto) / np.maximum(ways @ onto, 0.0)
             floor = np.where(ways[:, 2] < 0, -place[2] / ways[:, 2], np.inf)
         ways, far = ways[far <= floor], far[far <= floor]
@@ -169,7 +173,7 @@ def backdrop_mesh(
     if kind == "none" or backdrop["level"] is None:
         return None
     if kind in ("cyclorama", "wall"):
-        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes) * CLEARANCE / NEAR, reach)
+        radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes, rays) * CLEARANCE / NEAR, reach)
     else:
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
         radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
@@ -234,12 +238,19 @@ def _turned(profile: Array, slopes: Array) -> Mesh:
     return Mesh(made.vertices, made.faces[:, ::-1], made.normals)
 
 
-def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array]) -> float:
-    """Return the distance [m] of the farthest camera that has a wall behind it because another camera looks there."""
+def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:
+    """Return the distance [m] of the farthest camera that the wall must not come before.
+
+    Another camera looks to its side, so that there is a wall behind it; or it looks past the centre.
+    """
     away = np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2) - backdrop["center"][:2]
     angle = np.arctan2(away[:, 1], away[:, 0])
-    behind = _between(angle[:, None], angle[None] + np.pi) < BEHIND
-    return float(np.hypot(*away[behind.any(axis=1)].T).max(initial=0.0))
+    inside = (_between(angle[:, None], angle[None] + np.pi) < BEHIND).any(axis=1)
+    if len(rays):
+        looks = np.array([rays_of[0][:2] for rays_of in rays])
+        past = _between(angle + np.pi, np.arctan2(looks[:, 1], looks[:, 0])) > SPREAD
+        inside |= past & (np.hypot(*looks.T) > 1e-6)
+    return float(np.hypot(*away[inside].T).max(initial=0.0))
 
 
 def _between(a: Array, b: Array) -> Array:
