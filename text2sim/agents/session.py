@@ -32,6 +32,7 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.roles import ROLES
 from text2sim.agents.yaml_text import yaml_text
+from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import plain_text
 from text2sim.spec_schema.whole_files import write_atomically
@@ -92,9 +93,11 @@ class Session:
             licence: On what terms these may be used.
 
         Raises:
-            RunError: If there is a loop in this folder already, or an input cannot be taken.
+            RunError: If there is a loop in this folder already, or an input cannot be taken. Only a loop that was not
+                interrupted may be followed by an edit or a repair; its records are kept as `generation.1` and so on.
         """
-        if _begun(case):
+        over = _begun(case) and wish.kind != "generate" and _is_over(case)
+        if _begun(case) and not over:
             raise RunError(f"{case}: agents have worked here already; `--resume` goes on, another folder begins anew")
         wish.text = plain_text(wish.text)
         if not wish.text.strip():
@@ -107,6 +110,10 @@ class Session:
             if not file.is_file():
                 raise RunError(f"{file}: there is no such file")
         case.mkdir(parents=True, exist_ok=True)
+        if over:
+            (case / "generation").rename(
+                next(free for k in count(1) if not (free := case / f"generation.{k}").exists())
+            )
         wish.images = [copy_input(file, case / "generation" / "inputs").name for file in images]
         wish.inputs = add_inputs(case, [*assets, *images], licence)
         (case / "generation").mkdir(exist_ok=True)
@@ -236,6 +243,11 @@ def free_folder(parent: Path, request: str) -> Path:
 
 def _begun(folder: Path) -> bool:
     return (folder / "generation" / "request.json").exists()
+
+
+def _is_over(folder: Path) -> bool:
+    record = read_json(folder / "generation" / "run.json") or {}
+    return record.get("state", "interrupted") != "interrupted"
 
 
 def _library() -> Any:
