@@ -91,7 +91,8 @@ SCHEMAS: dict[str, pa.Schema] = {
                     keypoints=_list(REAL), keypoint_pixels=_list(REAL), keypoint_seen=_list(TRUTH),
                 )
             ),
-            "things: part of the picture, hidden part, boxes [pixels], oriented 3D box [m], eight key points [m]",
+            "things: part of the picture, hidden part, boxes [pixels], oriented 3D box [m], eight key points [m]; "
+            "whether each is seen, which the depth at the middle of its pixel decides",
         ),
         contacts=(
             _list(
