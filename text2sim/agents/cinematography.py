@@ -19,6 +19,7 @@ from text2sim.agents.assembly import said
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
+from text2sim.agents.pictures import moments_of
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.restyling import TouchesPhysics, restyled
 from text2sim.agents.revising import data_of
@@ -275,13 +276,9 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     wide, tall = recording.film["resolution"]
     filming = Filming(recording, "draft", size=(WIDTH, max(2, round(WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
-    first: dict[str, float] = {}
-    for row in read_events(run):
-        if row["name"]:
-            first.setdefault(row["name"], float(row["time"]))
-    events = [nearest_frame(reel.frames, t) for t in sorted(first.values())[:EVENTS]]
-    chosen = {reel.frames[k] for k in spread(len(reel.frames), EVENLY)} | {frame for frame in events if frame}
-    few = Reel(reel.name, sorted(chosen))
+    told = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
+    evenly = [reel.frames[k] for k in spread(len(reel.frames), EVENLY)]
+    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(told))[:EVENTS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from text2sim.evidence.selection import Target
     from text2sim.spec_schema.loaded import LoadedCase
 
-SEEN = 0.002
-"""Part of the picture that is seen: 43 x 43 pixels of 1280 x 720."""
+SEEN = 0.001
+"""Part of the picture that is seen: 30 x 30 pixels of 1280 x 720."""
 WAY, TURN = 0.01, 5.0
 """What counts as a motion [m], [deg]."""
 MORE = 2.0

@@ -196,7 +196,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        shown = chosen(_told(run), reel.frames, FRAMES)
+        shown = chosen(moments_of(run), reel.frames, FRAMES)
         few = Reel(reel.name, [one.frame for one in shown])
         filming.render(few, lambda progress: None, until=until)
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
@@ -231,7 +231,7 @@ def _unshown(look: dict[str, Any]) -> str:
     return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
 
 
-def _told(run: Path) -> list[Moment]:
+def moments_of(run: Path) -> list[Moment]:
     """Moments of a run with evidence; empty without it."""
     try:
         return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))

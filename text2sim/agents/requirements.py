@@ -67,7 +67,7 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
         question = render("apart_ask", request=text, found="")
         found = chat.ask("reader", system_prompt(reader), question, typed(Apart, some), images).requirements
         question = render("apart_ask", request=text, found=rows(found))
-        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed(Missing)).missing
+        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed(Missing), images).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
