@@ -49,3 +49,15 @@ def test_the_arch_was_judged_once_more():
     again = [row for row in ROWS if row["method"] == "text2sim-again"]
     means = [mean(total(row) for row in again if row["kind"] == kind) for kind in ("physical", "visual")]
     assert len(again) == 6 and f"{means[0]:.1f} and {means[1]:.1f} by the same judges" in PAGE
+
+
+@pytest.mark.parametrize("prompt", sorted({row["prompt"] for row in RECORDED["cards"]}))
+def test_kept_replies_give_the_table_with_and_without_cards(prompt):
+    cells = []
+    for method in ("text2sim-with-cards", "text2sim-no-cards"):
+        for kind in ("physical", "visual"):
+            of = (prompt, method, kind)
+            marks = [total(row) for row in RECORDED["cards"] if (row["prompt"], row["method"], row["kind"]) == of]
+            assert len(marks) >= 2
+            cells.append(f"{mean(marks):.1f}")
+    assert f"| `{prompt}`, once more | {' | '.join(cells)} |" in PAGE
