@@ -43,6 +43,8 @@ def test_materials_of_soft_bodies() -> None:
     one = entity(f"  a: {{kind: soft, solver: fem, {BOX}, material: {{{stuff}, friction: 0.9}}}}")
     assert one.material == "FEM.Elastic"
     assert one.material_options == {"E": 2e5, "nu": 0.4, "rho": 800.0, "model": "linear_corotated", "friction_mu": 0.9}
+    one = entity(f"  a: {{kind: soft, solver: fem, {BOX}, material: {{{stuff}, hydroelastic_modulus: 4.0e6}}}}")
+    assert one.material_options["hydroelastic_modulus"] == 4e6
 
 
 def test_yield_stress_is_that_of_von_mises() -> None:

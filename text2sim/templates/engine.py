@@ -12,6 +12,7 @@ from genesis.utils import geom as gu
 from quadrants.lang.snode import SNode
 
 PARTING = 1.0  # speed at which contacts of the sap coupler part at most [m/s]
+ROOM = 4  # times as many contacts of rigid triangles with tetrahedra as the sap coupler has room for
 
 
 def mend(sap: bool = False) -> None:
@@ -24,6 +25,7 @@ def mend(sap: bool = False) -> None:
     if sap:
         _mend_motionless_scenes()
         _mend_deep_contacts()
+        _mend_contact_room()
 
 
 def _mend_motionless_scenes() -> None:
@@ -75,6 +77,28 @@ class _DeepContacts:
         sap_info[i_p].vn_hat = vn_hat
         sap_info[i_p].mu_hat = sap_info[i_p].mu * Rt * sap_info[i_p].Rn_inv
         sap_info[i_p].mu_factor = 1.0 / (1.0 + sap_info[i_p].mu * sap_info[i_p].mu_hat)
+
+
+def _mend_contact_room() -> None:
+    """Gives the sap coupler room for what touches all round.
+
+    Genesis 1.4.5 keeps as many contacts of rigid triangles with tetrahedra as there are surface tetrahedra or rigid
+    triangles, whichever are more, and ends in an error beyond. A body of 300 vertices in a tube of 16 staves has more:
+    a triangle touches several tetrahedra, and where staves meet a tetrahedron touches several triangles.
+    """
+    handler = sap_coupler.RigidFemTriTetContactHandler
+    init = handler.__init__
+
+    def with_room(self, *args, **options):
+        init(self, *args, **options)
+        self.max_contact_pairs = room = ROOM * self.max_contact_pairs
+        columns = room, self.rigid_solver.n_dofs
+        self.contact_pairs = self.contact_pair_type.field(shape=(room,))
+        self.Jt, self.M_inv_Jt = (qd.field(gs.qd_vec3, shape=columns) for _ in range(2))
+        self.W = qd.field(gs.qd_mat3, shape=(room,))
+
+    handler.__init__ = with_room
+    qd.__version_str__ += f"+{ROOM}"
 
 
 def _at_least_one(sizes):

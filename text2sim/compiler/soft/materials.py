@@ -63,10 +63,9 @@ def _mpm_soft(model: Soft) -> Made:
 
 def _fem_soft(model: Soft) -> Made:
     # The implicit solver knows no other model that bears large turns.
-    return "FEM.Elastic", _elastic(model.material) | {
-        "model": "linear_corotated",
-        "friction_mu": model.material.friction,
-    }
+    values = _elastic(model.material) | {"model": "linear_corotated", "friction_mu": model.material.friction}
+    modulus = model.material.hydroelastic_modulus
+    return "FEM.Elastic", values if modulus is None else values | {"hydroelastic_modulus": modulus}
 
 
 def _ipc_soft(model: Soft) -> Made:

@@ -23,6 +23,10 @@ class SoftMaterial(Model):
     """Coulomb coefficient against rigid bodies. An mpm body takes that of the rigid body instead."""
     damping: NonNegative | None = None
     """With solver fem: part of the velocity that is lost in a second [1/s]; derived if left out."""
+    hydroelastic_modulus: Positive | None = None
+    """With solver fem: how hard its contact is. The pressure [Pa] of contact grows with the depth, and is this large in
+    the middle of the body; 1e7 if left out. For bodies that are squeezed to half their width, 10 to 30 times
+    `youngs_modulus`: the engine does not solve contact that is hundreds of times harder than the body."""
     yield_stress: Positive | None = None
     """With `elasto_plastic`: von Mises stress [Pa] from which it flows; a tenth of the stiffness if left out."""
 
