@@ -34,6 +34,7 @@ MOMENTS = {
     "conveyor_sorter": 4.5,
     "crank_slider": 2.2,
     "curtains": 4.5,
+    "dolphin_squeeze": 1.4,
     "domino_spiral": 2.4,
     "falling_letters": 0.6,
     "laid_table": 0.6,
