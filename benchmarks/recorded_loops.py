@@ -65,11 +65,11 @@ def table() -> str:
 
 def replay(name: str, keep: Path | None = None, *, write: bool = False) -> str:
     """Play a record again; return how it ended, what it took, and how large the letters were."""
-    from text2sim.agents.session import Session, Wish
+    from text2sim.agents.session import Session, SessionWish
 
     record = json.loads((RECORDED / name / "expected.json").read_text("utf-8"))
     base = RECORDED / name / "base.yaml"
-    wish = Wish(
+    wish = SessionWish(
         record.get("kind", "generate"),
         record["request"],
         {"": f"replay:{RECORDED / name}"},

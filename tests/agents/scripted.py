@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 
-from text2sim.agents.models.exchange import ModelError, Reply, Request
+from text2sim.agents.models.exchange import ModelError, ModelRequest, Reply
 
 
 class Scripted:
@@ -13,9 +13,9 @@ class Scripted:
     name, vision, cacheable = "scripted", True, False
 
     def __init__(self, replies: Mapping[str, Sequence[str]]) -> None:
-        self.replies, self.asked, self._count, self._lock = replies, list[Request](), Counter[str](), Lock()
+        self.replies, self.asked, self._count, self._lock = replies, list[ModelRequest](), Counter[str](), Lock()
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         with self._lock:
             self.asked.append(request)
             number = self._count[request.role]

@@ -19,7 +19,7 @@ from text2sim.agents.inputs import add_inputs, described
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Asset, CasePlan
-from text2sim.agents.session import Session, Wish
+from text2sim.agents.session import Session, SessionWish
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.spec_schema.errors import RunError
 
@@ -77,13 +77,13 @@ def test_a_second_file_of_the_name_replaces_nothing(files: Path, tmp_path: Path)
 
 def test_an_input_that_cannot_be_used_is_said_before_anybody_is_asked(files: Path, tmp_path: Path) -> None:
     with pytest.raises(RunError, match=r"bad\.urdf.*screw"):
-        Session.begin(tmp_path / "case", Wish("generate", "It lifts.", {"": "x"}), [], [files / "bad.urdf"])
+        Session.begin(tmp_path / "case", SessionWish("generate", "It lifts.", {"": "x"}), [], [files / "bad.urdf"])
 
 
 def test_the_planner_is_told_and_sees(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = Scripted({"planner": [fenced("name: no\nevent: x\npossible: no\nwhy: it is a test")]})
     monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: model)
-    wish = Wish("generate", "The crate tips over.", {"": "x"}, cards=False)
+    wish = SessionWish("generate", "The crate tips over.", {"": "x"}, cards=False)
     Session.begin(tmp_path / "case", wish, [files / "sketch.png"], [files / "whole crate.stl"]).run(
         lambda event, what: None
     )
@@ -94,7 +94,7 @@ def test_the_planner_is_told_and_sees(files: Path, tmp_path: Path, monkeypatch: 
     blind = Scripted(model.replies)
     blind.vision = False
     monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: blind)
-    wish = Wish("generate", "The crate tips over.", {"": "x"}, cards=False)
+    wish = SessionWish("generate", "The crate tips over.", {"": "x"}, cards=False)
     Session.begin(tmp_path / "other", wish, [files / "sketch.png"], []).run(lambda event, what: None)
     assert any("You cannot see these pictures" in row for row in blind.questions("planner"))
 

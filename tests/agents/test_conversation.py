@@ -12,7 +12,7 @@ from text2sim.agents import language
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.models.exchange import Message, Reply, Request
+from text2sim.agents.models.exchange import Message, ModelRequest, Reply
 from text2sim.agents.models.tokens import Beginnings, alike
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan, Critique
@@ -124,8 +124,8 @@ def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
 
 
 def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
-    def put(*texts: str) -> Request:
-        return Request("critic", tuple(Message("user", text) for text in texts))
+    def put(*texts: str) -> ModelRequest:
+        return ModelRequest("critic", tuple(Message("user", text) for text in texts))
 
     sent = Beginnings()
     long = "Rules of a game. " * 1000

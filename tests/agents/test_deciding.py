@@ -14,12 +14,12 @@ from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.deciding import Report, decision_faults
+from text2sim.agents.deciding import AttemptReport, decision_faults
 from text2sim.agents.loop import AgentLoop
-from text2sim.agents.loop_result import Limits
+from text2sim.agents.loop_result import LoopLimits
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Decision
-from text2sim.agents.session import Session, Wish
+from text2sim.agents.session import Session, SessionWish
 from text2sim.lint.rules import RULES
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import parse_document
@@ -69,7 +69,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
 def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
     dealt = DealtCards(None, lambda event, /, *, live=False, **what: None)
-    return decision_faults(decision, agreed()[0], CASE, Report(**report), dealt, Path("case.yaml"), anew=anew)
+    return decision_faults(decision, agreed()[0], CASE, AttemptReport(**report), dealt, Path("case.yaml"), anew=anew)
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
     made = AgentLoop(
-        tmp_path, Request("A ball falls."), chat(tmp_path, model), DealtCards(None, quiet), quiet, Limits()
+        tmp_path, Request("A ball falls."), chat(tmp_path, model), DealtCards(None, quiet), quiet, LoopLimits()
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
@@ -219,7 +219,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     asked: list[Any] = []
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
     made = AgentLoop(
-        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, Limits()
+        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, LoopLimits()
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
@@ -243,7 +243,7 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
     quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
     made = AgentLoop(
         tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
-        Limits(minutes_left=lambda: 12.0),
+        LoopLimits(minutes_left=lambda: 12.0),
     )  # fmt: skip
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
@@ -282,7 +282,7 @@ def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
     quiet = lambda event, /, *, live=False, **what: None  # noqa: E731
     made = AgentLoop(
         tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
-        Limits(minutes_left=lambda: left),
+        LoopLimits(minutes_left=lambda: left),
     )  # fmt: skip
     made.path, made.agreement = tmp_path / "case.yaml", agreed()[0]
     made.agreement.plan.keeps = ["low"]
@@ -490,7 +490,7 @@ def test_a_wish_is_checked_when_it_comes_in(
     model = scripted({"planner": [answer] * 3})
     monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: model)
     (tmp_path / "drop").mkdir()
-    wish = Wish("edit", "Let it start higher.", {"": "x"}, cards=False, base=CASE)
+    wish = SessionWish("edit", "Let it start higher.", {"": "x"}, cards=False, base=CASE)
     outcome = Session.begin(tmp_path / "drop", wish, [], []).run(lambda event, what: None)
     assert outcome.state == "failed"
     assert about in outcome.why + model.questions("planner")[-1]

@@ -8,7 +8,7 @@ import pytest
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
-from text2sim.agents.loop_result import Limits, Outcome
+from text2sim.agents.loop_result import LoopLimits, LoopOutcome
 
 SECTIONS = {"scene": {"duration": 1.0}, "bodies": {"ball": {"kind": "rigid"}}}
 
@@ -60,9 +60,9 @@ def test_the_end_of_two_plans_says_all_reasons() -> None:
 def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:
     closed: list[bool] = []
     attempts = SimpleNamespace(close=lambda: closed.append(True))
-    loop = SimpleNamespace(outcome=lambda state, why: Outcome(state, why), attempts=attempts)
+    loop = SimpleNamespace(outcome=lambda state, why: LoopOutcome(state, why), attempts=attempts)
 
-    def way() -> Outcome:
+    def way() -> LoopOutcome:
         raise RoleFailed("planner", ["a", "b"])
 
     ended = AgentLoop.ending(loop, way)  # type: ignore[arg-type]
@@ -79,9 +79,9 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     texts: list[str] = []
     loop = stub(
         [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
-        _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=Limits(),
+        _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
         _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
-        outcome=lambda state, why: Outcome(state, why),
+        outcome=lambda state, why: LoopOutcome(state, why),
     )  # fmt: skip
     ended = AgentLoop.work(loop, "name: a\n", "first version")
     assert (ended.state, ended.why) == ("gave_up", "enough")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.frame_choice import APART, Moment, chosen, moments, with_attached
+from text2sim.agents.frame_choice import APART, FrameMoment, chosen, moments, with_attached
 from text2sim.agents.pictures import FRAMES, frame_sheet
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
@@ -148,7 +148,7 @@ def test_a_run_of_another_kind_shows_what_it_has(run: Path) -> None:
 def test_the_longest_time_without_a_picture_gets_one() -> None:
     """Everything that is measured happens early; what comes to pass between there and the end is shown all the same."""
     pictures = [Frame(k, "main", k * 0.05, 0.0, k * 0.05, k * 0.05, 0.0, 1.0) for k in range(141)]
-    wanted = [Moment(0.15 * k, f"event {k}") for k in range(1, 15)]
+    wanted = [FrameMoment(0.15 * k, f"event {k}") for k in range(1, 15)]
     times = [one.frame.t for one in chosen(wanted, pictures, 12)]
     assert len(times) == 12 and times[0] == 0.0 and times[-1] == 7.0
     assert max(np.diff(times)) < 7.0 / 2
@@ -165,6 +165,6 @@ def test_a_close_view_shows_what_is_attached_to_a_body_as_well() -> None:
 def test_slow_motion_shows_what_is_nearer_to_each_other(speed: float, count: int) -> None:
     step = speed / 25
     pictures = [Frame(k, "main", k * step, 0, k * step, k * step, 0, speed) for k in range(round(2 / step))]
-    wanted = [Moment(1.07, "landing"), Moment(1.12, "min of squash")]
+    wanted = [FrameMoment(1.07, "landing"), FrameMoment(1.12, "min of squash")]
     said = [one.said for one in chosen(wanted, pictures, 12) if one.said]
     assert len(said) == count

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.agents.session import Session, Wish
+from text2sim.agents.session import Session, SessionWish
 
 RECORDED = sorted((Path(__file__).parent / "recorded").glob("*/expected.json"))
 REPLAYED = [file for file in RECORDED if json.loads(file.read_text("utf-8"))["replayed"]]
@@ -25,7 +25,7 @@ MOST = {"anchor": 40_000, "card_house": 75_000, "edit_colour": 6_000, "perpetual
 def test_a_recorded_loop_ends_as_it_did(file: Path, tmp_path: Path) -> None:
     expected = json.loads(file.read_text("utf-8"))
     base = file.parent / "base.yaml"
-    wish = Wish(
+    wish = SessionWish(
         expected.get("kind", "generate"), expected["request"], {"": f"replay:{file.parent}"},
         attempts=expected["attempts"], base=base.read_text("utf-8") if base.is_file() else "",
     )  # fmt: skip

@@ -14,10 +14,10 @@ from trimesh.visual.material import PBRMaterial
 
 from text2sim.assets.mesh_intake import read_surface
 from text2sim.assets.mesh_output import mesh_bytes
-from text2sim.assets.mesh_repair import Wish, parse_size, repair
+from text2sim.assets.mesh_repair import RepairGoal, parse_size, repair
 from text2sim.assets.mesh_report import report
 from text2sim.assets.meshes import check_mesh, environment, repair_mesh
-from text2sim.assets.surface import Surface
+from text2sim.assets.surface import TriangleMesh
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.spec_schema.errors import AssetError
 
@@ -31,7 +31,7 @@ def obj(mesh: trimesh.Trimesh) -> bytes:
     return str(mesh.export(file_type="obj")).encode()
 
 
-def read(mesh: trimesh.Trimesh, folder: Path, name: str = "thing.stl") -> Surface:
+def read(mesh: trimesh.Trimesh, folder: Path, name: str = "thing.stl") -> TriangleMesh:
     return read_surface(saved(mesh, folder / name))[0]
 
 
@@ -85,7 +85,7 @@ def test_thin_walls_are_told(tmp_path: Path):
 
 
 def test_a_broken_mesh_is_mended(tmp_path: Path):
-    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
+    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), RepairGoal(size=0.2))
     assert repaired.report.problems == ()
     assert repaired.report.watertight
     assert repaired.report.volume == pytest.approx(4 / 3 * np.pi * 0.1**3, rel=0.02)
@@ -95,7 +95,7 @@ def test_a_broken_mesh_is_mended(tmp_path: Path):
 
 
 def test_what_is_mended_is_a_shape_of_the_language(tmp_path: Path):
-    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), Wish(size=0.2))
+    repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), RepairGoal(size=0.2))
     (tmp_path / f"out{repaired.suffix}").write_bytes(repaired.content)
     shape = load_mesh(f"out{repaired.suffix}", tmp_path)
     assert shape.closed
@@ -106,7 +106,7 @@ def test_what_is_mended_is_a_shape_of_the_language(tmp_path: Path):
 def test_a_mesh_that_faces_inwards_is_turned(tmp_path: Path):
     ball = trimesh.creation.icosphere(2)
     ball.invert()
-    repaired = repair(read(ball, tmp_path), Wish())
+    repaired = repair(read(ball, tmp_path), RepairGoal())
     assert repaired.surface.volumes().sum() > 0
     assert repaired.remains == ()
 
@@ -115,13 +115,14 @@ def test_the_wall_of_a_hollow_keeps_facing_into_it(tmp_path: Path):
     hollow = trimesh.creation.icosphere(3, 0.5)
     hollow.invert()
     shell = trimesh.util.concatenate([trimesh.creation.icosphere(3), hollow])
-    repaired = repair(read(shell, tmp_path), Wish())
+    repaired = repair(read(shell, tmp_path), RepairGoal())
     assert repaired.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi * (1 - 0.125), rel=0.02)
 
 
 def test_a_flat_mesh_is_not_closed_and_said_to_be_flat(tmp_path: Path):
     repaired = repair(
-        read(trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]), tmp_path), Wish()
+        read(trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]), tmp_path),
+        RepairGoal(),
     )
     assert len(repaired.surface.faces) == 2
     assert any("flat" in text for text in repaired.remains)
@@ -129,14 +130,16 @@ def test_a_flat_mesh_is_not_closed_and_said_to_be_flat(tmp_path: Path):
 
 @pytest.mark.parametrize("most", [200, 1000])
 def test_many_triangles_become_few_and_stay_closed(tmp_path: Path, most: int):
-    repaired = repair(read(trimesh.creation.icosphere(5), tmp_path), Wish(triangles=most))
+    repaired = repair(read(trimesh.creation.icosphere(5), tmp_path), RepairGoal(triangles=most))
     assert len(repaired.surface.faces) <= most
     assert repaired.surface.watertight
     assert repaired.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi, rel=0.05)
 
 
 def test_a_picture_stays_where_it_was(tmp_path: Path):
-    repaired = repair_mesh(saved(textured_ball(), tmp_path / "ball.glb"), Wish(size=1.0, triangles=600, origin="mass"))
+    repaired = repair_mesh(
+        saved(textured_ball(), tmp_path / "ball.glb"), RepairGoal(size=1.0, triangles=600, origin="mass")
+    )
     assert repaired.suffix == ".glb"
     assert repaired.report.textured and repaired.report.watertight and repaired.report.triangles <= 600
     (tmp_path / "out.glb").write_bytes(repaired.content)
@@ -153,7 +156,7 @@ def test_parts_with_colours_of_their_own_keep_them(tmp_path: Path):
         ball.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=color))
         scene.add_geometry(ball)
     (tmp_path / "two.glb").write_bytes(scene.export(file_type="glb"))  # type: ignore[arg-type]
-    repaired = repair_mesh(tmp_path / "two.glb", Wish(triangles=1000))
+    repaired = repair_mesh(tmp_path / "two.glb", RepairGoal(triangles=1000))
     (tmp_path / "out.glb").write_bytes(repaired.content)
     found = {part.rgba[:3]: part.vertices[:, 0].mean() for part in load_paint("out.glb", tmp_path) if part.rgba}
     assert found[1.0, 0.0, 0.0] < 0 < found[0.0, 0.0, 1.0]
@@ -163,7 +166,7 @@ def test_corner_colours_come_along(tmp_path: Path):
     ball = trimesh.creation.icosphere(4)
     ball.visual.vertex_colors = np.where(ball.vertices[:, 2:] > 0, (0, 255, 0, 255), (255, 0, 0, 255)).astype(np.uint8)
     (tmp_path / "ball.ply").write_bytes(bytes(ball.export(file_type="ply")))
-    repaired = repair_mesh(tmp_path / "ball.ply", Wish(triangles=800, origin="keep"))
+    repaired = repair_mesh(tmp_path / "ball.ply", RepairGoal(triangles=800, origin="keep"))
     (tmp_path / "out.glb").write_bytes(repaired.content)
     surface, _ = read_surface(tmp_path / "out.glb")
     assert surface.rgba is not None
@@ -195,22 +198,22 @@ def test_sizes_are_read(text: str, meant: tuple):
 @pytest.mark.parametrize("text", ["", "big", "-1", "w=1", "1,2", "1e999999", "nan"])
 def test_what_is_no_size_is_said(text: str):
     with pytest.raises(AssetError, match="size"):
-        Wish(*parse_size(text))
+        RepairGoal(*parse_size(text))
 
 
 def test_a_size_is_along_the_axis_that_is_meant(tmp_path: Path):
     surface = read(trimesh.creation.box((1, 2, 4)), tmp_path)
-    assert repair(surface, Wish(size=0.2, along="y")).surface.extent == pytest.approx((0.1, 0.2, 0.4))
-    assert repair(surface, Wish(size=0.2)).surface.extent == pytest.approx((0.05, 0.1, 0.2))
+    assert repair(surface, RepairGoal(size=0.2, along="y")).surface.extent == pytest.approx((0.1, 0.2, 0.4))
+    assert repair(surface, RepairGoal(size=0.2)).surface.extent == pytest.approx((0.05, 0.1, 0.2))
 
 
 def test_the_origin_goes_where_it_is_wanted(tmp_path: Path):
     cone = trimesh.creation.cone(1.0, 4.0, sections=64).apply_translation((5, 5, 5))
-    base = repair(read(cone, tmp_path), Wish()).surface.vertices
+    base = repair(read(cone, tmp_path), RepairGoal()).surface.vertices
     assert base[:, 2].min() == pytest.approx(0.0, abs=1e-9)
-    mass = repair(read(cone, tmp_path), Wish(origin="mass")).surface.vertices
+    mass = repair(read(cone, tmp_path), RepairGoal(origin="mass")).surface.vertices
     assert mass[:, 2].min() == pytest.approx(-1.0, rel=0.01)
-    kept = repair(read(cone, tmp_path), Wish(origin="keep")).surface.vertices
+    kept = repair(read(cone, tmp_path), RepairGoal(origin="keep")).surface.vertices
     assert kept[:, 2].min() == pytest.approx(5.0)
 
 
@@ -218,7 +221,7 @@ def test_the_origin_goes_where_it_is_wanted(tmp_path: Path):
 def test_the_opening_of_a_bowl_is_meant_and_a_hole_is_not(tmp_path: Path, openings: bool):
     bowl = trimesh.creation.icosphere(4)
     bowl.update_faces((bowl.triangles_center[:, 2] < 0.3) & (np.arange(len(bowl.faces)) != 2000))
-    repaired = repair(read(bowl, tmp_path), Wish(openings=openings))
+    repaired = repair(read(bowl, tmp_path), RepairGoal(openings=openings))
     assert any("closed holes" in text for text in repaired.done)
     assert repaired.surface.watertight == openings
     lid = repaired.surface.vertices[repaired.surface.faces].mean(1)[:, 2] > 0.99 * repaired.surface.extent[2]
@@ -228,7 +231,7 @@ def test_the_opening_of_a_bowl_is_meant_and_a_hole_is_not(tmp_path: Path, openin
 def test_what_cannot_be_closed_gets_a_skin(tmp_path: Path):
     half = trimesh.creation.icosphere(4)
     half.update_faces(half.triangles_center[:, 2] < 0.6)
-    repaired = repair_mesh(saved(half, tmp_path / "bowl.stl"), Wish(holes=3, wrap=True))
+    repaired = repair_mesh(saved(half, tmp_path / "bowl.stl"), RepairGoal(holes=3, wrap=True))
     assert repaired.report.watertight
     assert any("closed skin" in text for text in repaired.done)
 
@@ -265,7 +268,7 @@ def test_a_hostile_file_is_refused_in_words(tmp_path: Path, name: str):
     content, words = HOSTILE[name]
     (tmp_path / name).write_bytes(content)
     with pytest.raises(AssetError, match=words) as caught:
-        repair(read_surface(tmp_path / name)[0], Wish())
+        repair(read_surface(tmp_path / name)[0], RepairGoal())
     assert "Traceback" not in str(caught.value)
 
 

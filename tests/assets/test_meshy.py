@@ -10,7 +10,7 @@ from tests.assets.meshy_server import KEY, PATH, MeshyServer, meshy_server
 from text2sim.asset_intake.register import generate
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.assets.meshy import Meshy, Order3D
-from text2sim.assets.meshy_ledger import FILE, Ledger
+from text2sim.assets.meshy_ledger import FILE, OrderLedger
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, Text2SimError
 
 WISH = Order3D("a ceramic teapot")
@@ -51,7 +51,7 @@ def test_a_preview_and_its_picture_are_made_and_fetched(tmp_path: Path, server: 
     assert preview["body"]["target_polycount"] == 30_000
     assert refine["body"]["preview_task_id"] == preview["id"]
     assert any("40 %" in text for text in said)
-    assert Ledger(tmp_path).spent() == 30
+    assert OrderLedger(tmp_path).spent() == 30
     assert server.downloads_with_key == 0, "results lie on other machines, which must not see the key"
 
 
@@ -134,7 +134,7 @@ def test_what_no_second_try_would_change_is_said_at_once(
     with pytest.raises(kind, match=words):
         client(tmp_path, server).make(WISH)
     assert server.log == [f"POST {PATH}"]
-    assert Ledger(tmp_path).spent() == 0
+    assert OrderLedger(tmp_path).spent() == 0
 
 
 def test_a_task_that_fails_is_said_in_words_and_asked_for_anew_the_next_time(tmp_path: Path, server: MeshyServer):
@@ -145,7 +145,7 @@ def test_a_task_that_fails_is_said_in_words_and_asked_for_anew_the_next_time(tmp
     server.ends = "SUCCEEDED"
     client(tmp_path, server).make(WISH)
     assert server.posted() == ["preview", "preview", "refine"]
-    assert Ledger(tmp_path).spent() == 30, "the server says that the failed one cost nothing"
+    assert OrderLedger(tmp_path).spent() == 30, "the server says that the failed one cost nothing"
 
 
 def test_a_task_that_is_gone_is_expired(tmp_path: Path, server: MeshyServer):
@@ -211,9 +211,9 @@ def test_a_damaged_ledger_is_not_paid_over(tmp_path: Path, server: MeshyServer):
 
 
 def test_a_made_mesh_is_mended_and_registered(tmp_path: Path, server: MeshyServer):
-    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.mesh_repair import RepairGoal
 
-    added = generate(tmp_path, "teapot", WISH, client(tmp_path, server), wish=Wish(size=0.3))
+    added = generate(tmp_path, "teapot", WISH, client(tmp_path, server), wish=RepairGoal(size=0.3))
     assert added.asset.source == "meshy"
     assert added.asset.prompt == "a ceramic teapot"
     assert max(added.asset.size or ()) == pytest.approx(0.3)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.card_library.library import BUILT_IN, Entry, check_entry, load_library
+from text2sim.card_library.library import BUILT_IN, CardEntry, check_entry, load_library
 from text2sim.card_library.model import MAX_INDEX_TOKENS, MAX_TOKENS, count_tokens
 from text2sim.card_library.reference import cards_reference
 from text2sim.spec_schema.text.canonical import format_text
@@ -15,7 +15,7 @@ ENTRIES = list(LIBRARY.entries.values())
 
 
 @pytest.fixture(params=ENTRIES, ids=lambda entry: entry.id)
-def entry(request: pytest.FixtureRequest) -> Entry:
+def entry(request: pytest.FixtureRequest) -> CardEntry:
     return request.param
 
 
@@ -25,26 +25,26 @@ def test_all_of_them_can_be_read() -> None:
     assert {folder.name for folder in BUILT_IN.iterdir() if folder.is_dir()} == set(LIBRARY.entries)
 
 
-def test_card_and_cases_are_valid(entry: Entry) -> None:
+def test_card_and_cases_are_valid(entry: CardEntry) -> None:
     card, failing, repaired = check_entry(entry)
     assert failing.case.name == repaired.case.name == card.id.replace("-", "_")
     assert failing.case.actions.expect == repaired.case.actions.expect
 
 
-def test_a_card_is_cheap(entry: Entry) -> None:
+def test_a_card_is_cheap(entry: CardEntry) -> None:
     card = entry.card
     assert count_tokens(card.brief()) <= MAX_TOKENS
     assert count_tokens(card.index_line()) <= MAX_INDEX_TOKENS
     assert len(card.brief("scene")) <= len(card.brief())
 
 
-def test_the_repair_is_what_differs(entry: Entry) -> None:
+def test_the_repair_is_what_differs(entry: CardEntry) -> None:
     before, after = (path.read_text("utf-8").splitlines() for path in (entry.failing, entry.repaired))
     changed = [row for row in difflib.ndiff(before, after) if row[:2] in ("- ", "+ ")]
     assert 0 < len(changed) <= 20, "a reader must see at once what the repair is"
 
 
-def test_cases_are_in_canonical_form(entry: Entry) -> None:
+def test_cases_are_in_canonical_form(entry: CardEntry) -> None:
     for path in (entry.failing, entry.repaired):
         text = path.read_text("utf-8")
         assert text == format_text(text), f"text2sim fmt {path}"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.card_library.library import BUILT_IN, Entry, load_library
+from text2sim.card_library.library import BUILT_IN, CardEntry, load_library
 from text2sim.card_library.verify import verify_card, verify_cards
 from text2sim.runtime.stop import Stop
 
@@ -22,7 +22,7 @@ def test_failures_and_repairs_in_the_engine(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("entry", BY_LINT, ids=lambda entry: entry.id)
-def test_what_the_lint_decides(entry: Entry, tmp_path: Path) -> None:
+def test_what_the_lint_decides(entry: CardEntry, tmp_path: Path) -> None:
     verdict = verify_card(entry, runs=tmp_path, simulate=False)
     assert verdict.ok, verdict.message
     assert verdict.failing == entry.card.evidence.failing.outcome

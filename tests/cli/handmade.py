@@ -11,7 +11,7 @@ import numpy as np
 from text2sim.compiler.build import compile_case
 from text2sim.harness.run import run_case
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
 CASE = """\
 text2sim: 1
@@ -68,7 +68,7 @@ def write_case(folder: Path, text: str) -> Path:
     return folder
 
 
-def prepare_run(case: Path, runs: Path, overlay: Overlay = NOTHING) -> Path:
+def prepare_run(case: Path, runs: Path, overlay: CaseOverlay = NOTHING) -> Path:
     """Give a case a finished run, recorded by hand, that `text2sim run` takes for its own."""
 
     def compile_to(loaded: Any, out: Path) -> Any:

@@ -14,12 +14,12 @@ from exchange.recorded import write_run
 from handmade import Cli
 
 from text2sim.agents.journal import Journal
-from text2sim.agents.models.exchange import Message, ModelError, Request
+from text2sim.agents.models.exchange import Message, ModelError, ModelRequest
 from text2sim.agents.models.mailbox import Mailbox
 from text2sim.assets.safe_write import keep
 from text2sim.cli import failure
 from text2sim.evidence.evidence import judge
-from text2sim.evidence.plots import Line, plot_series
+from text2sim.evidence.plots import PlotLine, plot_series
 from text2sim.rendering.frames import save
 from text2sim.revision import installation
 from text2sim.revision.installation import install
@@ -146,7 +146,7 @@ def _judge(folder: Path, case: Path) -> None:
 
 
 def _plot(folder: Path, case: Path) -> None:
-    plot_series(folder / "z.png", np.arange(3.0), [Line("z", np.arange(3.0))], title="z", unit="m")
+    plot_series(folder / "z.png", np.arange(3.0), [PlotLine("z", np.arange(3.0))], title="z", unit="m")
 
 
 def _film(folder: Path, case: Path) -> None:
@@ -157,7 +157,7 @@ def _film(folder: Path, case: Path) -> None:
 
 
 def _letter(folder: Path, case: Path) -> None:
-    Mailbox(folder / "box").complete(Request("planner", (Message("user", "x" * 200),)), lambda: True)
+    Mailbox(folder / "box").complete(ModelRequest("planner", (Message("user", "x" * 200),)), lambda: True)
 
 
 INSIDE = {

@@ -8,7 +8,7 @@ import pytest
 from handmade import CASE, Cli, prepare_run, write_case
 
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 VARIED = (
     CASE.replace("text2sim: 1", "text2sim: 2")
@@ -63,7 +63,7 @@ def test_compile_takes_them_too(cli: Cli, varied: Path):
 
 
 def test_a_run_is_called_after_what_is_laid_over_the_case(cli: Cli, varied: Path, tmp_path: Path):
-    overlay = Overlay(("strict",), ("actions.measures.height.axis=z",))
+    overlay = CaseOverlay(("strict",), ("actions.measures.height.axis=z",))
     folder = prepare_run(varied, tmp_path / "runs", overlay)
     assert folder.name.startswith("fall-strict-axis_z-")
     assert (folder / "case.yaml").read_text() == VARIED
@@ -80,7 +80,7 @@ def test_a_run_is_called_after_what_is_laid_over_the_case(cli: Cli, varied: Path
 
 def test_a_sweep_is_a_table_of_runs(cli: Cli, varied: Path, tmp_path: Path):
     for value in (1, 0):
-        prepare_run(varied, tmp_path / "runs", Overlay(sets=(f"actions.expect.falls.below={value}",)))
+        prepare_run(varied, tmp_path / "runs", CaseOverlay(sets=(f"actions.expect.falls.below={value}",)))
     answer = cli("run", varied, "--sweep", "limits")
     assert answer.code == 1
     lines = answer.out.splitlines()

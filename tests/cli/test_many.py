@@ -4,13 +4,13 @@ from pathlib import Path
 
 from handmade import CASE, Cli, prepare_run, write_case
 
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 
 def test_a_sweep_in_two_workers_has_the_table_of_one(cli: Cli, tmp_path: Path) -> None:
     case = write_case(tmp_path / "fall", CASE)
     for seed in (1, 2):  # as if they had been simulated: workers find them, and judge nothing again
-        prepare_run(case, tmp_path / "runs", Overlay(sets=(f"scene.seed={seed}",)))
+        prepare_run(case, tmp_path / "runs", CaseOverlay(sets=(f"scene.seed={seed}",)))
     sweep = ["run", case, "--grid", "scene.seed=[1, 2]", "--json"]
     alone, together = cli(*sweep), cli(*sweep, "--workers", 2)
     assert (alone.code, together.code) == (0, 0)

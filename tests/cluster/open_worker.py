@@ -6,19 +6,19 @@ import time
 from pathlib import Path
 
 from text2sim.cluster import task, worker
-from text2sim.cluster.task import Place
+from text2sim.cluster.task import TaskPlace
 from text2sim.spec_schema.errors import RunError
 
 task.PACKAGE = ""
 
 
-def write(place: Place, text: str) -> dict:
+def write(place: TaskPlace, text: str) -> dict:
     """Write a file."""
     (place.output / "said.txt").write_text(text)
     return {"pid": os.getpid()}
 
 
-def die(place: Place, times: int) -> dict:
+def die(place: TaskPlace, times: int) -> dict:
     """Die as often as that, then live."""
     deaths = len(list(place.output.glob("death*")))
     if deaths < times:
@@ -27,12 +27,12 @@ def die(place: Place, times: int) -> dict:
     return {"deaths": deaths}
 
 
-def refuse(place: Place) -> dict:
+def refuse(place: TaskPlace) -> dict:
     """Fail in a way that the user can mend."""
     raise RunError("there is no ball")
 
 
-def wait(place: Place, mark: str) -> dict:
+def wait(place: TaskPlace, mark: str) -> dict:
     """Wait for a request to stop."""
     (place.output / mark).write_text(str(os.getpid()))
     while not place.stop.count:
@@ -40,7 +40,7 @@ def wait(place: Place, mark: str) -> dict:
     return {"stopped": True}
 
 
-def note(place: Place, log: str, word: str, wait: bool) -> dict:
+def note(place: TaskPlace, log: str, word: str, wait: bool) -> dict:
     """Write down who did what, and wait, if told to, until there is a file `<log>.go`."""
     with open(log, "a") as file:
         file.write(f"{word} {os.getpid()}\n")

@@ -10,7 +10,7 @@ from text2sim.dataset.build import Writer
 from text2sim.dataset.curation import refusals
 from text2sim.dataset.item import Item, make_item
 from text2sim.dataset.recipe import Recipe, parse_recipe
-from text2sim.dataset.simulate import Made
+from text2sim.dataset.simulate import DrawResult
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.source import Source
 
@@ -52,8 +52,8 @@ def dataset(tmp_path: Path, recipe: Recipe, take: Take) -> Path:
 
     folder = tmp_path / "dataset"
     writer = Writer(recipe, folder, {"one": "train", "two": "test"})
-    writer.add(Made([take("a"), take("a-film1", same_physics_as="a", other_look=True)], []))
-    writer.add(Made([take("b", "two", 1.5)], [{"key": "b", "stage": "check", "why": ["overlap"], "drawn": []}]))
+    writer.add(DrawResult([take("a"), take("a-film1", same_physics_as="a", other_look=True)], []))
+    writer.add(DrawResult([take("b", "two", 1.5)], [{"key": "b", "stage": "check", "why": ["overlap"], "drawn": []}]))
     writer.close()
     write_card(folder, recipe, writer.tally.tables)
     return folder

@@ -14,7 +14,7 @@ from text2sim.dataset import simulate
 from text2sim.dataset.build import Tally, build, jobs_of
 from text2sim.dataset.check import check_dataset
 from text2sim.dataset.recipe import parse_recipe
-from text2sim.dataset.simulate import Made
+from text2sim.dataset.simulate import DrawResult
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
 from text2sim.spec_schema.text.source import Source
@@ -70,7 +70,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
     recipe, told = parse_recipe(Source(RECIPE, "recipe.yaml")), []
     target = recipe_folder / "drops"
 
-    def tell(tally: Tally, made: Made) -> None:
+    def tell(tally: Tally, made: DrawResult) -> None:
         told.append((tally.done, tally.fresh))
 
     def complete(folder: Path) -> None:

@@ -15,7 +15,7 @@ from crates import Take
 
 from text2sim.dataset.build import Writer
 from text2sim.dataset.recipe import Recipe
-from text2sim.dataset.simulate import Made
+from text2sim.dataset.simulate import DrawResult
 from text2sim.dataset.tables import ROWS_IN_HAND
 
 
@@ -96,7 +96,7 @@ def test_memory_does_not_grow_with_the_items(recipe: Recipe, take: Take, tmp_pat
         for k in range(count):
             row = item.row | {"key": f"a{k}", "case": f"case{k}"}
             frames = [frame | {"key": f"a{k}"} for frame in item.frames]
-            writer.add(Made([replace(item, key=f"a{k}", row=row, frames=frames)], []))
+            writer.add(DrawResult([replace(item, key=f"a{k}", row=row, frames=frames)], []))
         writer.close()
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
@@ -131,7 +131,7 @@ def test_what_critic_and_judges_gave_the_same_simulation_is_in_its_items(
     (tmp_path / "generation/attempts/03/attempt.json").write_text('{"run": null, "critique": null}')
     given = {"case_one1.0": [{"by": "visual judge 1, 2", "score": 66.0, "verdict": None}]}
     writer = Writer(recipe, tmp_path / "dataset", {"one": "train", "two": "test"}, scores=given)
-    writer.add(Made([take("a"), take("b", speed=2.0)], []))
+    writer.add(DrawResult([take("a"), take("b", speed=2.0)], []))
     writer.close()
     critic = {"by": "critic", "score": 81.5, "verdict": "pass"}
     rows = pq.read_table(tmp_path / "dataset/items").to_pylist()

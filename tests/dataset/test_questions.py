@@ -10,7 +10,7 @@ import yaml
 from crates import Take
 
 from text2sim.dataset.balance import balanced, guess_by_words
-from text2sim.dataset.questions import Scene, ask, cause_in_words, what_if
+from text2sim.dataset.questions import ItemScene, ask, cause_in_words, what_if
 from text2sim.dataset.review import read_decisions, write_review
 from text2sim.spec_schema.errors import SpecError
 
@@ -70,7 +70,7 @@ def test_only_what_is_tall_falls_over(take: Take) -> None:
     for inertia, tall in (((1, 1, 1), False), ((2, 2, 0.5), True), ((2, 0.5, 2), False)):
         layout["links"][1]["inertia"] = np.diag(inertia).tolist()
         (item.folder / "layout.json").write_text(json.dumps(layout))
-        assert Scene(item.row, item.frames, item.folder).is_tall("crate") == tall
+        assert ItemScene(item.row, item.frames, item.folder).is_tall("crate") == tall
 
 
 def test_a_touch_that_no_picture_shows_is_not_asked_about(take: Take) -> None:

@@ -17,7 +17,7 @@ from text2sim.dataset.build import Writer
 from text2sim.dataset.check import check_dataset
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.recipe import Recipe, parse_recipe
-from text2sim.dataset.simulate import Made
+from text2sim.dataset.simulate import DrawResult
 from text2sim.dataset.splits import deal
 from text2sim.dataset.tables import SCHEMAS
 from text2sim.spec_schema.errors import RunError
@@ -162,10 +162,10 @@ def test_sources_with_a_case_in_common_stay_together() -> None:
 
 def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
     writer = Writer(recipe, tmp_path / "d", {"one": "train"}, {"e": "ugly"})
-    writer.add(Made([take("a"), take("a-film1", same_physics_as="a")], []))
-    writer.add(Made([take("c"), take("c-film1", same_physics_as="c")], []))
-    writer.add(Made([take("d", speed=1.4), take("d-same", speed=1.4, counterfactual_of="d")], []))
-    writer.add(Made([take("e", speed=2.0)], []))
+    writer.add(DrawResult([take("a"), take("a-film1", same_physics_as="a")], []))
+    writer.add(DrawResult([take("c"), take("c-film1", same_physics_as="c")], []))
+    writer.add(DrawResult([take("d", speed=1.4), take("d-same", speed=1.4, counterfactual_of="d")], []))
+    writer.add(DrawResult([take("e", speed=2.0)], []))
     writer.close()
     refused = [json.loads(line) for line in (tmp_path / "d" / "refused.jsonl").read_text().splitlines()]
     assert {row["key"]: row["why"] for row in refused} == {

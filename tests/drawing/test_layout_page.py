@@ -21,7 +21,7 @@ from text2sim.drawing.marks import JointMark, arrow_marks, camera_marks, joint_m
 from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import fitted, nice_step, ticks
 from text2sim.drawing.picture import Style, paint
-from text2sim.drawing.signs import Marks, draw_marks
+from text2sim.drawing.signs import SignMarks, draw_marks
 from text2sim.drawing.stage import stage
 from text2sim.spec_schema.load import load_case, load_text
 
@@ -125,7 +125,7 @@ def test_a_hinge_seen_along_its_axis_shows_which_way_it_counts() -> None:
     def red(end: float) -> np.ndarray:
         panel = fitted("front", (np.full(3, -0.1), np.full(3, 0.1)), (0, 0, 100, 100))
         canvas = Canvas(np.ones((100, 100, 3)))
-        draw_marks(canvas, panel, Marks([JointMark("hinge", ((0, 0, 0), (0, end, 0)), "wheel")]))
+        draw_marks(canvas, panel, SignMarks([JointMark("hinge", ((0, 0, 0), (0, end, 0)), "wheel")]))
         pixels = np.asarray(canvas.finished(), int)
         return pixels[..., 0] - pixels[..., 1] > 100
 

@@ -7,7 +7,7 @@ import pytest
 from pictures import hits
 
 from text2sim.drawing.raster import Raster
-from text2sim.drawing.view import View, look, parallel, perspective
+from text2sim.drawing.view import PictureView, look, parallel, perspective
 
 NEAR = 0.05
 
@@ -17,7 +17,7 @@ def cloud(count: int, size: float, seed: int = 0) -> np.ndarray:
     return rng.uniform(-1, 1, (count, 1, 3)) + rng.uniform(-size, size, (count, 3, 3))
 
 
-def rays(view: View) -> tuple[np.ndarray, np.ndarray]:
+def rays(view: PictureView) -> tuple[np.ndarray, np.ndarray]:
     rows, columns = np.mgrid[: view.height, : view.width]
     start, way = view.sight(columns.ravel() + 0.5, rows.ravel() + 0.5)
     count = rows.size

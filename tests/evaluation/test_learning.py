@@ -12,11 +12,11 @@ import pytest
 from tests.agents.test_distilling import CASE
 from tests.evaluation.conftest import PHYSICAL, Judge
 from text2sim.agents.conversation import Wrong
-from text2sim.agents.distilling import Proposal, Tried, drafted
+from text2sim.agents.distilling import CardProposal, TriedAttempt, drafted
 from text2sim.card_library.library import BUILT_IN, load_library
 from text2sim.card_library.retrieval import SAME, alike
 from text2sim.evaluation.learning import Learning
-from text2sim.evaluation.ledger import Account, Debt, check_split, digest_of, enter, read_ledger, retrieved
+from text2sim.evaluation.ledger import CardRecord, Debt, check_split, digest_of, enter, read_ledger, retrieved
 from text2sim.evaluation.method_folder import CaseResult, MethodRecord, write_method, write_result
 from text2sim.evaluation.methods import Allowance
 from text2sim.evaluation.suite import Prompt, read_suite
@@ -48,10 +48,10 @@ GOOD = PHYSICAL.replace("mark: 0,", "mark: 1,").replace("violated: yes", "violat
 Learn = Callable[..., Learning]
 
 
-def attempt(number: int = 1, height: str = "2.0", ok: bool = False) -> Tried:
+def attempt(number: int = 1, height: str = "2.0", ok: bool = False) -> TriedAttempt:
     rows = {"lands": {"ok": ok, "wanted": "`touch` from 0.1 s to 0.5 s", "why": "it never happened"}}
     record = {"state": "finished", "cause": "first version", "changes": [], "expect": rows, "critique": None}
-    return Tried(number, CASE % height, record)
+    return TriedAttempt(number, CASE % height, record)
 
 
 @pytest.fixture
@@ -152,7 +152,7 @@ def test_a_card_that_made_it_worse_or_that_nobody_was_given_is_not_kept_and_show
 
 def shelve(cards: Path, id: str, title: str, source: str, prompts: dict[str, Prompt]) -> None:
     """Put a card on a shelf, and what it owes into the ledger."""
-    proposal = Proposal(failing=1, repaired=2, card={})
+    proposal = CardProposal(failing=1, repaired=2, card={})
     text = CARD.format(id=id, title=title, outcome="missed:lands")
     import yaml
 
@@ -160,7 +160,7 @@ def shelve(cards: Path, id: str, title: str, source: str, prompts: dict[str, Pro
     drafted(proposal, {1: attempt(), 2: attempt(2, "0.4", True)}).write(cards / id)
     entry = load_library([cards]).find(id)
     debt = Debt(prompt=source, failure="it is still in the air", evidence="frame 10")
-    enter(cards, id, Account(state="kept", digest=digest_of(entry), owes=[debt]), {source: prompts[source]})
+    enter(cards, id, CardRecord(state="kept", digest=digest_of(entry), owes=[debt]), {source: prompts[source]})
 
 
 def test_two_cards_that_say_the_same_become_one_that_owes_what_both_owed(
@@ -233,15 +233,15 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
     low = {"op": "add", "path": "/actions/expect/low", "value": {"measure": "height", "at": "end", "below": 0.3}}
     lower = {"op": "replace", "path": "/bodies/ball/pose/pos/2", "value": 0.4}
     attempts = {1: attempt(), 2: attempt(2, "0.5", True)}
-    draft = drafted(Proposal(failing=1, expect=[measure, low], repair=[lower], card=card), attempts)
+    draft = drafted(CardProposal(failing=1, expect=[measure, low], repair=[lower], card=card), attempts)
     assert "low:" in draft.failing and "2.0" in draft.failing
     assert "low:" in draft.repaired and "0.4" in draft.repaired
     for wrong, why in (
-        (Proposal(failing=1, card=card), "needs `repaired`, an attempt, or `repair`"),
-        (Proposal(failing=3, repair=[lower], card=card), "there are attempts 1, 2"),
-        (Proposal(failing=1, repair=[lower | {"path": "/bodies/bull/pose"}], card=card), "bull"),
+        (CardProposal(failing=1, card=card), "needs `repaired`, an attempt, or `repair`"),
+        (CardProposal(failing=3, repair=[lower], card=card), "there are attempts 1, 2"),
+        (CardProposal(failing=1, repair=[lower | {"path": "/bodies/bull/pose"}], card=card), "bull"),
         (
-            Proposal(failing=1, repair=[low | {"value": {"event": "touch", "within": [0, 1]}}], card=card),
+            CardProposal(failing=1, repair=[low | {"value": {"event": "touch", "within": [0, 1]}}], card=card),
             "expect the same",
         ),
     ):

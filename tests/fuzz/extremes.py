@@ -32,7 +32,7 @@ from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.published.language_reference import load_examples
 from text2sim.spec_schema.text.canonical import dump_case
-from text2sim.spec_schema.vocabulary.words import Slot, fields_of, is_model, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, slot_of
 
 VALUES = (0, -0.0, 1e-320, 1e-308, 1e-100, 1e-29, 1e-15, 1e-6, 1e-3, -1e-3, 1e3, 1e6, 1e15, -1e15, 1e100, 1e308)
 SAMPLE = (0.1, 0.2, 0.3, 0.4)
@@ -164,7 +164,7 @@ def cases() -> Iterator[tuple[str, dict[str, Any]]]:
             yield f"{section} {kind}", staged(edits_of(section, kind)).raw
 
 
-def numbers(model: BaseModel, path: tuple[Any, ...] = ()) -> Iterator[tuple[str, tuple[Any, ...], Slot]]:
+def numbers(model: BaseModel, path: tuple[Any, ...] = ()) -> Iterator[tuple[str, tuple[Any, ...], LanguageSlot]]:
     """Yield every number that a model holds or could hold: its field (`Pose.pos`), its path, what it may be."""
     for key, (attribute, slot) in fields_of(type(model)).items():
         for where, inner in _numbers(getattr(model, attribute), slot, (*path, key)):
@@ -174,7 +174,7 @@ def numbers(model: BaseModel, path: tuple[Any, ...] = ()) -> Iterator[tuple[str,
                 yield f"{type(model).__name__}.{key}", where, inner
 
 
-def _numbers(value: Any, slot: Slot, path: tuple[Any, ...]) -> Iterator[tuple[Any, Any]]:
+def _numbers(value: Any, slot: LanguageSlot, path: tuple[Any, ...]) -> Iterator[tuple[Any, Any]]:
     if isinstance(value, BaseModel):
         yield from ((field, rest) for field, *rest in numbers(value, path))
         return
@@ -194,7 +194,7 @@ def _numbers(value: Any, slot: Slot, path: tuple[Any, ...]) -> Iterator[tuple[An
             yield from _numbers(inner, slot, (*path, index))
 
 
-def holds_numbers(slot: Slot) -> bool:
+def holds_numbers(slot: LanguageSlot) -> bool:
     """Whether a number may stand in a slot, or in a list or mapping of it."""
     return any(
         member.base in (int, float) or any(holds_numbers(slot_of(kind)) for kind in get_args(member.base))
@@ -214,7 +214,7 @@ def fields_with_numbers() -> set[str]:
     return found
 
 
-def _models(slot: Slot) -> Iterator[type[BaseModel]]:
+def _models(slot: LanguageSlot) -> Iterator[type[BaseModel]]:
     for member in slot.members:
         if is_model(member.base):
             yield member.base

@@ -10,7 +10,7 @@ from typing import Any
 
 from hostile import Content, hostile_files
 
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.text.canonical import dump_case
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
@@ -58,7 +58,7 @@ class Draft:
     data: Any = None
     files: dict[str, Content] = field(default_factory=dict)
     """Other files of its folder."""
-    overlay: Overlay = field(default_factory=Overlay)
+    overlay: CaseOverlay = field(default_factory=CaseOverlay)
     operations: list[dict[str, Any]] = field(default_factory=list)
     """A patch."""
 
@@ -392,7 +392,7 @@ def _lay_over(draft: Draft, chance: random.Random) -> None:
         sets.append(chance.choice((f"{dots}={text}",) * 6 + (dots, f"={text}", f"{dots}.x={text}", f".{dots}={text}")))
     names = draft.data.get("variants") if isinstance(draft.data, dict) else None
     variants = (chance.choice([*names, "nope"]),) if isinstance(names, dict) and names else ()
-    draft.overlay = Overlay(variants=tuple(map(str, variants)), sets=tuple(sets))
+    draft.overlay = CaseOverlay(variants=tuple(map(str, variants)), sets=tuple(sets))
 
 
 def _operation(data: Any, chance: random.Random) -> dict[str, Any]:

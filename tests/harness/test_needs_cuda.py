@@ -12,7 +12,7 @@ from text2sim.service import exits
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 TOWEL = {
     "text2sim": 2,
@@ -34,9 +34,9 @@ VARIANTS = {
 }
 
 
-def towel(variants: dict | None = None, overlay: Overlay | None = None) -> LoadedCase:
+def towel(variants: dict | None = None, overlay: CaseOverlay | None = None) -> LoadedCase:
     data = TOWEL | ({"variants": variants} if variants else {})
-    return load_text(json.dumps(data, indent=1), overlay=overlay or Overlay())
+    return load_text(json.dumps(data, indent=1), overlay=overlay or CaseOverlay())
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_the_variants_that_run_here_are_named() -> None:
     assert "`--variant cpu`" in message
     assert "`--variant stiff`" in message
     assert "long" not in message
-    check_ability(towel(VARIANTS, Overlay(variants=("cpu",))))
+    check_ability(towel(VARIANTS, CaseOverlay(variants=("cpu",))))
 
 
 @pytest.mark.usefixtures("no_cuda")
@@ -73,7 +73,7 @@ def test_with_a_device_it_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machine_check, "ipc_obstacle", lambda: "")
     check_ability(towel())
     assert needs_cuda(towel())
-    assert not needs_cuda(towel(VARIANTS, Overlay(variants=("cpu",))))
+    assert not needs_cuda(towel(VARIANTS, CaseOverlay(variants=("cpu",))))
 
 
 @pytest.mark.parametrize(

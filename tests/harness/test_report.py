@@ -10,7 +10,7 @@ from PIL import Image
 
 from text2sim.evidence import page as module
 from text2sim.evidence.evidence import judge
-from text2sim.evidence.plots import Line, plot_series
+from text2sim.evidence.plots import PlotLine, plot_series
 from text2sim.evidence.report import write_report
 from text2sim.recording.record import RunRecord
 
@@ -199,6 +199,6 @@ def test_writing_it_again_gives_the_same_bytes(fall, make_case):
 @pytest.mark.filterwarnings("error")
 def test_names_in_plots_are_neither_formulas_nor_printed(tmp_path: Path) -> None:
     """Those of run folders that are compared may be anybody's."""
-    lines = [Line(name, np.arange(3.0)) for name in ("$\\frac{$", "x\x1b[2K\rok", "\U0001f4a5")]
+    lines = [PlotLine(name, np.arange(3.0)) for name in ("$\\frac{$", "x\x1b[2K\rok", "\U0001f4a5")]
     plot_series(tmp_path / "z.png", np.arange(3.0), lines, title="$\\frac{ \x1b", unit="m")
     assert (tmp_path / "z.png").is_file()

@@ -8,7 +8,7 @@ from soft_shapes import lattice, sphere
 
 from text2sim.evidence.leaks import depth_on_the_way
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.solids import Solid, solid_of_mesh
+from text2sim.evidence.solids import LinkSolid, solid_of_mesh
 
 ZERO, ONE = np.zeros(3), np.eye(3)
 BOX = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3.0, 3.0)])
@@ -17,16 +17,16 @@ BOX = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-2.0, 2.0) for z in (-3
 @pytest.mark.parametrize(
     ("solid", "point", "expected"),
     [
-        (Solid("plane", ZERO, ONE), (7, 8, -2), -2),
-        (Solid("box", ZERO, ONE, (2, 4, 6)), (0, 0, 2.5), -0.5),
-        (Solid("box", ZERO, ONE, (2, 4, 6)), (4, 6, 3), 5),
-        (Solid("sphere", ZERO, ONE, (2,)), (0, 3, 4), 3),
-        (Solid("sphere", ZERO, ONE, (2,)), (0, 0, 0.5), -1.5),
-        (Solid("cylinder", ZERO, ONE, (1, 4)), (0, 0, 1.9), -0.1),
-        (Solid("cylinder", ZERO, ONE, (1, 4)), (0, 4, 6), 5),
-        (Solid("cylinder", ZERO, ONE, (1, 4)), (0.8, 0, 0), -0.2),
-        (Solid("capsule", ZERO, ONE, (1, 4)), (0, 3, 6), 4),
-        (Solid("capsule", ZERO, ONE, (1, 4)), (0, 0.25, 1), -0.75),
+        (LinkSolid("plane", ZERO, ONE), (7, 8, -2), -2),
+        (LinkSolid("box", ZERO, ONE, (2, 4, 6)), (0, 0, 2.5), -0.5),
+        (LinkSolid("box", ZERO, ONE, (2, 4, 6)), (4, 6, 3), 5),
+        (LinkSolid("sphere", ZERO, ONE, (2,)), (0, 3, 4), 3),
+        (LinkSolid("sphere", ZERO, ONE, (2,)), (0, 0, 0.5), -1.5),
+        (LinkSolid("cylinder", ZERO, ONE, (1, 4)), (0, 0, 1.9), -0.1),
+        (LinkSolid("cylinder", ZERO, ONE, (1, 4)), (0, 4, 6), 5),
+        (LinkSolid("cylinder", ZERO, ONE, (1, 4)), (0.8, 0, 0), -0.2),
+        (LinkSolid("capsule", ZERO, ONE, (1, 4)), (0, 3, 6), 4),
+        (LinkSolid("capsule", ZERO, ONE, (1, 4)), (0, 0.25, 1), -0.75),
     ],
 )
 def test_primitives(solid, point, expected):
@@ -38,7 +38,9 @@ def test_a_hull_is_what_its_box_is():
     assert hull is not None
     assert hull.kind == "hull"
     points = np.random.default_rng(0).normal(size=(500, 3)) * 3
-    np.testing.assert_allclose(hull.distance(points), Solid("box", ZERO, ONE, (2, 4, 6)).distance(points), atol=1e-9)
+    np.testing.assert_allclose(
+        hull.distance(points), LinkSolid("box", ZERO, ONE, (2, 4, 6)).distance(points), atol=1e-9
+    )
 
 
 def test_a_mesh_that_is_not_convex_has_an_inside_where_it_is_solid():
@@ -152,4 +154,4 @@ def test_a_mesh_whose_middle_is_outside_is_not_leaked_into_by_a_touch():
     assert solid is not None
     assert solid.kind == "surface"
     assert depth_on_the_way(solid, 0.02) == pytest.approx(0.02)
-    assert depth_on_the_way(Solid("box", ZERO, ONE, (0.02, 1, 1)), 0.02) == pytest.approx(0.8 * 0.01)
+    assert depth_on_the_way(LinkSolid("box", ZERO, ONE, (0.02, 1, 1)), 0.02) == pytest.approx(0.8 * 0.01)

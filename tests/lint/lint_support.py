@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.build import resolve_case
-from text2sim.lint import Report, lint_case
+from text2sim.lint import LintReport, lint_case
 from text2sim.lint.rules import EXAMPLE_BASE
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import load_text
@@ -34,7 +34,7 @@ def data_of(*parts: str) -> Any:
     return data
 
 
-def report_on(folder: Path, *parts: str) -> Report:
+def report_on(folder: Path, *parts: str) -> LintReport:
     """What the lint says about parts of a case in a folder."""
     return lint_case(resolve_case(load_text(json.dumps(data_of(*parts), indent=1), folder / "case.yaml")))
 

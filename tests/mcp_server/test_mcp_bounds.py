@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from agent_side import TINY, Agent
 
-from text2sim.mcp_server.answers import MAX_PAGE, Answer, clipped, paged, text_page
+from text2sim.mcp_server.answers import MAX_PAGE, ToolAnswer, clipped, paged, text_page
 from text2sim.mcp_server.workspace import Workspace, read_file
 from text2sim.spec_schema.errors import RunError
 
@@ -142,8 +142,8 @@ def test_no_document_is_long() -> None:
     assert clipped("x" * 5_000).endswith("(5000 characters)")
     assert clipped(list(range(100)))[-1] == "… 70 more"
     document = {f"key_{i}": ["words " * 50] * 50 for i in range(200)}
-    assert len(Answer(document).words()) <= 2 * MAX_PAGE + 100
-    assert "\ud800" not in Answer({"half": "\ud800"}).words()
+    assert len(ToolAnswer(document).words()) <= 2 * MAX_PAGE + 100
+    assert "\ud800" not in ToolAnswer({"half": "\ud800"}).words()
 
 
 def test_files_of_runs_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,10 @@ from text2sim.cli.main import app
 from text2sim.cli.render import _part
 from text2sim.legibility.film import Watcher
 from text2sim.recording.film_record import read_recording
-from text2sim.rendering.film import Filming, Progress
+from text2sim.rendering.film import Filming, FilmProgress
 from text2sim.rendering.legibility import write_legibility
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.scene import Stage, sensor
+from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.trace import RIM, undimmed
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cameras import Cameras, project
@@ -36,7 +36,7 @@ def film(folder: Path, size: tuple[int, int] = (32, 18)) -> Filming:
 
 def traced(filming: Filming, **options: tuple[int, int]) -> list[bool]:
     """Render and return of each picture whether it was traced."""
-    told: list[Progress] = []
+    told: list[FilmProgress] = []
     (reel,) = filming.reels()
     filming.render(reel, told.append, **options)
     return [bool(progress.seconds) for progress in told]
@@ -53,7 +53,7 @@ def test_points_are_where_the_preview_shows_them(make_run: MakeRun) -> None:
     boxes = {k: {"half": 0.06, "pos": p, "color": c} for (k, p), c in zip(places.items(), paints, strict=True)}
     recording = read_recording(make_run(boxes, cameras=cameras))
     views = Cameras(recording.film, recording.states)
-    stage, watcher = Stage(recording), Watcher(recording)
+    stage, watcher = FilmStage(recording), Watcher(recording)
     aov = mitsuba().load_dict({"type": "aov", "aovs": "paint:albedo,depth:depth"})
     for name in cameras:
         view = views.view(name, 0.2, 0.5)

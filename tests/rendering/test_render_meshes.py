@@ -5,15 +5,15 @@ import pytest
 from filmed import BOX, BOX_FACES
 from scipy.spatial import ConvexHull
 
-from text2sim.rendering.meshes import BEVEL, Mesh, boxed_uvs, presentable
+from text2sim.rendering.meshes import BEVEL, RenderMesh, boxed_uvs, presentable
 
 
-def volume(mesh: Mesh) -> float:
+def volume(mesh: RenderMesh) -> float:
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     return float((a * np.cross(b, c)).sum() / 6)
 
 
-def agreement(mesh: Mesh) -> float:
+def agreement(mesh: RenderMesh) -> float:
     """The smallest cosine between a triangle and the normals of its corners."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     flat = np.cross(b - a, c - a)

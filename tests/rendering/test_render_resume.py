@@ -13,7 +13,7 @@ from filmed import MakeRun
 from PIL import Image
 
 from text2sim.recording.film_record import read_recording
-from text2sim.rendering.film import Filming, Progress
+from text2sim.rendering.film import Filming, FilmProgress
 from text2sim.rendering.frames import ABANDONED
 from text2sim.spec_schema.errors import RunError
 
@@ -60,7 +60,7 @@ def test_what_was_half_written_is_removed_later(make_run: MakeRun) -> None:
         part.touch()
     os.utime(old, (0, time.time() - 2 * ABANDONED))
     filming = Filming(read_recording(folder), size=(32, 18), samples=4)
-    told: list[Progress] = []
+    told: list[FilmProgress] = []
     filming.render(filming.reels()[0], told.append)
     assert len(told) == 2
     assert (old.exists(), young.exists()) == (False, True)

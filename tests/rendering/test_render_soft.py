@@ -8,7 +8,7 @@ import pytest
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.soft import Grains, Liquid, Surface, liquid_surface
+from text2sim.rendering.soft import Grains, LiquidSurface, SoftSurface, liquid_surface
 from text2sim.templates.patterns import Dress
 
 pytestmark = pytest.mark.usefixtures("tracer")
@@ -40,7 +40,7 @@ def test_a_liquid_keeps_its_volume() -> None:
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     volume = float((a * np.cross(b, c)).sum() / 6)
     assert volume == pytest.approx(len(HEAP) * SPACING**3, rel=0.12)
-    low, _ = bounds(Liquid("soft0", part("liquid", opacity=0.5)).shapes(HEAP))
+    low, _ = bounds(LiquidSurface("soft0", part("liquid", opacity=0.5)).shapes(HEAP))
     assert np.all(np.abs(low - HEAP.min(axis=0)) < SPACING)
 
 
@@ -52,7 +52,7 @@ def test_a_surface_follows_its_vertices(finish: str, *, has_uvs: bool) -> None:
     corner = (np.arange(4)[:, None] * 5 + np.arange(4)).ravel()
     faces = np.concatenate([np.c_[corner, corner + 1, corner + 6], np.c_[corner, corner + 6, corner + 5]])
     arrays = {"faces": faces} | ({"uvs": sheet[:, :2]} if has_uvs else {})
-    surface = Surface("soft0", part("cloth", finish=finish), sheet, arrays)
+    surface = SoftSurface("soft0", part("cloth", finish=finish), sheet, arrays)
     low, high = bounds(surface.shapes(sheet * (1, 1, 0) + (0, 0, 2)))
     assert np.allclose(low, (0, 0, 2), atol=1e-5)
     assert np.allclose(high, (1, 1, 2), atol=1e-5)
@@ -68,7 +68,7 @@ def test_a_pattern_lies_on_a_cloth_and_bends_with_it(*, lying: bool) -> None:
     start = flat if lying else flat[:, [0, 2, 1]] @ np.array([[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
     dress = Dress("stripes", 1 / 16, (0.0, 0.0, 0.0))
     arrays = {"faces": faces, "uvs": flat[:, :2] / (2, 1)}
-    shape = Surface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat)
+    shape = SoftSurface("soft0", part("cloth", dress=dress), start, arrays).shapes(flat)
     seen = {"type": "orthographic", "film": {"type": "hdrfilm", "width": 64, "height": 64, "rfilter": {"type": "box"}}}
     look = mitsuba().ScalarTransform4f().look_at([1, 0.5, 1], [1, 0.5, 0], [0, 1, 0]).scale([0.5, 0.5, 1])
     scene = {"type": "scene", "light": {"type": "constant"}, "integrator": {"type": "direct"}}
@@ -87,5 +87,5 @@ def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
                       (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)])  # fmt: skip
     jelly = part("soft", dress=Dress("dots", 0.2))
     jelly.row["solver"] = "mpm"
-    low, high = bounds(Surface("soft0", jelly, corners, {"faces": faces}).shapes(corners * (2, 1, 1)))
+    low, high = bounds(SoftSurface("soft0", jelly, corners, {"faces": faces}).shapes(corners * (2, 1, 1)))
     assert np.allclose([low, high], [(0, 0, 0), (2, 1, 1)], atol=1e-5)

@@ -10,7 +10,7 @@ from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.reuse.migration import LATEST, STEPS, steps_for
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
 
 FIRST = """\
@@ -67,9 +67,9 @@ sweeps:
 
 
 def test_from_1_variants_and_sweeps_come_along():
-    loaded = load_text(FIRST + LAYERS, overlay=Overlay(point=("places", "b")))
+    loaded = load_text(FIRST + LAYERS, overlay=CaseOverlay(point=("places", "b")))
     assert [camera.field for camera in loaded.case.render.cameras.values()] == [35, 25, 40]
-    assert load_text(FIRST + LAYERS, overlay=Overlay(("wide",))).case.render.cameras["near"].fov == 60
+    assert load_text(FIRST + LAYERS, overlay=CaseOverlay(("wide",))).case.render.cameras["near"].fov == 60
     label, overlay = runs_of(loaded.written, "angles")[1]
     assert label == "fov_deg=30, wide=50"
     assert load_text(FIRST + LAYERS, overlay=overlay).case.render.cameras["far"].fov == 50

@@ -5,7 +5,7 @@ import pytest
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 WHEEL = """\
 text2sim: 2
@@ -49,7 +49,7 @@ actions:
 
 def load(old="", new="", **overlay):
     assert old in WHEEL
-    return load_text(WHEEL.replace(old, new), overlay=Overlay(**overlay))
+    return load_text(WHEEL.replace(old, new), overlay=CaseOverlay(**overlay))
 
 
 def test_each_gets_its_number():

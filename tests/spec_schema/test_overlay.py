@@ -10,8 +10,8 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.expanded import expanded_text
-from text2sim.spec_schema.reuse.overlay import Overlay
-from text2sim.spec_schema.reuse.trees import Tree, merge
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
+from text2sim.spec_schema.reuse.trees import LocatedValue, merge
 from text2sim.spec_schema.text.document import Node, parse_document
 from text2sim.spec_schema.text.source import Source
 
@@ -45,7 +45,7 @@ variants:
 
 
 def load(*variants: str, sets: tuple[str, ...] = (), text: str = CASE) -> LoadedCase:
-    return load_text(text, overlay=Overlay(variants, sets))
+    return load_text(text, overlay=CaseOverlay(variants, sets))
 
 
 def problems(*variants: str, sets: tuple[str, ...] = (), text: str = CASE) -> list[Problem]:
@@ -69,7 +69,7 @@ def test_a_variant_changes_what_it_says_and_nothing_else():
     assert loaded.case.bodies["ball"].material.density == 500
     assert loaded.data["params"] == {"speed": 5, "side": 0.1}
     assert loaded.raw["bodies"]["ball"]["shape"] == {"kind": "sphere", "radius": 0.1}
-    assert loaded.overlay == Overlay(("soft",))
+    assert loaded.overlay == CaseOverlay(("soft",))
 
 
 def test_another_kind_replaces_the_mapping():
@@ -258,11 +258,13 @@ def test_what_is_wrong_with_the_value_is_said_where_it_goes(words, place, says):
 
 
 def test_a_label_is_fit_for_the_name_of_a_file():
-    overlay = Overlay(("soft",), ("bodies.ball.pose.pos[2]=[1, 2]", "prompt=../../etc/passwd", f"params.a={'x' * 500}"))
+    overlay = CaseOverlay(
+        ("soft",), ("bodies.ball.pose.pos[2]=[1, 2]", "prompt=../../etc/passwd", f"params.a={'x' * 500}")
+    )
     assert overlay.label.startswith("soft-pos_2_1_2-prompt_.._.._etc")
     assert len(overlay.label) <= 48
     assert "/" not in overlay.label
-    assert Overlay().label == ""
+    assert CaseOverlay().label == ""
 
 
 # --- merging ----------------------------------------------------------------------------------------------------
@@ -298,9 +300,9 @@ def test_merging_is_that_of_rfc_7396_and_knows_its_places(base, over):
     assert (first.data, second.data) == (base, over)
 
 
-def tree_of(data) -> Tree:
+def tree_of(data) -> LocatedValue:
     document = parse_document(Source(json.dumps(data)))
-    return Tree(document.data, document.root)
+    return LocatedValue(document.data, document.root)
 
 
 def shape_of(node: Node):

@@ -13,7 +13,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.library import VARIABLE
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 ENDLESS = 60.0
 """CPU time [s] that only work which doubles at every step can take; all of it is done in a fraction of a second."""
@@ -204,12 +204,12 @@ def test_variants_and_values_reach_into_a_use(load):
     bodies = "  s: {use: stick, with: {length: 1}}\n  g: {use: gate, with: {width: 1}}\n"
     top = "variants: {long: {bodies: {s: {with: {length: 2}, look: {color: blue}}}}, round: {bodies: {s: {kind: ragdoll, height: 1}}}}\n"
     body = load(
-        bodies, top, overlay=Overlay(("long",), ("bodies.s.with.hue=pink", "bodies.g.bar.look.color=gold"))
+        bodies, top, overlay=CaseOverlay(("long",), ("bodies.s.with.hue=pink", "bodies.g.bar.look.color=gold"))
     ).raw["bodies"]
     assert body["s"]["shape"]["size"][2] == 2
     assert body["s"]["look"]["color"] == "blue"
     assert body["g_bar"]["look"]["color"] == "gold"
-    assert load(bodies, top, overlay=Overlay(("round",))).raw["bodies"]["s"] == {"kind": "ragdoll", "height": 1}
+    assert load(bodies, top, overlay=CaseOverlay(("round",))).raw["bodies"]["s"] == {"kind": "ragdoll", "height": 1}
 
 
 def test_an_expanded_case_loads_to_the_same(load, tmp_path):
@@ -418,7 +418,7 @@ def test_a_folder_elsewhere_is_not_even_listed(tmp_path):
 
 def test_an_unknown_argument_says_that_it_was_set(problems):
     sets = ("bodies.s.with.lenght=2",)
-    (problem,) = problems("  s: {use: stick, with: {length: 1}}\n", overlay=Overlay(sets=sets))
+    (problem,) = problems("  s: {use: stick, with: {length: 1}}\n", overlay=CaseOverlay(sets=sets))
     assert problem.rule == "unknown-param"
     assert "from `--set bodies.s.with.lenght=2`" in problem.message
 

@@ -4,7 +4,7 @@ import pytest
 
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of
 
 CASE = """\
@@ -23,7 +23,7 @@ sweeps:
 """
 
 
-def runs(name: str) -> list[tuple[str, Overlay]]:
+def runs(name: str) -> list[tuple[str, CaseOverlay]]:
     return runs_of(load_text(CASE).written, name)
 
 
@@ -45,10 +45,10 @@ def test_a_grid_is_every_combination():
 
 
 def test_variants_and_points_are_runs_by_name():
-    assert runs("both") == [("soft", Overlay(("soft",))), ("hard", Overlay(("hard",)))]
+    assert runs("both") == [("soft", CaseOverlay(("soft",))), ("hard", CaseOverlay(("hard",)))]
     (light, first), (heavy, second) = runs("marked")
     assert (light, heavy) == ("light", "heavy")
-    assert load_text(CASE, overlay=Overlay(("hard",)) + first).data["params"]["speed"] == 2
+    assert load_text(CASE, overlay=CaseOverlay(("hard",)) + first).data["params"]["speed"] == 2
     assert load_text(CASE, overlay=second).case.bodies["ball"].material.mass == 9
     assert first.label == "marked-light"
 

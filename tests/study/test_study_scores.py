@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from text2sim.study.analyse import OVERALL, alpha, analyse
-from text2sim.study.answers import Answer, Answers
+from text2sim.study.answers import Answers, StudyAnswer
 from text2sim.study.build import QUESTIONS, Study
 from text2sim.study.plan import assignments
 
@@ -73,7 +73,7 @@ def test_ratings_count_within_a_task_before_tasks_count() -> None:
                 r = {"task_0": 2, "task_1": 0}[trial.task]
                 known = trial.task == "task_1" or not answers or answers[-1].level is None
                 level = (-r if trial.first else r) if known else None
-                answers.append(Answer(str(k), k, number, "physics", level))
+                answers.append(StudyAnswer(str(k), k, number, "physics", level))
     assert sum(one.level is None for one in answers) in (1, 2)
     found = analyse(study, answers)
     assert found["scores"]["better"]["physics"]["score"] == 75.0

@@ -11,7 +11,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.watching.live_run import LiveRun
 from text2sim.watching.page_state import PageState
 from text2sim.watching.protocols import Checked
-from text2sim.watching.session import Options, Session
+from text2sim.watching.session import Options, WatchSession
 
 CASE = """\
 text2sim: 2
@@ -40,7 +40,9 @@ class Watched:
         """What the listener was told, in order."""
         self.stops = 0
         options = {"engine": "fake_engine", **options}
-        self.session = Session(self.file, self.runs, lambda: examine(self.file), self.state, self, Options(**options))
+        self.session = WatchSession(
+            self.file, self.runs, lambda: examine(self.file), self.state, self, Options(**options)
+        )
         self._thread = threading.Thread(target=self.session.run, args=(lambda: self.stops,))
 
     def start(self) -> "Watched":

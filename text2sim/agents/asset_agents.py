@@ -135,11 +135,11 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     import os
 
     from text2sim.asset_intake.register import generate
-    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.mesh_repair import RepairGoal
     from text2sim.assets.meshy import BASE, Meshy, Order3D
 
     meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE))
-    added = generate(case, name, Order3D(wish.prompt), meshy, wish=Wish(wish.size))
+    added = generate(case, name, Order3D(wish.prompt), meshy, wish=RepairGoal(wish.size))
     return {"kind": "mesh", "file": added.asset.file}
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from text2sim.spec_schema.models import soft_measures
 from text2sim.spec_schema.published.language_reference import field_rows, load_examples, section_kinds, shared_bases
-from text2sim.spec_schema.published.reference_sections import Section
+from text2sim.spec_schema.published.reference_sections import ReferenceSection
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
@@ -33,7 +33,7 @@ def plain(text: str) -> str:
     return _RULE.sub("", _LINK.sub(r"\1", text))
 
 
-def section_brief(section: Section, only: Collection[str] | None = None, *, intro: bool = True) -> str:
+def section_brief(section: ReferenceSection, only: Collection[str] | None = None, *, intro: bool = True) -> str:
     """Return a condensed page.
 
     Args:
@@ -59,7 +59,7 @@ def section_brief(section: Section, only: Collection[str] | None = None, *, intr
     return "\n".join(lines)
 
 
-def kinds_line_by_line(section: Section) -> str:
+def kinds_line_by_line(section: ReferenceSection) -> str:
     """Return a page with a line and an example for each kind; deformable kinds have the example only."""
     examples = load_examples().get(section.examples, {})
     lines = [f"## {section.title}", plain(section.intro).strip(), "Written `NAME: {kind: KIND, …}`:"]
@@ -88,7 +88,7 @@ def kinds_line_by_line(section: Section) -> str:
     return "\n".join(lines)
 
 
-def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
+def kinds_brief(section: ReferenceSection, told: Collection[str]) -> list[str]:
     """Describe some kinds of a page and their fields; shared fields are listed once."""
     kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
     everybody = list(section_kinds(section.models).values())
@@ -110,7 +110,7 @@ def kinds_brief(section: Section, told: Collection[str]) -> list[str]:
 
 
 def fields_named(
-    section: Section, words: Collection[str], only: Collection[str], whole: Collection[str] = ()
+    section: ReferenceSection, words: Collection[str], only: Collection[str], whole: Collection[str] = ()
 ) -> list[str]:
     """Return the rows of the fields of a page's models whose names are among some words.
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
-from text2sim.agents.models.exchange import Image, Message, Request
+from text2sim.agents.models.exchange import Image, Message, ModelRequest
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.models.tokens import Beginnings
 from text2sim.spec_schema.errors import RunError, nearest
@@ -161,7 +161,7 @@ class Conversation:
             self._numbers[role] += 1
             number = self._numbers[role]
         self._emit("asked", live=True, role=role, number=number)
-        request = Request(role=role, messages=tuple(messages), number=number)
+        request = ModelRequest(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
         with self._lock:
             again = self._beginnings.again(self._endpoint(role).name, request)

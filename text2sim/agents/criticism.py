@@ -14,7 +14,7 @@ from text2sim.agents.replies import Amendment, CasePlan, Critique, Failure, Patc
 from text2sim.agents.requirements import rows, score
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.revision.revise import Refused, revise
+from text2sim.revision.revise import RefusedPatch, revise
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
@@ -109,7 +109,7 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
         revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
     except PatchError as error:
         return [str(error)]
-    except Refused as refused:
+    except RefusedPatch as refused:
         return [said(problem) for problem in _worst(refused.problems)]
     except SpecError as error:
         return [said(problem) for problem in _worst(error.problems)]

@@ -9,7 +9,7 @@ from text2sim.agents.replies import Fragments
 from text2sim.card_library.model import Mode
 
 if TYPE_CHECKING:
-    from text2sim.card_library.library import Library
+    from text2sim.card_library.library import CardLibrary
 
 ATTACHED = 2
 """Cards that go with one question."""
@@ -23,7 +23,7 @@ OFFERED = 6
 class DealtCards:
     """The card library, or an empty one."""
 
-    library: "Library | None"
+    library: "CardLibrary | None"
     emit: Emit
     dealt: dict[str, set[str]] = field(default_factory=dict)
     """Cards that each role was given."""

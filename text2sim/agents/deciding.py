@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass
-class Report:
+class AttemptReport:
     """Report on an attempt for the Planner."""
 
     problems: Sequence[str] = ()
@@ -49,7 +49,7 @@ def decide(
     agreement: Agreement,
     case: str,
     history: str,
-    report: Report,
+    report: AttemptReport,
     offer: str,
     dealt: "DealtCards",
     path: Path,
@@ -120,7 +120,14 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
 
 
 def decision_faults(
-    decision: Decision, agreement: Agreement, case: str, report: Report, dealt: "DealtCards", path: Path, *, anew: bool
+    decision: Decision,
+    agreement: Agreement,
+    case: str,
+    report: AttemptReport,
+    dealt: "DealtCards",
+    path: Path,
+    *,
+    anew: bool,
 ) -> list[str]:
     """Describe the parts of a decision that are impossible, have no effect, or weaken the request.
 
@@ -263,7 +270,7 @@ def _new_problems(case: str, text: str, agreement: Agreement, path: Path) -> lis
     ]
 
 
-def _reported(report: Report) -> str:
+def _reported(report: AttemptReport) -> str:
     parts = []
     if report.problems:
         parts.append(

@@ -26,7 +26,7 @@ MOST = 3
 """Largest number of cards from one loop."""
 
 
-class Proposal(Answer):
+class CardProposal(Answer):
     """A proposed card, with the attempts that it comes from."""
 
     failing: int
@@ -42,11 +42,11 @@ class Proposal(Answer):
 class Proposals(Answer):
     """Answer of the Distiller."""
 
-    cards: Annotated[list[Proposal], Field(max_length=MOST)] = []
+    cards: Annotated[list[CardProposal], Field(max_length=MOST)] = []
 
 
 @dataclass(frozen=True)
-class Draft:
+class CardDraft:
     """A draft of a card, with its failing and its repaired case."""
 
     data: dict[str, Any]
@@ -70,7 +70,7 @@ class Draft:
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedAttempt:
     """A finished attempt, read from disk."""
 
     number: int
@@ -88,13 +88,13 @@ class Tried:
         return f"missed:{missed[0]}" if missed else "passed"
 
 
-def attempts_of(case: Path) -> dict[int, Tried]:
+def attempts_of(case: Path) -> dict[int, TriedAttempt]:
     """Return the attempts in a case folder, by number."""
     found = {}
     for folder in sorted((case / "generation" / "attempts").glob("[0-9][0-9]*")):
         try:
             record = json.loads((folder / "attempt.json").read_text("utf-8"))
-            one = Tried(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
+            one = TriedAttempt(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
         except (OSError, ValueError, KeyError):
             continue
         found[one.number] = one
@@ -119,7 +119,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     outcomes = {one.outcome for one in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
         raise RunError(f"{case}: there is nothing to learn from: no attempt failed in a run while another one passed")
-    drafts: list[Draft] = []
+    drafts: list[CardDraft] = []
 
     def check(answer: Proposals) -> None:
         wrong = []
@@ -144,7 +144,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     return [folder.name for folder in folders]
 
 
-def drafted(proposal: Proposal, attempts: Mapping[int, Tried]) -> Draft:
+def drafted(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> CardDraft:
     """Turn a proposal into a draft, checked as far as possible without running it.
 
     Outcomes of attempts are filled in from the record; those of patched cases are claims until `card_library.verify`
@@ -176,7 +176,7 @@ def drafted(proposal: Proposal, attempts: Mapping[int, Tried]) -> Draft:
         fact = {} if patched or one is None else {"outcome": one.outcome}
         evidence[key] = (dict(row) if isinstance(row, dict) else {}) | fact
     evidence["measured_on"] = {"text2sim": __version__, "genesis-world": version("genesis-world")}
-    draft = Draft({**proposal.card, "evidence": evidence}, failing, repaired)
+    draft = CardDraft({**proposal.card, "evidence": evidence}, failing, repaired)
     try:
         check_card(yaml_text(draft.data), failing=failing, repaired=repaired)
     except SpecError as error:
@@ -195,12 +195,12 @@ def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
         raise Wrong([f"{where}: {problem.path}: {problem.message}" for problem in error.problems[:4]]) from None
 
 
-def told(attempts: Mapping[int, Tried]) -> str:
+def told(attempts: Mapping[int, TriedAttempt]) -> str:
     """Return the history of a loop as text, attempt by attempt."""
     return "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
 
 
-def _told(one: Tried, before: Tried | None) -> str:
+def _told(one: TriedAttempt, before: TriedAttempt | None) -> str:
     record = one.record
     parts = [f"# Attempt {one.number}: {record['cause']}", f"Outcome: {one.outcome or record['state']}"]
     if before is None:

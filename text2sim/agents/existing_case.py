@@ -5,14 +5,14 @@ from text2sim.agents.assembly import examine, said
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.deciding import as_decision, open_case
 from text2sim.agents.loop import AgentLoop
-from text2sim.agents.loop_result import Outcome
+from text2sim.agents.loop_result import LoopOutcome
 from text2sim.agents.replies import CasePlan, Fragments, Opening, PlannedBody
 from text2sim.agents.requirements import of_wish, take_apart
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import RunError
 
 
-def amend(loop: AgentLoop, text: str, *, run_first: bool) -> Outcome:
+def amend(loop: AgentLoop, text: str, *, run_first: bool) -> LoopOutcome:
     """Change a case until it does what the request asks for.
 
     Args:
@@ -28,7 +28,7 @@ def amend(loop: AgentLoop, text: str, *, run_first: bool) -> Outcome:
     return loop.ending(lambda: _amended(loop, text, run_first))
 
 
-def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
+def _amended(loop: AgentLoop, text: str, run_first: bool) -> LoopOutcome:
     loop.require(of_wish(loop.request.text, lambda: take_apart(loop.chat, loop.request.text, loop.request.images)))
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
@@ -39,7 +39,7 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> Outcome:
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says
     )
     if opening.possible == "no":
-        return Outcome("impossible", opening.why, plan=loop.agreement.plan)
+        return LoopOutcome("impossible", opening.why, plan=loop.agreement.plan)
     for name in opening.drop:
         loop.agreement.say_restated(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
     return loop.work(_opened(loop, text, opening), "as was wished")

@@ -27,7 +27,7 @@ STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
 
 
 @dataclass(frozen=True)
-class Moment:
+class FrameMoment:
     """A moment worth showing."""
 
     t: float
@@ -42,7 +42,7 @@ class Shown:
     """A chosen frame, with the reasons for it."""
 
     frame: "Frame"
-    moments: list[Moment] = field(default_factory=list)
+    moments: list[FrameMoment] = field(default_factory=list)
 
     @property
     def said(self) -> list[str]:
@@ -56,7 +56,7 @@ class Shown:
         return {body for one in self.moments for body in one.bodies}
 
 
-def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
+def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     """Yield the moments worth showing, the most important first.
 
     Args:
@@ -69,11 +69,11 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:EVENTS]
-    events = [Moment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
+    events = [FrameMoment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
     yield from events
     used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
     extremes = [
-        Moment(row[f"{end}_at"], f"{end} of {name}", _bodies((actions.get("measures") or {}).get(name)))
+        FrameMoment(row[f"{end}_at"], f"{end} of {name}", _bodies((actions.get("measures") or {}).get(name)))
         for name, row in (evidence.get("measures") or {}).items()
         if name in used and not row.get("problem")
         for end in ("max", "min")
@@ -84,18 +84,18 @@ def moments(evidence: Data, actions: Data) -> Iterator[Moment]:
     yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
     depth = evidence.get("penetration") or {}
     if (depth.get("value") or 0) >= DEEP:
-        yield Moment(depth["time"], "deepest overlap", tuple(map(_base, depth.get("between") or ())))
+        yield FrameMoment(depth["time"], "deepest overlap", tuple(map(_base, depth.get("between") or ())))
     yield from _around(events[:3])
 
 
-def _around(told: Sequence[Moment]) -> Iterator[Moment]:
+def _around(told: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
     """Yield the moments just before and after the given ones."""
     for row in told:
-        yield Moment(row.t - BESIDE, f"before {row.said}", row.bodies)
-        yield Moment(row.t + BESIDE, f"after {row.said}", row.bodies)
+        yield FrameMoment(row.t - BESIDE, f"before {row.said}", row.bodies)
+        yield FrameMoment(row.t + BESIDE, f"after {row.said}", row.bodies)
 
 
-def _decided(evidence: Data, actions: Data) -> Iterator[Moment]:
+def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     """Yield the moments that decide expectations: failed ones first, measures before events."""
     rows = []
     for name, found in (evidence.get("expect") or {}).items():
@@ -103,12 +103,12 @@ def _decided(evidence: Data, actions: Data) -> Iterator[Moment]:
         part = "measures" if asked.get("measure") else "events"
         if found.get("at") is not None:
             about = (actions.get(part) or {}).get(asked.get(part[:-1]))
-            rows.append((found.get("ok") is True, part, Moment(found["at"], f"expect:{name}", _bodies(about))))
+            rows.append((found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", _bodies(about))))
     rows.sort(key=lambda row: (row[0], row[1] == "events"))
     yield from [moment for *_, moment in rows][:DECIDED]
 
 
-def _deformed(evidence: Data) -> Iterator[Moment]:
+def _deformed(evidence: Data) -> Iterator[FrameMoment]:
     """Yield the moments of largest strain, stretch and compression."""
     found = []
     for body, row in (evidence.get("deformables") or {}).items():
@@ -116,12 +116,12 @@ def _deformed(evidence: Data) -> Iterator[Moment]:
             worst = row.get(name) or {}
             value = worst.get("value")
             if value is not None and (abs(value - 1) if name == "volume" else value) >= least:
-                found.append(Moment(worst["at"], f"greatest {name} of {body}", (body,)))
+                found.append(FrameMoment(worst["at"], f"greatest {name} of {body}", (body,)))
                 break
     yield from found[:DEFORMED]
 
 
-def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
+def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
     """Return the frames to show, in the film's order: first and last, the wanted moments, and evenly spaced others.
 
     Args:
@@ -149,14 +149,14 @@ def chosen(wanted: Sequence[Moment], pictures: Sequence["Frame"], count: int) ->
     return sorted(found, key=lambda one: one.frame.k)
 
 
-def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[Moment]:
+def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
     """Yield the middles of the longest spans without a chosen frame."""
     for _ in range(GAPS):
         frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
         spans = [(b.k - a.k, a.k) for a, b in pairwise(frames)]
         longest, first = max(spans, default=(0, 0))
         if WIDE * longest > len(pictures):
-            yield Moment(pictures[first + longest // 2].t)
+            yield FrameMoment(pictures[first + longest // 2].t)
 
 
 def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:

@@ -25,7 +25,7 @@ from text2sim.agents.page_selection import (
 )
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
-from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
+from text2sim.spec_schema.published.reference_sections import SECTIONS, ReferenceSection
 from text2sim.spec_schema.vocabulary.docstrings import model_doc
 
 OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze", "clay", "concrete", "copper",
@@ -132,7 +132,7 @@ def measured_kinds() -> tuple[str, ...]:
     return tuple(kind for title in ("Measures", "Events") for kind in _kinds_of(title))
 
 
-def _models(section: Section, wanted: Collection[str] | None) -> set[str]:
+def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[str]:
     """Names of the models of a page that the wanted kinds use."""
     names = [model.__name__ for model in section.models]
     if wanted is None or len(names) == 1 and names[0] not in NEEDED:
@@ -350,7 +350,7 @@ def _kinds_of(title: str) -> tuple[str, ...]:
     return tuple(section_kinds(section.models))
 
 
-def _sections(titles: Iterable[str]) -> list[Section]:
+def _sections(titles: Iterable[str]) -> list[ReferenceSection]:
     by_title = {section.title: section for section in SECTIONS}
     return [by_title[title] for title in titles]
 

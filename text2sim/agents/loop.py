@@ -14,12 +14,12 @@ from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import exhibit, kept, with_effects
 from text2sim.agents.criticism import criticise
 from text2sim.agents.dealt_cards import DealtCards, signs
-from text2sim.agents.deciding import Report, decide
+from text2sim.agents.deciding import AttemptReport, decide
 from text2sim.agents.journal import Emit
-from text2sim.agents.loop_result import Limits, Outcome, State
+from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
 from text2sim.agents.mending import Mending
 from text2sim.agents.models.exchange import ModelError, StoppedError
-from text2sim.agents.planning import Request, Tried, make_plan, plan_text
+from text2sim.agents.planning import Request, TriedPlan, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
@@ -46,7 +46,7 @@ class AgentLoop:
     """
 
     def __init__(
-        self, case: Path, request: Request, chat: Conversation, dealt: DealtCards, emit: Emit, limits: Limits
+        self, case: Path, request: Request, chat: Conversation, dealt: DealtCards, emit: Emit, limits: LoopLimits
     ) -> None:
         self.case, self.path, self.request = case, case / "case.yaml", request
         self.chat, self.dealt, self.emit, self.limits = chat, dealt, emit, limits
@@ -70,18 +70,18 @@ class AgentLoop:
 
     # --- ways in ----------------------------------------------------------------------------------------------
 
-    def generate(self) -> Outcome:
+    def generate(self) -> LoopOutcome:
         """Generate a case from the request."""
         return self.ending(self._generated)
 
-    def _generated(self) -> Outcome:
+    def _generated(self) -> LoopOutcome:
         self.emit("stage", name="plan")
         self.require(take_apart(self.chat, self.request.text, self.request.images))
         plan = make_plan(self.chat, self.request, self.dealt, self.path)
         self.agreement.expect(plan, plan.checks.expect)
         self._tell(plan)
         if plan.possible == "no":
-            return Outcome("impossible", plan.why, plan=plan)
+            return LoopOutcome("impossible", plan.why, plan=plan)
         if self.prewarm:
             self.attempts.runner.start()
         return self.work(self._drafted(), "first version")
@@ -91,7 +91,7 @@ class AgentLoop:
         self.request = replace(self.request, requirements=requirements)
         self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
-    def ending(self, way: Callable[[], Outcome]) -> Outcome:
+    def ending(self, way: Callable[[], LoopOutcome]) -> LoopOutcome:
         """Run an entry point of the loop, and turn whatever ends it into an outcome.
 
         Raises:
@@ -110,7 +110,7 @@ class AgentLoop:
         finally:
             self.attempts.close()
 
-    def work(self, text: str, cause: str) -> Outcome:
+    def work(self, text: str, cause: str) -> LoopOutcome:
         """Improve a case until it is accepted or a bound is reached.
 
         Args:
@@ -169,7 +169,7 @@ class AgentLoop:
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
-        tried = Tried(why, self._history(), self.agreement.plan, self.agreement.first, self.left())
+        tried = TriedPlan(why, self._history(), self.agreement.plan, self.agreement.first, self.left())
         plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
@@ -201,7 +201,7 @@ class AgentLoop:
 
     # --- one attempt ------------------------------------------------------------------------------------------
 
-    def _try(self, attempt: Attempt) -> Report:
+    def _try(self, attempt: Attempt) -> AttemptReport:
         """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
         examined, problems = self.mending.checked(attempt)
@@ -212,7 +212,7 @@ class AgentLoop:
             attempt.problems = problems
             self.attempts.keep(attempt)
             self.emit("unsound", number=attempt.number, problems=problems[:20])
-            return Report(problems=problems, rules=rules)
+            return AttemptReport(problems=problems, rules=rules)
         assert examined.loaded is not None
         self.agreement.see(attempt.text)
         contract = self.agreement.take_down(examined)
@@ -227,11 +227,11 @@ class AgentLoop:
         if not attempt.evidence:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
-            return Report(problems=problems, rules=rules)
+            return AttemptReport(problems=problems, rules=rules)
         self.attempts.look_up(attempt, self.agreement.plan, examined.loaded)
         if attempt.state == "finished" and not attempt.missed(list(attempt.expect)):
             self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress)
-        report = Report(evidence=with_effects(self.made, attempt), rules=rules)
+        report = AttemptReport(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
             evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
@@ -269,7 +269,7 @@ class AgentLoop:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
         rules = frozenset(problem.rule for problem in examined.warnings)
-        decision = self._decided(attempt, Report(doubts=doubts, rules=rules), before_run=True)
+        decision = self._decided(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
             return examined  # run it all the same: the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
@@ -297,7 +297,7 @@ class AgentLoop:
 
     # --- what is done next ------------------------------------------------------------------------------------
 
-    def _decided(self, attempt: Attempt, report: Report, *, before_run: bool = False) -> Decision:
+    def _decided(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         plan = self.agreement.plan
@@ -351,7 +351,7 @@ class AgentLoop:
 
     # --- ends -------------------------------------------------------------------------------------------------
 
-    def outcome(self, state: State, why: str) -> Outcome:
+    def outcome(self, state: State, why: str) -> LoopOutcome:
         """Publish the best attempt, and return the outcome."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names), default=None)
         unresolved: list[str] = []
@@ -362,4 +362,4 @@ class AgentLoop:
             unresolved = [f"{name}: {self.agreement.plan.says.get(name, '')}" for name in missed]
             unresolved += best.shortcomings(self.request.requirements)
         self.emit("ended", state=state, why=why, best=best.number if best else None)
-        return Outcome(state, why, best, unresolved, self.agreement.plan)
+        return LoopOutcome(state, why, best, unresolved, self.agreement.plan)

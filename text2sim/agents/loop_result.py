@@ -11,7 +11,7 @@ State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 
 
 @dataclass(frozen=True)
-class Limits:
+class LoopLimits:
     """Bounds of a loop, besides tokens, cost and time."""
 
     attempts: int = 30
@@ -27,7 +27,7 @@ class Limits:
 
 
 @dataclass
-class Outcome:
+class LoopOutcome:
     """Result of a loop."""
 
     state: State

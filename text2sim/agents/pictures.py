@@ -8,7 +8,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.frame_choice import Moment, Shown, chosen, moments, with_attached
+from text2sim.agents.frame_choice import FrameMoment, Shown, chosen, moments, with_attached
 from text2sim.legibility.film import spread
 from text2sim.runtime.trouble import keep_details
 
@@ -109,7 +109,7 @@ def _filmed(run: Path) -> Iterator[Row]:
         return  # a run without a film, or of another version: use the preview
 
 
-def _wanted(run: Path, evidence: dict[str, Any]) -> list[Moment]:
+def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     """Moments worth showing; the case need not be readable."""
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
@@ -231,7 +231,7 @@ def _unshown(look: dict[str, Any]) -> str:
     return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
 
 
-def moments_of(run: Path) -> list[Moment]:
+def moments_of(run: Path) -> list[FrameMoment]:
     """Moments of a run with evidence; empty without it."""
     try:
         return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))

@@ -41,7 +41,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Tried:
+class TriedPlan:
     """Result of an earlier plan."""
 
     why: str
@@ -59,7 +59,7 @@ PLANNING = 6
 
 
 def make_plan(
-    chat: Conversation, request: Request, dealt: "DealtCards", path: Path, tried: Tried | None = None
+    chat: Conversation, request: Request, dealt: "DealtCards", path: Path, tried: TriedPlan | None = None
 ) -> CasePlan:
     """Ask the Planner for a plan; it may read some pages first.
 
@@ -91,7 +91,7 @@ def make_plan(
     return chat.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
 
 
-def _tried(tried: Tried | None) -> str:
+def _tried(tried: TriedPlan | None) -> str:
     if tried is None:
         return ""
     expect = yaml_text({"says": tried.plan.says, "checks": {"expect": tried.first.expect}})
@@ -101,7 +101,7 @@ def _tried(tried: Tried | None) -> str:
 
 
 def _check_plan(
-    plan: CasePlan, dealt: "DealtCards", path: Path, requirements: Requirements, tried: Tried | None
+    plan: CasePlan, dealt: "DealtCards", path: Path, requirements: Requirements, tried: TriedPlan | None
 ) -> None:
     if plan.possible == "no":
         if not plan.why:

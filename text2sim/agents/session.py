@@ -24,7 +24,7 @@ from text2sim.agents.existing_case import amend
 from text2sim.agents.inputs import add_inputs, described, probed
 from text2sim.agents.journal import Journal, Listener
 from text2sim.agents.loop import AgentLoop
-from text2sim.agents.loop_result import Limits, Outcome
+from text2sim.agents.loop_result import LoopLimits, LoopOutcome
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint
 from text2sim.agents.models.endpoint import endpoint_of as _endpoint_of
@@ -46,7 +46,7 @@ IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 
 
 @dataclass
-class Wish:
+class SessionWish:
     """Request, models and budget of a session."""
 
     kind: Kind
@@ -77,12 +77,14 @@ class Session:
         wish: Request, models and budget.
     """
 
-    def __init__(self, case: Path, wish: Wish) -> None:
+    def __init__(self, case: Path, wish: SessionWish) -> None:
         self.case, self.wish, self.folder = case, wish, case / "generation"
         self.account = Account()
 
     @classmethod
-    def begin(cls, case: Path, wish: Wish, images: list[Path], assets: list[Path], licence: str = "") -> "Session":
+    def begin(
+        cls, case: Path, wish: SessionWish, images: list[Path], assets: list[Path], licence: str = ""
+    ) -> "Session":
         """Begin with a new request; what comes with it is repaired, checked and registered as assets of the case.
 
         Args:
@@ -130,11 +132,13 @@ class Session:
         """
         file = case / "generation" / "request.json"
         try:
-            return cls(case, Wish(**json.loads(file.read_text("utf-8"))))
+            return cls(case, SessionWish(**json.loads(file.read_text("utf-8"))))
         except (OSError, ValueError, TypeError) as error:
             raise RunError(f"{file}: nothing to go on with ({error})") from None
 
-    def run(self, listener: Listener, stop: Callable[[], bool] = lambda: False, *, prewarm: bool = False) -> Outcome:
+    def run(
+        self, listener: Listener, stop: Callable[[], bool] = lambda: False, *, prewarm: bool = False
+    ) -> LoopOutcome:
         """Run the loop to its end.
 
         Args:
@@ -162,10 +166,10 @@ class Session:
         probed(self.case, wish.inputs, journal)
         request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.minutes)
         loop = AgentLoop(
-            self.case, request, chat, dealt, journal, Limits(wish.attempts, wish.sim_timeout, budget.minutes_left)
+            self.case, request, chat, dealt, journal, LoopLimits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )
         loop.style, loop.prewarm = wish.style, prewarm
-        outcome: Outcome | None = None
+        outcome: LoopOutcome | None = None
         try:
             if wish.kind == "generate":
                 outcome = loop.generate()
@@ -175,7 +179,7 @@ class Session:
         finally:
             self._write(loop, dealt, outcome, budget)
 
-    def _write(self, loop: AgentLoop, dealt: DealtCards, outcome: Outcome | None, budget: Budget) -> None:
+    def _write(self, loop: AgentLoop, dealt: DealtCards, outcome: LoopOutcome | None, budget: Budget) -> None:
         best = outcome.best if outcome else None
         record = {
             "state": outcome.state if outcome else "interrupted",

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.asset_intake.mechanism_check import MechanismReport, Subject, report_of, resolved
-from text2sim.asset_intake.tiny_case import BODY, Outcome, run_trial, tiny_case
+from text2sim.asset_intake.tiny_case import BODY, TrialOutcome, run_trial, tiny_case
 from text2sim.assets.manifest import Control, Motor
 from text2sim.spec_schema.errors import AssetError
 
@@ -27,7 +27,7 @@ PACE = 20.0
 
 
 @dataclass(frozen=True)
-class Answer:
+class JointResponse:
     """What a joint did."""
 
     target: float
@@ -47,7 +47,7 @@ class ProbeReport:
     state: str
     message: str
     """Why it ended early, or why a joint may not have answered."""
-    joints: Mapping[str, Answer]
+    joints: Mapping[str, JointResponse]
     given: tuple[str, ...]
     """Joints that have no motor of their own, and were given one for the probe."""
     left_out: tuple[str, ...]
@@ -108,7 +108,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
     )
 
 
-def _excuse(report: MechanismReport, answers: Mapping[str, Answer]) -> str:
+def _excuse(report: MechanismReport, answers: Mapping[str, JointResponse]) -> str:
     """Return why joints that were asked one by one may not have answered, if the mechanism gives a reason."""
     if report.loops and not all(one.answers for one in answers.values()):
         return "joints that constraints tie together hold each other back when one is driven alone"
@@ -182,7 +182,7 @@ def _goal(signal: _Signal) -> float:
     return signal.start + signal.target
 
 
-def _answer(number: int, signal: _Signal, outcome: Outcome) -> Answer:
+def _answer(number: int, signal: _Signal, outcome: TrialOutcome) -> JointResponse:
     times = outcome.series["time"]
     values = outcome.series[f"joint_{number}"]
     begin = min(range(len(times)), key=lambda k: abs(times[k] - signal.begin))
@@ -190,10 +190,12 @@ def _answer(number: int, signal: _Signal, outcome: Outcome) -> Answer:
     moved = values[end] - values[begin]
     moved = moved if math.isfinite(moved) else 0.0
     share = moved / signal.target if signal.target else 0.0
-    return Answer(signal.target, float(f"{moved:.6g}"), share >= ANSWERS)
+    return JointResponse(signal.target, float(f"{moved:.6g}"), share >= ANSWERS)
 
 
-def _control(name: str, report: MechanismReport, signals: list[_Signal], answers: Mapping[str, Answer]) -> Control:
+def _control(
+    name: str, report: MechanismReport, signals: list[_Signal], answers: Mapping[str, JointResponse]
+) -> Control:
     one = report.control[name]
     signal = next((signal for signal in signals if signal.joint == name), None)
     if signal is None or name not in answers:

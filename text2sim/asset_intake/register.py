@@ -8,7 +8,7 @@ from pathlib import Path
 from text2sim.assets.engine_files import PREFIX, rooted
 from text2sim.assets.manifest import Asset, Origin, register
 from text2sim.assets.mechanism import load_mechanism
-from text2sim.assets.mesh_repair import Wish
+from text2sim.assets.mesh_repair import RepairGoal
 from text2sim.assets.meshes import RepairedFile, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
 from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, keep, read_file
@@ -36,7 +36,7 @@ def add(
     file: Path,
     name: str,
     *,
-    wish: Wish | None = None,
+    wish: RepairGoal | None = None,
     licence: str = "",
     source: Origin = "imported",
     root: Path | None = None,
@@ -69,7 +69,7 @@ def add(
     raise AssetError(f"`{file.name}` is of a kind that is not read; it must end in one of {known}")
 
 
-def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Wish | None = None) -> Added:
+def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: RepairGoal | None = None) -> Added:
     """Have a mesh made from words, mend it, and bring it into a case.
 
     Args:

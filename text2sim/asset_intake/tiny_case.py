@@ -18,7 +18,7 @@ TIMEOUT = 900.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrialOutcome:
     """How a trial ended."""
 
     state: str
@@ -64,7 +64,7 @@ def first_of(error: SpecError) -> str:
     return "; ".join(rows[:3]) + (f"; and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
-def run_trial(loaded: "LoadedCase") -> Outcome:
+def run_trial(loaded: "LoadedCase") -> TrialOutcome:
     """Run a case in a folder that is gone afterwards, in a process of its own.
 
     Raises:
@@ -76,8 +76,8 @@ def run_trial(loaded: "LoadedCase") -> Outcome:
         try:
             result = run_case(loaded, runs=Path(place), film=False, timeout=TIMEOUT)
         except SpecError as error:
-            return Outcome("refused", first_of(error), 0.0, {})
-        return Outcome(result.state, _why(result), result.wall, _series(result.folder / "measures.csv"))
+            return TrialOutcome("refused", first_of(error), 0.0, {})
+        return TrialOutcome(result.state, _why(result), result.wall, _series(result.folder / "measures.csv"))
 
 
 def _why(result: "RunResult") -> str:

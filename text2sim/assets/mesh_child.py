@@ -38,10 +38,10 @@ def _check(request: dict[str, Any], path: Path) -> dict[str, Any]:
 
 def _repair(request: dict[str, Any], path: Path, folder: Path) -> dict[str, Any]:
     from text2sim.assets.mesh_intake import read_surface
-    from text2sim.assets.mesh_repair import Wish, repair
+    from text2sim.assets.mesh_repair import RepairGoal, repair
     from text2sim.assets.mesh_report import report
 
-    wish = Wish(**(request["wish"] or {}))
+    wish = RepairGoal(**(request["wish"] or {}))
     surface, notes = read_surface(path, wish.up)
     repaired = repair(surface, wish)
     suffix, content = repaired.file(request["suffix"])

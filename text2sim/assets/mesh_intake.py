@@ -11,7 +11,7 @@ import numpy as np
 
 from text2sim.assets.foreign_files import check_gltf
 from text2sim.assets.safe_write import MAX_FILE, read_file
-from text2sim.assets.surface import Paint, Surface, welded
+from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
@@ -34,7 +34,7 @@ def up_of(suffix: str) -> Up:
     return "y" if suffix in (".glb", ".gltf") else "z"
 
 
-def read_surface(path: Path, up: Up | None = None) -> tuple[Surface, tuple[str, ...]]:
+def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[str, ...]]:
     """Return a mesh file as a surface, and what was left out of it.
 
     Args:
@@ -87,7 +87,7 @@ def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from None
 
 
-def _surface(scene: Any) -> Surface:
+def _surface(scene: Any) -> TriangleMesh:
     """Return all meshes of a scene as one surface, in the coordinates of the file."""
     import trimesh
 
@@ -126,7 +126,7 @@ def _surface(scene: Any) -> Surface:
         raise AssetError("has vertices that are not finite")
     if np.abs(rows["vertices"]).max() > MAX_COORDINATE:
         raise AssetError(f"has coordinates above {MAX_COORDINATE:g}")
-    found = Surface(rows["vertices"], rows["faces"], rows["part"], tuple(paints), rows["uv"], rows["rgba"])
+    found = TriangleMesh(rows["vertices"], rows["faces"], rows["part"], tuple(paints), rows["uv"], rows["rgba"])
     return replace(found, uv=found.uv if painted else None, rgba=found.rgba if coloured else None)
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.assets.surface import Paint, Surface
+from text2sim.assets.surface import Paint, TriangleMesh
 from text2sim.spec_schema.errors import AssetError
 
 SUFFIXES = (".glb", ".obj")
@@ -12,13 +12,13 @@ CREASE = 0.6
 """Edges [rad] that are bent by less are drawn round."""
 
 
-def suffix_for(surface: Surface) -> str:
+def suffix_for(surface: TriangleMesh) -> str:
     """Return the kind of file that loses nothing of a surface."""
     plain = surface.uv is None and surface.rgba is None and all(paint == Paint() for paint in surface.paints)
     return ".obj" if plain else ".glb"
 
 
-def mesh_bytes(surface: Surface, suffix: str) -> bytes:
+def mesh_bytes(surface: TriangleMesh, suffix: str) -> bytes:
     """Return a surface as the content of a file.
 
     Args:
@@ -47,7 +47,7 @@ def mesh_bytes(surface: Surface, suffix: str) -> bytes:
     return content
 
 
-def corner_normals(surface: Surface) -> np.ndarray:
+def corner_normals(surface: TriangleMesh) -> np.ndarray:
     """Return the normal of each corner, (m, 3, 3): the mean over the triangles around it that lie nearly as its own."""
     from scipy.sparse import coo_matrix
 
@@ -71,7 +71,7 @@ def corner_normals(surface: Surface) -> np.ndarray:
     return sums / np.maximum(np.linalg.norm(sums, axis=2, keepdims=True), 1e-300)
 
 
-def _mesh(surface: Surface, normals: np.ndarray, paint: Paint) -> Any:
+def _mesh(surface: TriangleMesh, normals: np.ndarray, paint: Paint) -> Any:
     """Return a part as trimesh has it: a vertex for every place in space, in the picture, and of the light."""
     import trimesh
     from trimesh.visual import ColorVisuals, TextureVisuals

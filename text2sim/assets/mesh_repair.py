@@ -11,7 +11,7 @@ from text2sim.assets.mesh_intake import Up
 from text2sim.assets.mesh_output import mesh_bytes, suffix_for
 from text2sim.assets.mesh_report import faults
 from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
-from text2sim.assets.surface import Surface, welded
+from text2sim.assets.surface import TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 Origin = Literal["base", "mass", "keep"]
@@ -28,7 +28,7 @@ _SIZE = re.compile(r"(?:([xyz])=)?(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)")
 
 
 @dataclass(frozen=True)
-class Wish:
+class RepairGoal:
     """What a mesh shall become."""
 
     size: float | None = None
@@ -61,7 +61,7 @@ class Wish:
 class Repaired:
     """A repaired mesh."""
 
-    surface: Surface
+    surface: TriangleMesh
     done: tuple[str, ...]
     """What was done, in words."""
     remains: tuple[str, ...]
@@ -86,7 +86,7 @@ def parse_size(text: str) -> tuple[float, Literal["x", "y", "z"] | None]:
     return float(found[2]), axis if axis in ("x", "y", "z") else None  # type: ignore[return-value]
 
 
-def repair(surface: Surface, wish: Wish) -> Repaired:
+def repair(surface: TriangleMesh, wish: RepairGoal) -> Repaired:
     """Return what a surface becomes.
 
     Raises:
@@ -107,7 +107,7 @@ def repair(surface: Surface, wish: Wish) -> Repaired:
     return Repaired(surface, tuple(done), tuple(faults(surface)))
 
 
-def _cleaned(surface: Surface, wish: Wish, done: list[str]) -> Surface:
+def _cleaned(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
     before = len(surface.vertices), len(surface.faces)
     surface = without_doubles(welded(surface, MERGE * surface.diagonal))
     if not len(surface.faces):
@@ -123,7 +123,7 @@ def _cleaned(surface: Surface, wish: Wish, done: list[str]) -> Surface:
     return surface
 
 
-def _closed(surface: Surface, wish: Wish, done: list[str]) -> Surface:
+def _closed(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
     surface, turned = oriented(surface)
     if surface.edge_counts[0] and not surface.flat:
         surface, added = filled(surface, wish.holes, 1.0 if wish.openings else OPENING)
@@ -141,7 +141,7 @@ def _closed(surface: Surface, wish: Wish, done: list[str]) -> Surface:
     return surface
 
 
-def _simpler(surface: Surface, most: int, done: list[str]) -> Surface:
+def _simpler(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
     count = len(surface.faces)
     fewer = decimated(surface, most)
     if len(fewer.faces) < count:
@@ -149,7 +149,7 @@ def _simpler(surface: Surface, most: int, done: list[str]) -> Surface:
     return fewer
 
 
-def _scaled(surface: Surface, wish: Wish, done: list[str]) -> Surface:
+def _scaled(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
     if wish.size is None:
         return surface
     extent = surface.extent
@@ -162,7 +162,7 @@ def _scaled(surface: Surface, wish: Wish, done: list[str]) -> Surface:
     return surface.move(surface.vertices * factor)
 
 
-def _moved(surface: Surface, origin: Origin, done: list[str]) -> Surface:
+def _moved(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
     if origin == "keep":
         return surface
     used = surface.used
@@ -177,7 +177,7 @@ def _moved(surface: Surface, origin: Origin, done: list[str]) -> Surface:
     return surface.move(surface.vertices - middle)
 
 
-def _center_of_mass(surface: Surface) -> np.ndarray:
+def _center_of_mass(surface: TriangleMesh) -> np.ndarray:
     middle = surface.used.mean(axis=0)
     corners = surface.vertices[surface.faces] - middle
     volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.assets.surface import Surface
+from text2sim.assets.surface import TriangleMesh
 
 MAX_TRIANGLES = 200_000
 """What a case can have of one mesh."""
@@ -60,7 +60,7 @@ class MeshReport:
         return asdict(self)
 
 
-def report(surface: Surface, name: str, size: int, notes: tuple[str, ...] = ()) -> MeshReport:
+def report(surface: TriangleMesh, name: str, size: int, notes: tuple[str, ...] = ()) -> MeshReport:
     """Return what a surface is like.
 
     Args:
@@ -96,7 +96,7 @@ def report(surface: Surface, name: str, size: int, notes: tuple[str, ...] = ()) 
     )
 
 
-def faults(surface: Surface) -> list[str]:
+def faults(surface: TriangleMesh) -> list[str]:
     """Return what stands in the way of using a surface as a body, in words."""
     found = []
     if surface.edge_counts[0]:
@@ -116,7 +116,7 @@ def faults(surface: Surface) -> list[str]:
     return found
 
 
-def _remarks(surface: Surface, thickness: float | None) -> list[str]:
+def _remarks(surface: TriangleMesh, thickness: float | None) -> list[str]:
     found, largest = [], float(surface.extent.max())
     if largest > LARGE:
         found.append(f"is {largest:.3g} m large as it is; say its size if that is not meant")
@@ -130,19 +130,19 @@ def _remarks(surface: Surface, thickness: float | None) -> list[str]:
     return found
 
 
-def _specks(surface: Surface) -> int:
+def _specks(surface: TriangleMesh) -> int:
     low, high = surface.bounds_of_components()
     length = np.linalg.norm(high - low, axis=1)
     return int((length < SPECK * length.max()).sum())
 
 
-def _slivers(surface: Surface) -> int:
+def _slivers(surface: TriangleMesh) -> int:
     corners = surface.vertices[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     return int((2 * surface.areas() < SLIVER * longest**2).sum())
 
 
-def wall_thickness(surface: Surface) -> float | None:
+def wall_thickness(surface: TriangleMesh) -> float | None:
     """Return the thickness [m] that nineteen of twenty places of a closed surface exceed; None if no ray met a wall.
 
     Rays go inwards from places that are spread evenly over the surface.

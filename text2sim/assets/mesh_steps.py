@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from text2sim.assets.surface import Surface, welded
+from text2sim.assets.surface import TriangleMesh, welded
 
 Array = np.ndarray
 CLOSED_AGAIN = 0.02
 """Part of the volume that may change where edges of more than two triangles are opened and closed again."""
 
 
-def without_doubles(surface: Surface) -> Surface:
+def without_doubles(surface: TriangleMesh) -> TriangleMesh:
     """Return a surface without triangles that have a corner twice, or the corners of another."""
     faces = np.sort(surface.faces, axis=1)
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
@@ -25,7 +25,7 @@ def without_doubles(surface: Surface) -> Surface:
     return surface.keep(real & once)
 
 
-def without_debris(surface: Surface, part: float) -> tuple[Surface, int]:
+def without_debris(surface: TriangleMesh, part: float) -> tuple[TriangleMesh, int]:
     """Return a surface without specks, and how many there were.
 
     Args:
@@ -39,7 +39,7 @@ def without_debris(surface: Surface, part: float) -> tuple[Surface, int]:
     return (surface.keep(~small[own]), int(small.sum())) if small.any() else (surface, 0)
 
 
-def oriented(surface: Surface) -> tuple[Surface, int]:
+def oriented(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
     """Return a surface whose triangles face outwards, and how many were turned around.
 
     Neighbours are made to agree; then a piece that encloses a negative volume is turned as a whole, unless it lies in
@@ -64,7 +64,7 @@ def _enclosed(low: Array, high: Array, volumes: Array, number: int) -> bool:
     return bool(around.any())
 
 
-def _disagreeing(surface: Surface) -> Array:
+def _disagreeing(surface: TriangleMesh) -> Array:
     """Return which triangles to turn so that neighbours agree, as far as the surface lets them."""
     import pymeshlab
     import trimesh
@@ -80,7 +80,7 @@ def _disagreeing(surface: Surface) -> Array:
     return np.any([(faces == one).all(axis=1) for one in turned], axis=0)
 
 
-def filled(surface: Surface, most: int, part: float = 1.0) -> tuple[Surface, int]:
+def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[TriangleMesh, int]:
     """Return a surface whose holes are closed, and how many triangles that took.
 
     Args:
@@ -118,9 +118,9 @@ def filled(surface: Surface, most: int, part: float = 1.0) -> tuple[Surface, int
     )
 
 
-def _lids(surface: Surface, faces: Array) -> Array:
+def _lids(surface: TriangleMesh, faces: Array) -> Array:
     """Return the diagonal [m] of the lid that each of some triangles is a part of."""
-    lids = Surface(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
+    lids = TriangleMesh(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
     low, high = lids.bounds_of_components()
     return np.linalg.norm(high - low, axis=1)[lids.components[1]]
 
@@ -129,7 +129,7 @@ def _extended(values: Array | None, source: Array) -> Array | None:
     return None if values is None else np.concatenate([values, values.reshape(-1, values.shape[-1])[source]])
 
 
-def unknotted(surface: Surface, most: int) -> Surface:
+def unknotted(surface: TriangleMesh, most: int) -> TriangleMesh:
     """Return a surface without edges of more than two triangles, if it can be closed again there; else as it was."""
     import pymeshlab
 
@@ -147,7 +147,7 @@ def unknotted(surface: Surface, most: int) -> Surface:
     return better if better.watertight and changed <= CLOSED_AGAIN * before else surface
 
 
-def decimated(surface: Surface, most: int) -> Surface:
+def decimated(surface: TriangleMesh, most: int) -> TriangleMesh:
     """Return a surface with at most so many triangles, if they let it, as near to what it was as can be."""
     fewer = surface
     for careful in (True, False):
@@ -163,7 +163,7 @@ def decimated(surface: Surface, most: int) -> Surface:
     return fewer
 
 
-def _decimated_bare(surface: Surface, most: int, careful: bool) -> Surface:
+def _decimated_bare(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
     from scipy.spatial import KDTree
 
     found = _filtered(
@@ -185,7 +185,7 @@ def _decimated_bare(surface: Surface, most: int, careful: bool) -> Surface:
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
 
-def _decimated_painted(surface: Surface, most: int, careful: bool) -> Surface:
+def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
     """Return a surface with fewer triangles whose picture still lies where it lay.
 
     The library knows of pictures only what it reads from files; parts are told apart by where they lie in the picture.
@@ -223,7 +223,7 @@ def _decimated_painted(surface: Surface, most: int, careful: bool) -> Surface:
     return replace(surface, vertices=vertices, faces=faces, part=part, uv=uv, rgba=rgba)
 
 
-def wrapped(surface: Surface, fineness: float) -> Surface:
+def wrapped(surface: TriangleMesh, fineness: float) -> TriangleMesh:
     """Return a closed skin around a surface, however broken that is; it has no picture.
 
     Args:
@@ -236,7 +236,7 @@ def wrapped(surface: Surface, fineness: float) -> Surface:
     found = _filtered(surface, lambda scene: scene.generate_alpha_wrap(alpha=alpha, offset=offset))
     faces = found.faces
     paint = replace(surface.paints[int(np.bincount(surface.part).argmax())], picture=None)
-    return Surface(found.vertices, faces, np.zeros(len(faces), np.int64), (paint,))
+    return TriangleMesh(found.vertices, faces, np.zeros(len(faces), np.int64), (paint,))
 
 
 class _Found(NamedTuple):
@@ -247,7 +247,7 @@ class _Found(NamedTuple):
     tags: Array
 
 
-def _filtered(surface: Surface, work: Callable[[Any], object], scalar: Array | None = None) -> _Found:
+def _filtered(surface: TriangleMesh, work: Callable[[Any], object], scalar: Array | None = None) -> _Found:
     """Return what a filter of the library makes of a shape; triangles are tagged by their number, or as is said."""
     import pymeshlab
 

@@ -18,7 +18,7 @@ from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
     from text2sim.assets.mesh_intake import Up
-    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.mesh_repair import RepairGoal
     from text2sim.assets.mesh_report import MeshReport
 
 CHILD = "text2sim.assets.mesh_child"
@@ -55,7 +55,7 @@ def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
     return _report(found["report"])
 
 
-def repair_mesh(path: Path, wish: "Wish | None" = None, suffix: str | None = None) -> RepairedFile:
+def repair_mesh(path: Path, wish: "RepairGoal | None" = None, suffix: str | None = None) -> RepairedFile:
     """Return what a mesh file becomes; the file itself stays as it is.
 
     Args:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
-from text2sim.assets.meshy_ledger import Ledger, Order, Stage, Task
+from text2sim.assets.meshy_ledger import MeshyTask, Order, OrderLedger, Stage
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class Meshy:
             raise AssetError(f"`{base[:80]}` is not an https address")
         self.base, self.budget, self.timeout, self.say = base.rstrip("/"), budget, timeout, say
         self._pause, self._clock, self._end = pause, clock, 0.0
-        self._ledger = Ledger(case)
+        self._ledger = OrderLedger(case)
 
     def make(self, wish: Order3D) -> bytes:
         """Return the .glb of a wish: made, or fetched if it was made before.
@@ -144,7 +144,7 @@ class Meshy:
             raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again for another try")
         return found
 
-    def _ask(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> Task:
+    def _ask(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> MeshyTask:
         price, spent = wish.price(stage), self._ledger.spent()
         if spent + price > self.budget:
             raise RunError(
@@ -153,7 +153,7 @@ class Meshy:
             )
         if (former := order.tasks.get(stage)) is not None:
             order.former.append(former)
-        task = order.tasks[stage] = Task(asked=int(time.time() * 1000), price=price)
+        task = order.tasks[stage] = MeshyTask(asked=int(time.time() * 1000), price=price)
         self._ledger.write(key, order)
         body: dict[str, Any] = {"mode": stage}
         if stage == "preview":
@@ -171,7 +171,9 @@ class Meshy:
         self.say(f"meshy: {stage} asked for, about {price} credits")
         return task
 
-    def _wait(self, client: "httpx.Client", stage: Stage, task: Task, changed: Callable[[], None]) -> dict[str, Any]:
+    def _wait(
+        self, client: "httpx.Client", stage: Stage, task: MeshyTask, changed: Callable[[], None]
+    ) -> dict[str, Any]:
         pause, last = FIRST, -1
         while True:
             found = self._send(client, "GET", f"{PATH}/{task.id}", missing={"status": "EXPIRED"})
@@ -193,7 +195,7 @@ class Meshy:
             self._sleep(pause)
             pause = min(pause * 1.5, LAST)
 
-    def _lost(self, client: "httpx.Client", stage: Stage, wish: Order3D, task: Task) -> str:
+    def _lost(self, client: "httpx.Client", stage: Stage, wish: Order3D, task: MeshyTask) -> str:
         """Return the name of a task whose name was never received; empty if it was never made."""
         found = self._send(client, "GET", f"{PATH}?page_num=1&page_size=50&sort_by=-created_at")
         rows, known = found.get("items", []), self._ledger.known()

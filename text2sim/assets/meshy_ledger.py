@@ -13,7 +13,7 @@ Stage = Literal["preview", "refine"]
 
 
 @dataclass
-class Task:
+class MeshyTask:
     """One task, from before it is asked for to its end."""
 
     asked: int
@@ -44,13 +44,13 @@ class Order:
 
     prompt: str
     options: dict[str, Any] = field(default_factory=dict)
-    tasks: dict[str, Task] = field(default_factory=dict)
+    tasks: dict[str, MeshyTask] = field(default_factory=dict)
     """By stage: `preview`, `refine`."""
-    former: list[Task] = field(default_factory=list)
+    former: list[MeshyTask] = field(default_factory=list)
     """Those that came to nothing."""
 
 
-class Ledger:
+class OrderLedger:
     """The orders of a case. Every change is on disk before the next request goes out."""
 
     def __init__(self, case: Path) -> None:
@@ -95,5 +95,5 @@ class Ledger:
 
 
 def _order(row: dict[str, Any]) -> Order:
-    tasks = {str(stage): Task(**task) for stage, task in row["tasks"].items()}
-    return Order(str(row["prompt"]), dict(row["options"]), tasks, [Task(**task) for task in row["former"]])
+    tasks = {str(stage): MeshyTask(**task) for stage, task in row["tasks"].items()}
+    return Order(str(row["prompt"]), dict(row["options"]), tasks, [MeshyTask(**task) for task in row["former"]])

@@ -49,7 +49,7 @@ DIRECTORIES = ("assetdir", "meshdir", "texturedir")
 
 
 @dataclass
-class Draft:
+class MechanismDraft:
     """A model on its way to a mechanism."""
 
     text: str
@@ -60,7 +60,7 @@ class Draft:
     """Whether some link's mass is left to its shape and density."""
 
 
-def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
+def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDraft:
     """Return the model with its files taken into the bundle, and with a name for every body and joint.
 
     Args:
@@ -80,7 +80,7 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
         _set_base(root, free=base == "free")
     if root.find("tendon") is not None:
         notes.append("the engine makes motors on joints out of motors on tendons, and reads nothing else of tendons")
-    return Draft(write_markup(root), notes)
+    return MechanismDraft(write_markup(root), notes)
 
 
 def _check_elements(root: ET.Element) -> None:

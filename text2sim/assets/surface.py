@@ -26,7 +26,7 @@ class Paint:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class TriangleMesh:
     """A triangle mesh, z up."""
 
     vertices: Array
@@ -62,7 +62,7 @@ class Surface:
         middle = self.used - self.used.mean(axis=0)
         return bool(np.sqrt(np.linalg.eigvalsh(middle.T @ middle / len(middle))[0].clip(0)) < 1e-6 * self.diagonal)
 
-    def keep(self, faces: Array) -> "Surface":
+    def keep(self, faces: Array) -> "TriangleMesh":
         """Return the surface with some of its triangles: numbers, or a mask."""
         return replace(
             self,
@@ -72,7 +72,7 @@ class Surface:
             rgba=None if self.rgba is None else self.rgba[faces],
         )
 
-    def flip(self, mask: Array) -> "Surface":
+    def flip(self, mask: Array) -> "TriangleMesh":
         """Return the surface with some triangles turned around."""
 
         def turned(values: Array) -> Array:
@@ -87,7 +87,7 @@ class Surface:
             rgba=None if self.rgba is None else turned(self.rgba),
         )
 
-    def move(self, vertices: Array) -> "Surface":
+    def move(self, vertices: Array) -> "TriangleMesh":
         """Return the surface with its vertices elsewhere."""
         return replace(self, vertices=vertices)
 
@@ -148,7 +148,7 @@ class Surface:
         return low, high
 
 
-def welded(surface: Surface, tolerance: float) -> Surface:
+def welded(surface: TriangleMesh, tolerance: float) -> TriangleMesh:
     """Return a surface in which vertices that are nearer to each other than a tolerance [m] are one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

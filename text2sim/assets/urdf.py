@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 from text2sim.assets.answer_cache import cached
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
-from text2sim.assets.mjcf import MAX_LINKS, Draft
+from text2sim.assets.mjcf import MAX_LINKS, MechanismDraft
 from text2sim.spec_schema.errors import AssetError, nearest
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
@@ -28,7 +28,7 @@ JUDGED = {"limits": dict, "inertialess": bool}
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 
 
-def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
+def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDraft:
     """Return the model with its files taken into the bundle.
 
     Args:
@@ -50,7 +50,7 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> Draft:
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
     judged = cached([rules, text.encode(), b"free" if free else b"held"], JUDGED, lambda: _judge(text, free=free))
-    return Draft(text, notes, judged["limits"], judged["inertialess"])
+    return MechanismDraft(text, notes, judged["limits"], judged["inertialess"])
 
 
 def _judge(text: str, *, free: bool) -> dict[str, Any]:

@@ -32,7 +32,7 @@ _T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
-class Entry:
+class CardEntry:
     """A card of the library."""
 
     card: Card
@@ -55,10 +55,10 @@ class Entry:
 
 
 @dataclass
-class Library:
+class CardLibrary:
     """All cards that could be read, and what is wrong with the rest."""
 
-    entries: dict[str, Entry] = field(default_factory=dict)
+    entries: dict[str, CardEntry] = field(default_factory=dict)
     """By id, sorted."""
     problems: list[Problem] = field(default_factory=list)
 
@@ -66,7 +66,7 @@ class Library:
         """Return one line for each card: what a Planner chooses from."""
         return "\n".join(entry.card.index_line() for entry in self.entries.values())
 
-    def find(self, name: str) -> Entry:
+    def find(self, name: str) -> CardEntry:
         """Return a card.
 
         Raises:
@@ -78,7 +78,7 @@ class Library:
         raise SpecError([Problem("", f"there is no card `{name[:60]}`", file="cards", hint=hint, rule="unknown-card")])
 
 
-def load_library(folders: list[Path] | None = None) -> Library:
+def load_library(folders: list[Path] | None = None) -> CardLibrary:
     """Read the built-in cards and those of the user.
 
     Args:
@@ -90,11 +90,11 @@ def load_library(folders: list[Path] | None = None) -> Library:
     if folders is None:
         more = os.environ.get(VARIABLE)
         folders = [BUILT_IN, *([Path(more)] if more else [])]
-    library, found = Library(), dict[str, Entry]()
+    library, found = CardLibrary(), dict[str, CardEntry]()
     for folder in folders:
         for place in _card_folders(folder, library.problems):
             try:
-                entry = Entry(_card(_read(place / CARD_FILE, MAX_CARD), place.name), place)
+                entry = CardEntry(_card(_read(place / CARD_FILE, MAX_CARD), place.name), place)
             except SpecError as error:
                 library.problems += error.problems
                 continue
@@ -135,7 +135,7 @@ def check_card(
     return card, bad, good
 
 
-def check_entry(entry: Entry) -> tuple[Card, LoadedCase, LoadedCase]:
+def check_entry(entry: CardEntry) -> tuple[Card, LoadedCase, LoadedCase]:
     """Check a card of the library with its two cases; see `check_card`.
 
     Raises:

@@ -48,7 +48,7 @@ class Applies(Model):
     """Who needs it."""
 
 
-class Finding(Model):
+class CardFinding(Model):
     """What came of one of the two cases."""
 
     outcome: Outcome
@@ -62,8 +62,8 @@ class Experience(Model):
 
     case: Line
     """The scene, in words."""
-    failing: Finding
-    repaired: Finding
+    failing: CardFinding
+    repaired: CardFinding
     measured_on: Annotated[dict[Word, Word], Field(min_length=1, max_length=5)]
     """Versions of what ran it, by package."""
 

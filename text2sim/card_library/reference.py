@@ -2,7 +2,7 @@
 
 from typing import get_args
 
-from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, Entry, Library, load_library
+from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, CardEntry, CardLibrary, load_library
 from text2sim.card_library.model import Mode, Role
 from text2sim.card_library.retrieval import SAME
 
@@ -84,7 +84,7 @@ prompts, one that the ledger does not know (`distill CASE` makes such), or one t
 """
 
 
-def cards_reference(library: Library | None = None) -> str:
+def cards_reference(library: CardLibrary | None = None) -> str:
     """Return the text of the page."""
     entries = (library or load_library([BUILT_IN])).entries.values()
     intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
@@ -94,7 +94,7 @@ def cards_reference(library: Library | None = None) -> str:
     return intro + "\n".join(rows) + "\n"
 
 
-def _row(entry: Entry) -> str:
+def _row(entry: CardEntry) -> str:
     seen = entry.card.evidence
     failing = f"{seen.failing.observed} (`{seen.failing.outcome}`)"
     cells = (f"`{entry.id}`", entry.card.title, failing, seen.repaired.observed)

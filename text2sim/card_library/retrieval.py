@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from text2sim.card_library.library import Entry, Library
+from text2sim.card_library.library import CardEntry, CardLibrary
 from text2sim.card_library.model import Card, Mode, Role
 
 SIGNATURE, MODE, WORDS = 3.0, 1.0, 2.0
@@ -29,7 +29,7 @@ _SHORTEST = 3
 class Match:
     """A card that was found, and why."""
 
-    entry: Entry
+    entry: CardEntry
     score: float
     signatures: tuple[str, ...]
     """Signatures that it shares with the query."""
@@ -40,7 +40,7 @@ class Match:
 
 
 def find_cards(
-    library: Library,
+    library: CardLibrary,
     *,
     text: str,
     role: Role | None = None,
@@ -103,7 +103,7 @@ def _plain(signature: str) -> str:
     return " ".join(signature.lower().removeprefix("lint:").removeprefix("state:").split())
 
 
-def _text(entry: Entry) -> str:
+def _text(entry: CardEntry) -> str:
     """What is searched. The title and the tags count twice: they say in a word what the rest tells at length."""
     card = entry.card
     head = [card.title, *card.applies.tags, *card.applies.signatures, card.id]

@@ -6,7 +6,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.card_library.library import Entry, check_entry
+from text2sim.card_library.library import CardEntry, check_entry
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Verdict:
 
 
 def verify_cards(
-    entries: Iterable[Entry],
+    entries: Iterable[CardEntry],
     *,
     runs: Path,
     jobs: int = 1,
@@ -88,7 +88,7 @@ def verify_cards(
 
 
 def verify_card(
-    entry: Entry,
+    entry: CardEntry,
     *,
     runs: Path,
     timeout: float = TIMEOUT,

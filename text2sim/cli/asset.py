@@ -14,7 +14,7 @@ from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.asset_intake.register import Added
-    from text2sim.assets.mesh_repair import Wish
+    from text2sim.assets.mesh_repair import RepairGoal
 
 asset = typer.Typer(
     help="Meshes, mechanisms and pictures of a case: checked, repaired, made, tried.",
@@ -232,12 +232,12 @@ def list_assets(case: _Case, as_json: _AsJson = False) -> None:
     raise typer.Exit(exits.INPUT if wrong else exits.OK)
 
 
-def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "Wish":
-    from text2sim.assets.mesh_repair import Wish, parse_size
+def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "RepairGoal":
+    from text2sim.assets.mesh_repair import RepairGoal, parse_size
 
     length, along = parse_size(size) if size else (None, None)
     axis = up.value if up is not None else None
-    return Wish(length, along, axis, origin.value, triangles, openings=close, wrap=wrap)
+    return RepairGoal(length, along, axis, origin.value, triangles, openings=close, wrap=wrap)
 
 
 def _say_added(added: "Added", as_json: bool) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from text2sim.cluster.run import Where
     from text2sim.cluster.task import Task
     from text2sim.service.examined import Examined
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and what came of them.")
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
@@ -61,7 +61,7 @@ def export_cases(
 
 
 def examined(
-    cases: "Iterable[Path]", runs: Path, overlay: "Overlay | None" = None
+    cases: "Iterable[Path]", runs: Path, overlay: "CaseOverlay | None" = None
 ) -> "tuple[list[Examined], dict[int, list[Task]]]":
     """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number.
 
@@ -76,9 +76,9 @@ def examined(
     from text2sim.engine_benchmark.statement import read_statement
     from text2sim.service.examined import examine, find_cases
     from text2sim.spec_schema.errors import Text2SimError
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
-    rows = [examine(path, overlay=overlay or Overlay()) for path in find_cases(cases)]
+    rows = [examine(path, overlay=overlay or CaseOverlay()) for path in find_cases(cases)]
     known, tasks = measured(runs), dict[int, list[Task]]()
     for number, row in enumerate(rows):
         try:

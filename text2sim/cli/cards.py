@@ -10,7 +10,7 @@ from text2sim.cli.learned_cards import distill_cards, show_ledger
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.card_library.library import Library
+    from text2sim.card_library.library import CardLibrary
     from text2sim.card_library.retrieval import Match
     from text2sim.card_library.verify import Verdict
 
@@ -130,7 +130,7 @@ def verify(
     raise typer.Exit(exits.INTERRUPTED if not complete else exits.INPUT if problems else code)
 
 
-def _library() -> "Library":
+def _library() -> "CardLibrary":
     from text2sim.card_library.library import load_library
 
     return load_library()
@@ -163,11 +163,11 @@ def _match(match: "Match") -> dict[str, Any]:
     }
 
 
-def _problems(library: "Library") -> list[dict[str, Any]]:
+def _problems(library: "CardLibrary") -> list[dict[str, Any]]:
     return [problem.as_dict() for problem in library.problems]
 
 
-def _say_problems(library: "Library") -> None:
+def _say_problems(library: "CardLibrary") -> None:
     from text2sim.cli.output import say_problems
 
     say_problems(library.problems, {})

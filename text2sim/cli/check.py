@@ -33,7 +33,7 @@ def check(
     """Find the problems of cases without running them."""
     from text2sim.cli.output import say_json
     from text2sim.service.examined import Examined, examine, find_cases
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     if rules or explain:
         from text2sim.cli.rules import say_rule, say_rules
@@ -47,7 +47,7 @@ def check(
         base = examine(path, overlay=overlay)
         names = list(base.loaded.written.data.get("variants") or ()) if all_variants and base.loaded else []
         for number, more in enumerate([(), *((name,) for name in names)]):
-            row = examine(path, overlay=overlay + Overlay(more)) if number else base
+            row = examine(path, overlay=overlay + CaseOverlay(more)) if number else base
             rows.append(row)
             if not as_json:
                 _say(row, base if number else None, settings=settings)

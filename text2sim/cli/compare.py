@@ -8,7 +8,7 @@ import typer
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.comparison.compare import Comparison
+    from text2sim.comparison.compare import RunComparison
 
 SHOWN = 40
 """Most rows of differences in the terminal; the page has all."""
@@ -39,7 +39,7 @@ def compare_runs(
     say(f"page: {shown(path)}")
 
 
-def _say(comparison: "Comparison") -> None:
+def _say(comparison: "RunComparison") -> None:
     from rich import box
     from rich.console import Console
     from rich.table import Table

@@ -14,7 +14,7 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.cluster.task import Task
     from text2sim.dataset.build import Tally
-    from text2sim.dataset.simulate import Made
+    from text2sim.dataset.simulate import DrawResult
 
 dataset = typer.Typer(
     help="Datasets of films, of what happens in them, and of questions about it.",
@@ -57,7 +57,7 @@ def build_dataset(
     from text2sim.service.phrases import seconds, shown
     from text2sim.spec_schema.errors import RunError
 
-    def tell(tally: "Tally", made: "Made") -> None:
+    def tell(tally: "Tally", made: "DrawResult") -> None:
         if not as_json:
             keys = ", ".join(item.key for item in made.items) or "nothing"
             each = (monotonic() - begun) / tally.fresh if tally.fresh else 0.0

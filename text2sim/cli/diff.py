@@ -8,7 +8,7 @@ import typer
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.revision.compare import Comparison
+    from text2sim.revision.compare import CaseComparison
     from text2sim.revision.side import Side
 
 EFFECTS = 20
@@ -38,11 +38,11 @@ def diff(
     from text2sim.cli.output import say_json
     from text2sim.revision.compare import compare
     from text2sim.revision.side import open_side
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     with ExitStack() as stack:
-        one = stack.enter_context(open_side(a, Overlay(tuple(variant_a or ()))))
-        other = stack.enter_context(open_side(b, Overlay(tuple(variant_b or ()))))
+        one = stack.enter_context(open_side(a, CaseOverlay(tuple(variant_a or ()))))
+        other = stack.enter_context(open_side(b, CaseOverlay(tuple(variant_b or ()))))
         found = compare(one, other, runs if not (stat or as_json) and runs.is_dir() else None)
     if as_json:
         say_json(found.operations)
@@ -54,7 +54,7 @@ def diff(
     raise typer.Exit(exits.OK if found.same else exits.PHYSICS)
 
 
-def report_lines(found: "Comparison") -> list[str]:
+def report_lines(found: "CaseComparison") -> list[str]:
     """Return the lines that describe the differences by section, and their consequences."""
     from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 
@@ -68,7 +68,7 @@ def report_lines(found: "Comparison") -> list[str]:
     return [*lines, *_run_lines(found)]
 
 
-def stat_lines(found: "Comparison") -> list[str]:
+def stat_lines(found: "CaseComparison") -> list[str]:
     """Return the lines that count the differences."""
     from text2sim.spec_schema.changes.diff_words import sections
 
@@ -82,7 +82,7 @@ def stat_lines(found: "Comparison") -> list[str]:
     return lines
 
 
-def _run_lines(found: "Comparison") -> list[str]:
+def _run_lines(found: "CaseComparison") -> list[str]:
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
     from text2sim.service.phrases import shown

@@ -14,7 +14,7 @@ from text2sim.cli.request_text import File, words_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.agents.loop_result import Outcome
+    from text2sim.agents.loop_result import LoopOutcome
     from text2sim.agents.session import Kind, Session
 
 MODEL = "TEXT2SIM_MODEL"
@@ -133,7 +133,7 @@ def _session(
     assets: Sequence[Path] = (),
     licence: str = "",
 ) -> "Session":
-    from text2sim.agents.session import Session, Wish
+    from text2sim.agents.session import Session, SessionWish
 
     models = _models(options.model)
     if options.resume:
@@ -149,7 +149,7 @@ def _session(
 
     for name in _needed(models).values():
         endpoint_of(name, case)  # a typo in a name should leave no files behind
-    wish = Wish(
+    wish = SessionWish(
         kind, text, models, options.attempts, options.tokens, options.cost, options.minutes, options.sim_timeout,
         cards=not options.no_cards, base=base, style=options.style,
     )  # fmt: skip
@@ -204,7 +204,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
     raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
 
 
-def outcome_document(session: "Session", outcome: "Outcome") -> dict[str, Any]:
+def outcome_document(session: "Session", outcome: "LoopOutcome") -> dict[str, Any]:
     """Return the document that `--json` prints."""
     best = outcome.best
     return {

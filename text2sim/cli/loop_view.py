@@ -12,7 +12,7 @@ from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
     from text2sim.agents.journal import Listener
-    from text2sim.agents.loop_result import Outcome
+    from text2sim.agents.loop_result import LoopOutcome
     from text2sim.agents.session import Session
 
 TITLES = {
@@ -136,7 +136,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
     return []
 
 
-def say_outcome(session: "Session", outcome: "Outcome") -> None:
+def say_outcome(session: "Session", outcome: "LoopOutcome") -> None:
     """Print the outcome of a loop, its cost, and the paths of its files."""
     say("")
     say(f"{outcome.state.replace('_', ' ')}: {outcome.why}")

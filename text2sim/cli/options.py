@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 Variants = Annotated[
     list[str] | None,
@@ -21,11 +21,11 @@ Sets = Annotated[
 ]
 
 
-def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "Overlay":
+def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "CaseOverlay":
     """Return the overlay of a case that `--variant` and `--set` define."""
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
-    return Overlay(tuple(variants or ()), tuple(sets or ()))
+    return CaseOverlay(tuple(variants or ()), tuple(sets or ()))
 
 
 def with_options(group: type, **defaults: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:

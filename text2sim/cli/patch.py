@@ -40,7 +40,7 @@ def patch(
     from text2sim.cli.output import say_json, say_problems
     from text2sim.revision.files import rewrite
     from text2sim.revision.patch_file import read_patch
-    from text2sim.revision.revise import Refused, revise
+    from text2sim.revision.revise import RefusedPatch, revise
     from text2sim.service.examined import case_file
     from text2sim.spec_schema.changes.patch import PatchError
     from text2sim.spec_schema.text.source import decode_source, read_source
@@ -60,7 +60,7 @@ def patch(
         else:
             say_problems([problem], {given.file: given.text})
         raise typer.Exit(exits.INPUT) from None
-    except Refused as refused:
+    except RefusedPatch as refused:
         _say_refused(refused, file, wanted, as_json)
         raise typer.Exit(exits.INPUT) from None
     if as_json:

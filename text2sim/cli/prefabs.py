@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from text2sim.spec_schema.reuse.library import Definition, Library
+    from text2sim.spec_schema.reuse.library import Definition, PrefabLibrary
 
 
 def prefabs(
@@ -32,10 +32,10 @@ def prefabs(
     raise typer.Exit(code)
 
 
-def _library(case: Path | None) -> "Library":
+def _library(case: Path | None) -> "PrefabLibrary":
     from text2sim.service.examined import case_file
     from text2sim.spec_schema.reuse.catalogue import library
-    from text2sim.spec_schema.reuse.library import Library
+    from text2sim.spec_schema.reuse.library import PrefabLibrary
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
 
@@ -43,10 +43,10 @@ def _library(case: Path | None) -> "Library":
         return library()
     file = case_file(case)
     document = parse_document(read_source(file))
-    return Library(document, file.parent) if isinstance(document.data, dict) else library(file.parent)
+    return PrefabLibrary(document, file.parent) if isinstance(document.data, dict) else library(file.parent)
 
 
-def _list(library: "Library", as_json: bool) -> int:
+def _list(library: "PrefabLibrary", as_json: bool) -> int:
     """Print one line for each prefab, including broken ones, and return the exit code."""
     from text2sim.cli.output import say, say_json
     from text2sim.service import exits
@@ -62,14 +62,14 @@ def _list(library: "Library", as_json: bool) -> int:
     return exits.OK if len(usable) == len(found) else exits.INPUT
 
 
-def _find(library: "Library", name: str) -> "Definition | None":
+def _find(library: "PrefabLibrary", name: str) -> "Definition | None":
     """Return a prefab, or None after printing why there is none."""
     from text2sim.cli.output import say
-    from text2sim.spec_schema.reuse.library import Missing
+    from text2sim.spec_schema.reuse.library import MissingPrefab
 
     try:
         return library.find(name)
-    except Missing as missing:
+    except MissingPrefab as missing:
         hint = f"; did you mean `{missing.hint}`?" if missing.hint else ""
         say(f"{missing}{hint}", to=sys.stderr)
         for problem in missing.problems:

@@ -15,7 +15,7 @@ from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
     from text2sim.rendering.budget import Fitted
-    from text2sim.rendering.film import Filming, Progress, Reel
+    from text2sim.rendering.film import Filming, FilmProgress, Reel
     from text2sim.runtime.stop import Stop
 
 EVERY = 15.0
@@ -151,7 +151,7 @@ def render(
 
 def trace_films(
     fit: "Fitted",
-    tell: "Callable[[Progress], None]",
+    tell: "Callable[[FilmProgress], None]",
     stop: "Stop",
     minutes: float = inf,
     part: "Callable[[Reel], str]" = lambda reel: "",
@@ -194,7 +194,7 @@ class Teller:
         self._begun = self._next = monotonic()
         self._quiet, self._sums = quiet, {}
 
-    def __call__(self, progress: "Progress") -> None:
+    def __call__(self, progress: "FilmProgress") -> None:
         """Count a finished frame and report."""
         self._done += 1
         if progress.seconds:

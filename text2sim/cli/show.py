@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
     from text2sim.compiler.explicit import Explicit
     from text2sim.service.examined import Examined
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 
 def show(
@@ -61,7 +61,7 @@ def show(
     raise typer.Exit(row.exit)
 
 
-def _resolve(row: "Examined", case: Path, overlay: "Overlay") -> "Resolution | None":
+def _resolve(row: "Examined", case: Path, overlay: "CaseOverlay") -> "Resolution | None":
     """Resolve a case; its problems are added to `row`. The lint is skipped: a picture may help to fix its findings."""
     from text2sim.compiler.build import resolve_case
     from text2sim.spec_schema.errors import Text2SimError
@@ -79,13 +79,13 @@ def _resolve(row: "Examined", case: Path, overlay: "Overlay") -> "Resolution | N
     return resolution
 
 
-def _draw(resolution: "Resolution", target: Path, overlay: "Overlay") -> None:
+def _draw(resolution: "Resolution", target: Path, overlay: "CaseOverlay") -> None:
     from text2sim.drawing.layout import write_layout
 
     write_layout(resolution, target, _said(overlay))
 
 
-def _said(overlay: "Overlay") -> str:
+def _said(overlay: "CaseOverlay") -> str:
     """Description of the overlay."""
     names = [f"variant {' + '.join(overlay.variants)}"] if overlay.variants else []
     return ", ".join([*names, *overlay.sets])
@@ -96,7 +96,7 @@ def _print(
     resolution: "Resolution",
     found: "Explicit",
     picture: Path | None,
-    overlay: "Overlay",
+    overlay: "CaseOverlay",
     as_json: bool,
 ) -> None:
     from text2sim.cli.cases import say_examined

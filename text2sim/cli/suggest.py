@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
-    from text2sim.rendering.suggest import Proposal
+    from text2sim.rendering.suggest import RenderProposal
 
 
 def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
@@ -52,7 +52,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
         say("--write puts it into the case")
 
 
-def _document(proposal: "Proposal", *, written: bool) -> dict[str, Any]:
+def _document(proposal: "RenderProposal", *, written: bool) -> dict[str, Any]:
     return {
         "ok": True,
         "render": proposal.render,
@@ -66,7 +66,7 @@ def _document(proposal: "Proposal", *, written: bool) -> dict[str, Any]:
     }
 
 
-def _reasons(proposal: "Proposal") -> list[str]:
+def _reasons(proposal: "RenderProposal") -> list[str]:
     """Describe the legibility of bodies, as lines."""
     lines = [
         f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"

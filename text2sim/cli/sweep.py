@@ -12,11 +12,11 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.service.examined import Examined
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 
 def run_sweep(
-    path: Path, overlay: "Overlay", name: str, grid: list[str], options: dict[str, Any], *, as_json: bool
+    path: Path, overlay: "CaseOverlay", name: str, grid: list[str], options: dict[str, Any], *, as_json: bool
 ) -> int:
     """Run a sweep of a case, and return the exit code: the worst of its runs.
 
@@ -73,7 +73,7 @@ def run_sweep(
     return code
 
 
-def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, Overlay]]":
+def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, CaseOverlay]]":
     """Label and overlay of each run; empty, with the reason in `base`, if there are none."""
     from text2sim.spec_schema.errors import RunError, SpecError
     from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of

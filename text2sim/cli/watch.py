@@ -13,7 +13,7 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
     from text2sim.spec_schema.errors import Problem
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
     from text2sim.watching.live_run import LiveRun
     from text2sim.watching.protocols import Checked
 
@@ -46,7 +46,7 @@ def watch(
     from text2sim.spec_schema.errors import RunError
     from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
-    from text2sim.watching.session import Options, Session
+    from text2sim.watching.session import Options, WatchSession
 
     path = case_file(case)
     if not path.is_file():
@@ -71,7 +71,7 @@ def watch(
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(timeout=timeout, memory=int(memory * 1e9))
-            session = Session(path, folder, lambda: _examine(path, overlay), state, _Terminal(), options)
+            session = WatchSession(path, folder, lambda: _examine(path, overlay), state, _Terminal(), options)
             if browser:
                 _open(server.url)
             session.run(lambda: stop.count)
@@ -80,7 +80,7 @@ def watch(
     raise typer.Exit(exits.INTERRUPTED)
 
 
-def _examine(path: Path, overlay: "Overlay") -> "Examined":
+def _examine(path: Path, overlay: "CaseOverlay") -> "Examined":
     """Read a case, and look whether this machine can run it."""
     from text2sim.runtime.machine_check import check_ability
     from text2sim.service.examined import examine

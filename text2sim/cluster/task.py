@@ -33,7 +33,7 @@ class Needs:
 
 @dataclass(frozen=True)
 class Task:
-    """A function of ours that is called somewhere else, with a `Place` and with arguments."""
+    """A function of ours that is called somewhere else, with a `TaskPlace` and with arguments."""
 
     function: str
     """`text2sim.folder.module:function`; it returns what JSON can hold. A result with `again: true` may come out
@@ -76,7 +76,7 @@ class Done:
 
 
 @dataclass
-class Place:
+class TaskPlace:
     """What a function that runs as a task finds where it runs."""
 
     inputs: dict[str, Path]
@@ -87,7 +87,7 @@ class Place:
     """Runs programs, in an engine that stays warm if the worker has one."""
 
 
-def call(order: Mapping[str, Any], place: Place) -> dict[str, Any]:
+def call(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
     """Call the function of a task.
 
     Raises:

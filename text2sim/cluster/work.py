@@ -4,11 +4,11 @@ import os
 import shutil
 from typing import Any
 
-from text2sim.cluster.task import Place
+from text2sim.cluster.task import TaskPlace
 
 
 def simulate(
-    place: Place,
+    place: TaskPlace,
     *,
     file: str = "case.yaml",
     variants: list[str],
@@ -22,7 +22,7 @@ def simulate(
     Args:
         place: With the folder of the case as input `case`, and the user's prefabs, if there are any, as `prefabs`.
         file: Name of the case's file in it.
-        variants: As in `Overlay`, and so are `sets` and `point`.
+        variants: As in `CaseOverlay`, and so are `sets` and `point`.
         sets: See there.
         point: See there.
         lint: Findings to keep with the run.
@@ -35,11 +35,11 @@ def simulate(
     from text2sim.recording.record import COMPLETE
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.reuse.library import VARIABLE
-    from text2sim.spec_schema.reuse.overlay import Overlay
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     if "prefabs" in place.inputs:
         os.environ[VARIABLE] = str(place.inputs["prefabs"])
-    overlay = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
+    overlay = CaseOverlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
     loaded = load_case(place.inputs["case"] / file, overlay)
     result = run_case(loaded, runs=place.output, stop=place.stop, runner=place.runner, lint=lint, **options)
     again = result.state not in COMPLETE or result.stopped or bool(result.film_message)
@@ -47,7 +47,7 @@ def simulate(
 
 
 def render(
-    place: Place,
+    place: TaskPlace,
     *,
     quality: str,
     size: list[int] | None,

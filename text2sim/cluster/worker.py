@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import Place, call
+from text2sim.cluster.task import TaskPlace, call
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 
@@ -43,7 +43,7 @@ class Worker:
         """Return what the function of a task returned, as `result`, or `error` with the reason."""
         inputs = {name: Path(path) for name, path in order["inputs"].items()}
         try:
-            place = Place(inputs, Path(order["output"] or "."), self.stop, self._runner)
+            place = TaskPlace(inputs, Path(order["output"] or "."), self.stop, self._runner)
             return {"result": call(order, place)}
         except (Text2SimError, OSError) as error:
             return {"error": str(error), "machine": isinstance(error, MachineError | OSError)}

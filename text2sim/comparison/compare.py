@@ -8,7 +8,7 @@ from text2sim.spec_schema.paths import dotted
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RunComparison:
     """Runs side by side. Every row has a cell for each run, in their order; None where a run has none."""
 
     runs: list[Run]
@@ -35,9 +35,9 @@ class Comparison:
         }
 
 
-def compare(runs: list[Run]) -> Comparison:
+def compare(runs: list[Run]) -> RunComparison:
     """Put runs side by side."""
-    return Comparison(
+    return RunComparison(
         runs,
         _spec(runs),
         _rows(runs, "expect"),

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.comparison.compare import Comparison
+from text2sim.comparison.compare import RunComparison
 from text2sim.comparison.runs import Run
 from text2sim.evidence.page import EMBEDDED, data_uri, films_script, read_films, render_page
-from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, Line, plot_series
+from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, PlotLine, plot_series
 from text2sim.recording.run_files import read_measures
 from text2sim.recording.states import Array
 from text2sim.spec_schema.whole_files import write_atomically
@@ -18,7 +18,7 @@ STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLU
 """A run keeps its colour and dashes through all plots."""
 
 
-def write_comparison(comparison: Comparison, path: Path) -> Path:
+def write_comparison(comparison: RunComparison, path: Path) -> Path:
     """Write the page.
 
     Args:
@@ -53,7 +53,7 @@ def _films(runs: list[Run], path: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def _plots(comparison: Comparison) -> list[tuple[str, str]]:
+def _plots(comparison: RunComparison) -> list[tuple[str, str]]:
     series = [read_measures(run.folder) for run in comparison.runs]
     found = []
     with TemporaryDirectory() as folder:
@@ -67,7 +67,7 @@ def _plots(comparison: Comparison) -> list[tuple[str, str]]:
     return found
 
 
-def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: str) -> tuple[Array, list[Line]]:
+def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: str) -> tuple[Array, list[PlotLine]]:
     """Bring the series of one measure to the times of all runs: those of one that ended early end there."""
     times = [time for time, columns in series if name in columns]
     if not times:
@@ -78,5 +78,5 @@ def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: 
         if name not in columns or not len(own):
             continue
         values = np.interp(time, own, columns[name], right=np.nan) if len(own) > 1 else columns[name]
-        lines.append(Line(run.label, values, color, dashes))
+        lines.append(PlotLine(run.label, values, color, dashes))
     return time, lines

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.contact_materials import Bounces, bounces, contact_damping, resists_rolling
-from text2sim.compiler.controls import Rows, lower_controls, lower_motions
+from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
@@ -43,7 +43,7 @@ class Resolution:
     """Copies by static or body."""
     lowering: Lowering
     """Pieces, trees, model files, motors."""
-    rows: Rows
+    rows: ControlRows
     """Controls, lowered."""
     settings: Settings
     plan: Plan
@@ -186,7 +186,9 @@ def _groups(
     return tuple(groups)
 
 
-def _traits(lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: Rows, bounce: Bounces) -> Traits:
+def _traits(
+    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: ControlRows, bounce: Bounces
+) -> Traits:
     trees = [tree for tree in lowering.trees.values()]
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(copy.model.startable for copy in moving if not isinstance(copy.model, Deformable))

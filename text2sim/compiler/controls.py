@@ -18,7 +18,7 @@ from text2sim.compiler.plan import (
     Prescribed,
     Push,
     Removal,
-    Velocity,
+    StartVelocity,
     Weld,
     Wrench,
 )
@@ -58,10 +58,10 @@ FOREVER = 1e9
 
 
 @dataclass
-class Rows:
+class ControlRows:
     """What the controls come to."""
 
-    velocities: list[Velocity] = field(default_factory=list)
+    velocities: list[StartVelocity] = field(default_factory=list)
     drives: list[JointDrive] = field(default_factory=list)
     wrenches: list[Wrench] = field(default_factory=list)
     welds: list[Weld] = field(default_factory=list)
@@ -86,7 +86,7 @@ def lower_controls(
     points: BodyPoints,
     soft: SoftControls | None = None,
     held: Mapping[str, Collection[str]] | None = None,
-) -> Rows:
+) -> ControlRows:
     """Return the rows for all controls, in the order of the case.
 
     Args:
@@ -97,7 +97,7 @@ def lower_controls(
         soft: Lowers those of deformable bodies; None if there are none.
         held: Joints whose actuators have a stiffness, by copy.
     """
-    rows = Rows(problems=check_solvers(loaded))
+    rows = ControlRows(problems=check_solvers(loaded))
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)
@@ -144,7 +144,7 @@ def _reach(
     link: str,
     points: BodyPoints,
     held: Collection[str],
-    rows: Rows,
+    rows: ControlRows,
     line: int,
     name: str,
 ) -> None:
@@ -165,13 +165,13 @@ def _lower(
     copy: Copy,
     part: str | None,
     copies: dict[str, list[Copy]],
-    rows: Rows,
+    rows: ControlRows,
     line: int,
     name: str,
     points: BodyPoints,
 ) -> None:
     if isinstance(control, InitialVelocity):
-        rows.velocities.append(Velocity(copy.name, control.linear, control.angular, line, name))
+        rows.velocities.append(StartVelocity(copy.name, control.linear, control.angular, line, name))
     elif isinstance(control, Impulse):
         # A blow is a force of one step: the program divides by its time step.
         rows.wrenches.append(

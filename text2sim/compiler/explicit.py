@@ -24,7 +24,7 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyPoint, BodyRegion
 from text2sim.spec_schema.text.canonical import dump_layout
 from text2sim.spec_schema.text.document import Path
-from text2sim.spec_schema.text.layout import Entry, plain_layout
+from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout
 from text2sim.spec_schema.vocabulary.words import fields_of
 
 AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
@@ -117,7 +117,7 @@ def _put(data: Any, path: Path, value: Any) -> None:
     data[path[-1]] = value
 
 
-def _entry_at(root: Entry, path: Path) -> Entry | None:
+def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
     entry = root
     for step in path:
         if not isinstance(entry.value, list):

@@ -4,7 +4,7 @@ from typing import Any
 
 from text2sim.compiler.film_cameras import (
     Ball,
-    Ground,
+    FilmedScene,
     check_targets,
     derived_camera,
     derived_decisions,
@@ -40,7 +40,7 @@ def resolve_render(
     start, end = span_of(render.during, duration)
     end = min(end, duration)
     width, height = render.resolution
-    ground = Ground(placed, moving, balls, points, width / height)
+    ground = FilmedScene(placed, moving, balls, points, width / height)
     cameras = {name: resolve_camera(camera, ground) for name, camera in render.cameras.items()}
     given = render.model_fields_set
     paced, lit = bool(given & {"during", "speed", "shots"}), bool(render.lights)

@@ -33,7 +33,7 @@ AROUND, LARGE = 2.0, 3.0
 """A static nearer than this many sizes of what moves is shown too, if it is not larger than this many."""
 
 
-class Ground(NamedTuple):
+class FilmedScene(NamedTuple):
     """What cameras need to know of the scene at the start."""
 
     placed: dict[str, list[Copy]]
@@ -53,7 +53,7 @@ class Ground(NamedTuple):
         return [ball for copy in chosen for ball in self.balls.get(copy.name, [(copy.pos, 0.05)])]
 
 
-def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
+def resolve_camera(camera: Camera, ground: FilmedScene) -> dict[str, Any]:
     """Return a camera as plain numbers; one with a frame stands where it shows all as it is at the start."""
     plain: dict[str, Any] = {"kind": camera.kind, "up": camera.up, "fov": round(camera.field, 4)}
     if camera.f_stop is not None:
@@ -91,7 +91,7 @@ def resolve_camera(camera: Camera, ground: Ground) -> dict[str, Any]:
     return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), ground), ground)
 
 
-def derived_camera(ground: Ground) -> dict[str, Any]:
+def derived_camera(ground: FilmedScene) -> dict[str, Any]:
     """Return a still camera that shows everything that moves, over all of the film."""
     moving = _to_the_ground(ground.around(ground.moving), ground)
     statics = _near_statics(moving, ground)
@@ -108,7 +108,7 @@ def derived_camera(ground: Ground) -> dict[str, Any]:
     return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, ground)
 
 
-def derived_decisions(ground: Ground, *, paced: bool, lit: bool) -> dict[str, Any]:
+def derived_decisions(ground: FilmedScene, *, paced: bool, lit: bool) -> dict[str, Any]:
     """Return what is left to `templates/directing.py`, which knows what was recorded.
 
     Args:
@@ -126,7 +126,7 @@ def derived_decisions(ground: Ground, *, paced: bool, lit: bool) -> dict[str, An
     }  # fmt: skip
 
 
-def resolve_target(target: Any, ground: Ground) -> Vec:
+def resolve_target(target: Any, ground: FilmedScene) -> Vec:
     """Return where something is at the start: the middle of all copies, links or regions that are meant."""
     region = None
     if isinstance(target, BodyPoint):
@@ -148,7 +148,7 @@ def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: Bod
         points: Finds points of regions.
     """
     problems = []
-    ground = Ground(placed, (), {}, points, 1.0)
+    ground = FilmedScene(placed, (), {}, points, 1.0)
     render = loaded.case.render
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
         for name, thing in things.items():
@@ -164,7 +164,7 @@ def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: Bod
     return problems
 
 
-def extent(ground: Ground) -> tuple[Vec, float]:
+def extent(ground: FilmedScene) -> tuple[Vec, float]:
     """Return the middle [m] of what a film is about at the start, and the radius [m] of a ball around it."""
     moving = ground.around(ground.moving)
     balls = moving + ground.around(_near_statics(moving, ground)) if moving else ground.around(ground.placed)
@@ -172,12 +172,12 @@ def extent(ground: Ground) -> tuple[Vec, float]:
     return _rounded((a + b) / 2 for a, b in zip(low, high, strict=True)), round(dist(low, high) / 2, 4)
 
 
-def ground_planes(ground: Ground) -> list[Copy]:
+def ground_planes(ground: FilmedScene) -> list[Copy]:
     """Return the level grounds of the scene."""
     return [copy for copy in _planes(ground) if abs(copy.quat[1]) + abs(copy.quat[2]) < 1e-9]
 
 
-def _focus(focus: Any, ground: Ground) -> Any:
+def _focus(focus: Any, ground: FilmedScene) -> Any:
     if not isinstance(focus, str):
         return resolve_target(focus, ground)
     copies, link = select(focus, ground.placed)
@@ -186,14 +186,14 @@ def _focus(focus: Any, ground: Ground) -> Any:
     return {"body": copies[0].name, "link": link}
 
 
-def _frame(camera: Still | Orbit, ground: Ground) -> dict[str, Any]:
+def _frame(camera: Still | Orbit, ground: FilmedScene) -> dict[str, Any]:
     assert camera.frame is not None
     margin = MARGIN if camera.margin is None else camera.margin
     within = None if camera.within is None else (camera.within.min, camera.within.max)
     return {"bodies": _plain_names(camera.frame, ground), "margin": margin, "within": within}
 
 
-def _plain_names(selectors: list[str], ground: Ground) -> list[str]:
+def _plain_names(selectors: list[str], ground: FilmedScene) -> list[str]:
     """Selectors as recorded states know them: a body for all its copies, or copies one by one, and links of them."""
     found = []
     for selector in selectors:
@@ -208,7 +208,7 @@ def _names(selectors: list[str]) -> list[str]:
     return list(dict.fromkeys(split(selector)[0] for selector in selectors))
 
 
-def _framed(camera: dict[str, Any], balls: list[Ball], ground: Ground) -> dict[str, Any]:
+def _framed(camera: dict[str, Any], balls: list[Ball], ground: FilmedScene) -> dict[str, Any]:
     """Where the camera stands if nothing moves, in numbers that are pleasant to read."""
     from text2sim.templates.cameras import framed_balls  # not before it is needed: arrays take a tenth of a second
 
@@ -218,13 +218,13 @@ def _framed(camera: dict[str, Any], balls: list[Ball], ground: Ground) -> dict[s
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
 
 
-def _shown(names: list[str], ground: Ground) -> list[Ball]:
+def _shown(names: list[str], ground: FilmedScene) -> list[Ball]:
     """Return balls around what a frame is to show, as known at the start: what falls, down to the ground."""
     moving = ground.around([name for name in names if name in ground.moving])
     return _to_the_ground(moving, ground) + ground.around([name for name in names if name not in ground.moving])
 
 
-def _free_direction(names: Any, ground: Ground) -> Vec:
+def _free_direction(names: Any, ground: FilmedScene) -> Vec:
     """The way to a camera that sees bodies freely."""
     balls = _to_the_ground(ground.around(names), ground)
     low, high = _box(balls)
@@ -235,7 +235,7 @@ def _free_direction(names: Any, ground: Ground) -> Vec:
     return free_direction([center for center, _ in balls], statics, ground.points, 3 * max(x, y, z), (x, y, z))
 
 
-def _to_the_ground(balls: list[Ball], ground: Ground) -> list[Ball]:
+def _to_the_ground(balls: list[Ball], ground: FilmedScene) -> list[Ball]:
     """Balls, and where they fall to if there is ground below, and not too far."""
     levels = [copy.pos[2] for copy in ground_planes(ground)]
     level = max(levels) if levels else None
@@ -243,7 +243,7 @@ def _to_the_ground(balls: list[Ball], ground: Ground) -> list[Ball]:
     return balls + fallen
 
 
-def _near_statics(moving: list[Ball], ground: Ground) -> list[str]:
+def _near_statics(moving: list[Ball], ground: FilmedScene) -> list[str]:
     """Statics that stand near what moves, and are not too large to be shown with it."""
     if not moving:
         return [name for name in ground.placed if ground.around([name])]
@@ -262,7 +262,7 @@ def _near_statics(moving: list[Ball], ground: Ground) -> list[str]:
     return found
 
 
-def _planes(ground: Ground) -> list[Copy]:
+def _planes(ground: FilmedScene) -> list[Copy]:
     return [copy for copies in ground.placed.values() for copy in copies if _is_plane(copy)]
 
 

@@ -3,7 +3,7 @@
 from math import cos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
 
-from text2sim.compiler.film_cameras import Ground, extent, ground_planes, resolve_target
+from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import adapted, floor_of, place_of
 from text2sim.compiler.looks import STAGE
 from text2sim.compiler.shapes.rotation import Vec
@@ -109,7 +109,7 @@ STUDIOS = {
 }
 
 
-def resolve_light(render: Render, ground: Ground, camera: dict[str, Any]) -> dict[str, Any]:
+def resolve_light(render: Render, ground: FilmedScene, camera: dict[str, Any]) -> dict[str, Any]:
     """Return lights, backdrop and brightness as plain data.
 
     Args:
@@ -163,7 +163,7 @@ def color_of(color: Any) -> tuple[float, float, float]:
     return (round(red, 4), round(green, 4), round(blue, 4))
 
 
-def _light(light: Light, ground: Ground, center: Vec, radius: float) -> dict[str, Any]:
+def _light(light: Light, ground: FilmedScene, center: Vec, radius: float) -> dict[str, Any]:
     plain: dict[str, Any] = {"kind": light.kind, "strength": light.strength}
     if isinstance(light, Sky):
         return plain | {"direction": light.direction, "turbidity": light.turbidity}

@@ -6,13 +6,13 @@ A place is chosen from the case where nobody has said how it is lit or what is b
 from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
-from text2sim.compiler.film_cameras import Ground, extent, ground_planes
+from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
 from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
 
 
-class Place(NamedTuple):
+class FilmPlace(NamedTuple):
     """What a word for a place means."""
 
     lighting: str
@@ -28,14 +28,14 @@ class Place(NamedTuple):
 
 
 PLACES = {
-    "studio": Place("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
-    "workshop": Place("daylight", "wall", "slabs", "#9c9a96", "#e8e0d2"),
-    "warehouse": Place("daylight", "wall", "slabs", "#858a8e", "#c3ccd3"),
-    "room": Place("daylight", "wall", "boards", "#a98762", "#ece6da"),
-    "kitchen": Place("daylight", "wall", "tiles", "#b9b4ac", "#d6e2df"),
-    "tabletop": Place("daylight", "wall", "boards", "#b98f62", "#e2e6e8"),
-    "street": Place("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
-    "meadow": Place("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
+    "studio": FilmPlace("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
+    "workshop": FilmPlace("daylight", "wall", "slabs", "#9c9a96", "#e8e0d2"),
+    "warehouse": FilmPlace("daylight", "wall", "slabs", "#858a8e", "#c3ccd3"),
+    "room": FilmPlace("daylight", "wall", "boards", "#a98762", "#ece6da"),
+    "kitchen": FilmPlace("daylight", "wall", "tiles", "#b9b4ac", "#d6e2df"),
+    "tabletop": FilmPlace("daylight", "wall", "boards", "#b98f62", "#e2e6e8"),
+    "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
+    "meadow": FilmPlace("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
 }
 DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """What says something about light or about what is behind."""
@@ -73,7 +73,7 @@ def is_chosen(render: Render) -> bool:
     return not render.model_fields_set & DECIDED
 
 
-def place_of(render: Render, ground: Ground) -> Place | None:
+def place_of(render: Render, ground: FilmedScene) -> FilmPlace | None:
     """Return where a film takes place; None if the case has its own light or backdrop and names no place."""
     if render.setting is not None:
         return PLACES[render.setting]
@@ -95,7 +95,7 @@ def adapted(floor: dict[str, Any]) -> float:
     return round(min(max(USED_TO * log2(MIDDLE / max(bright, 1e-3)), -BOUND), BOUND), 4)
 
 
-def floor_of(place: Place, ground: Ground, radius: float, *, named: bool) -> dict[str, Any]:
+def floor_of(place: FilmPlace, ground: FilmedScene, radius: float, *, named: bool) -> dict[str, Any]:
     """Return the floor of a place, as plain data.
 
     A place that nobody named keeps the ground of the scene where that was given a colour or a finish.
@@ -116,7 +116,7 @@ def floor_of(place: Place, ground: Ground, radius: float, *, named: bool) -> dic
     return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(SHARE * radius, low), high))}
 
 
-def _apart(k: int, ground: Ground) -> float:
+def _apart(k: int, ground: FilmedScene) -> float:
     """How much all that moves stands out before a floor and its wall; glass counts as white."""
     colors = [oklab(rgba[:3]) for name in ground.moving for copy in ground.placed[name] for rgba in worn_by(copy)] + [
         oklab((1.0, 1.0, 1.0)) for copies in ground.placed.values() for copy in copies if has_glass(copy)

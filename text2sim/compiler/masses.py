@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from math import hypot
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
@@ -56,7 +56,9 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
     return found
 
 
-def known_speeds(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy], rows: Rows) -> dict[str, float]:
+def known_speeds(
+    lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy], rows: ControlRows
+) -> dict[str, float]:
     """Return the largest speed [m/s] that start velocities and blows alone give copies of bodies, by their names.
 
     A blow J gives a body of mass m the speed J / m, wherever it strikes; blows add up, as if all went one way.

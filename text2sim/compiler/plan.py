@@ -32,7 +32,7 @@ class Surface:
 
 
 @dataclass(frozen=True)
-class SoftFacts:
+class SoftRecord:
     """What whoever records a deformable body must know."""
 
     kind: str
@@ -75,7 +75,7 @@ class EntityPlan:
     """Class of the engine's materials, with its family before it where it is not rigid: `MPM.Elastic`."""
     material_options: dict[str, Any] = field(default_factory=dict)
     """Keyword arguments of the material besides rho and friction; of a deformable body, all of them."""
-    soft: SoftFacts | None = None
+    soft: SoftRecord | None = None
     """Of a deformable body."""
 
 
@@ -113,7 +113,7 @@ class JointChange:
 
 
 @dataclass(frozen=True)
-class Velocity:
+class StartVelocity:
     """Initial velocity of a free body."""
 
     entity: str
@@ -326,7 +326,7 @@ class Plan:
     unless some body bounces."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
-    velocities: tuple[Velocity, ...]
+    velocities: tuple[StartVelocity, ...]
     drives: tuple[JointDrive, ...]
     wrenches: tuple[Wrench, ...]
     welds: tuple[Weld, ...]
@@ -362,7 +362,7 @@ class Plan:
         return digests.render_digest(self)
 
     @property
-    def deformables(self) -> dict[str, SoftFacts]:
+    def deformables(self) -> dict[str, SoftRecord]:
         """Deformable bodies by copy, in order."""
         return {e.name: e.soft for group in self.bodies for e in group.entities if e.soft is not None}
 

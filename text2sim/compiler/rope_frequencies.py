@@ -8,7 +8,7 @@ diverges from a substep of 1.5 over this frequency on (measured with 2 to 40 kg 
 import math
 from collections.abc import Iterable, Sequence
 
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
@@ -21,7 +21,7 @@ SWING = 2.0
 
 
 def taut_frequencies(
-    lowering: Lowering, groups: Iterable[Group], copies: Sequence[Copy], rows: Rows, gravity: Vec
+    lowering: Lowering, groups: Iterable[Group], copies: Sequence[Copy], rows: ControlRows, gravity: Vec
 ) -> dict[str, float]:
     """Return the angular frequency [rad/s] at which ropes and chains shake under what hangs on them, by copy.
 

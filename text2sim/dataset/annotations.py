@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.drawing.raster import Raster
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 from text2sim.legibility.recorded import Array, Recorded, raster_view
 from text2sim.legibility.sight import PIXELS, Things, look
 from text2sim.recording.film_record import FilmRecord
@@ -49,7 +49,7 @@ class Seen:
     """A picture's geometry."""
 
     frame: Frame
-    view: View
+    view: PictureView
     corners: Array
     """Triangles [m], shape (n, 3, 3)."""
     there: Array
@@ -110,7 +110,9 @@ class Annotator:
             depth = np.where(raster.ids >= 0, 1.0 / raster.nearness, np.inf).astype(np.float32)
         return Seen(frame, view, corners, there, raster.ids, depth)
 
-    def arrays(self, now: Seen, after: Seen | None, wanted: Sequence[str], touches: "Touches | None") -> dict[str, Any]:
+    def arrays(
+        self, now: Seen, after: Seen | None, wanted: Sequence[str], touches: "PictureContacts | None"
+    ) -> dict[str, Any]:
         """Return the arrays of a picture, see `ARRAYS`.
 
         Args:
@@ -168,7 +170,7 @@ class Annotator:
         colors = self.recorded.colors[self.owner[now.ids]] * shade[..., None]
         return (np.where((now.ids >= 0)[..., None], colors, background) * 255).round().astype(np.uint8)
 
-    def row(self, now: Seen, wanted: Sequence[str], touches: "Touches | None") -> dict[str, Any]:
+    def row(self, now: Seen, wanted: Sequence[str], touches: "PictureContacts | None") -> dict[str, Any]:
         """Return the numbers of a picture, as the table of frames has them.
 
         Args:
@@ -232,7 +234,7 @@ class Annotator:
         return {"center": (turn @ ((low + high) / 2)).tolist(), "size": (high - low).tolist(), "quat": quat.tolist()}
 
 
-class Touches:
+class PictureContacts:
     """Recorded contacts between links, at the time step of a picture."""
 
     def __init__(self, states: RunStates):
@@ -316,7 +318,7 @@ def _box(mask: Array) -> list[int] | None:
     return [int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1]
 
 
-def _around(points: Array, view: View) -> list[float] | None:
+def _around(points: Array, view: PictureView) -> list[float] | None:
     """Left, top, right, bottom [pixels] of all of a thing, hidden and outside of the picture too.
 
     None if some of it is behind the camera.

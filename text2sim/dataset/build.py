@@ -18,14 +18,14 @@ from text2sim.dataset.item import Item
 from text2sim.dataset.lerobot import RobotWriter
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
-from text2sim.dataset.simulate import Job, Made, read_made, task_of
+from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
 from text2sim.dataset.splits import deal
 from text2sim.dataset.tables import TableWriter
 from text2sim.recording.record import write_atomically
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import case_file, examine, find_cases
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
 
 
@@ -45,7 +45,7 @@ class Tally:
     """Rows by table and split."""
 
 
-def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
+def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[DrawJob]:
     """Return what there is to do.
 
     Args:
@@ -67,15 +67,15 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[Job]:
                     raise RunError(f"{plain.title}: {plain.failure}")
                 problems += plain.problems
                 continue
-            bases = [Overlay()] if source.plain else []
-            bases += [Overlay(variants=(variant,)) for variant in source.variants]
+            bases = [CaseOverlay()] if source.plain else []
+            bases += [CaseOverlay(variants=(variant,)) for variant in source.variants]
             if source.sweep is not None:
                 bases += [over for _, over in runs_of(plain.loaded.written, source.sweep)]
             for base in bases:
                 if base and not (found := examine(case, plan=False, overlay=base)).ok:
                     problems += found.problems
                 jobs += [
-                    Job(recipe, name, case_file(case), plain.name, base, k, runs, out) for k in range(source.draws)
+                    DrawJob(recipe, name, case_file(case), plain.name, base, k, runs, out) for k in range(source.draws)
                 ]
     if problems:
         raise SpecError(problems)
@@ -92,7 +92,7 @@ def build(
     where: Where,
     dropped: Mapping[str, str],
     scores: Mapping[str, list[dict[str, Any]]] | None = None,
-    tell: Callable[[Tally, Made], None],
+    tell: Callable[[Tally, DrawResult], None],
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
     complete: Callable[[Path], None] = lambda _: None,
 ) -> Tally:
@@ -136,7 +136,7 @@ def build(
             if done.machine:
                 raise MachineError(done.error)
             failed = {"key": job.key, "stage": "error", "why": [done.error], "drawn": []}
-            made = Made([], [failed]) if done.result is None else read_made(job)
+            made = DrawResult([], [failed]) if done.result is None else read_made(job)
             writer.tally.fresh += bool(done.tries and (done.result is None or done.result["fresh"]))
             writer.add(made)
             tell(writer.tally, made)
@@ -184,7 +184,7 @@ class Writer:
         self._answers: dict[Group, Counter[str]] = {}
         write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
 
-    def add(self, made: Made) -> None:
+    def add(self, made: DrawResult) -> None:
         """Write what came of a job."""
         refused, gone, kept = list(made.refused), set[str](), list[Item]()
         for item in made.items:

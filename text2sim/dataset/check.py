@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import yaml
 
 from text2sim.dataset.curation import annotation_faults, decoded, fingerprint
-from text2sim.dataset.recipe import Limits
+from text2sim.dataset.recipe import ItemLimits
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.splits import LINKS, TOGETHER, leaks
 from text2sim.dataset.tables import SCHEMAS, read_rows, split_of, want_dataset
@@ -195,7 +195,7 @@ def _alike(one: Any, other: Any) -> bool:
     if one.shape != other.shape or not one.size:
         return False
     room = float(np.ptp(one.reshape(-1, 3), axis=0).max())
-    return bool(np.linalg.norm(one - other, axis=-1).mean() < Limits().alike * max(room, 1e-9))
+    return bool(np.linalg.norm(one - other, axis=-1).mean() < ItemLimits().alike * max(room, 1e-9))
 
 
 def _is_sound(row: dict[str, Any], table: dict[str, Any]) -> bool:

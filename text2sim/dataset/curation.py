@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.dataset.item import Item
-from text2sim.dataset.recipe import Limits
+from text2sim.dataset.recipe import ItemLimits
 from text2sim.recording.vectors import rotate
 
 MOMENTS = 12
@@ -26,7 +26,7 @@ NEAR = 0.5
 """Part of a limit from which on an item is doubtful."""
 
 
-def refusals(item: Item, limits: Limits) -> list[str]:
+def refusals(item: Item, limits: ItemLimits) -> list[str]:
     """Return why an item is refused; nothing if it is not."""
     row, found = item.row, []
     if row["state"] != "finished":
@@ -46,7 +46,7 @@ def refusals(item: Item, limits: Limits) -> list[str]:
     return found
 
 
-def is_doubtful(row: dict[str, Any], limits: Limits) -> bool:
+def is_doubtful(row: dict[str, Any], limits: ItemLimits) -> bool:
     """Whether somebody should look at an item that is not refused."""
     close = [(row["energy_gain"], limits.energy), (row["penetration"], limits.penetration)]
     return bool(row["suspicions"]) or any(value is not None and value > NEAR * limit for value, limit in close)

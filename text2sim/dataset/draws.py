@@ -11,7 +11,7 @@ from text2sim.dataset.paths import parse_path
 from text2sim.dataset.recipe import Draw
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.paths import dotted
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 DIGITS = 9
 """Of a number that was drawn: what is written is what is used."""
@@ -73,9 +73,9 @@ def number_at(case: Any, path: str) -> float:
     return float(found)
 
 
-def overlay_of(values: Values) -> Overlay:
+def overlay_of(values: Values) -> CaseOverlay:
     """Return values that were drawn as what is laid over a case."""
-    return Overlay(sets=tuple(f"{path}={json.dumps(value)}" for path, value in values.items()))
+    return CaseOverlay(sets=tuple(f"{path}={json.dumps(value)}" for path, value in values.items()))
 
 
 def _rounded(value: float) -> float:

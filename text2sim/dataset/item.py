@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.dataset.annotations import Annotator, Seen, Touches
+from text2sim.dataset.annotations import Annotator, PictureContacts, Seen
 from text2sim.dataset.recipe import Film, Recipe
 from text2sim.recording.film_record import FilmRecord, read_recording
 from text2sim.recording.record import RunRecord
@@ -82,7 +82,7 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
     out.mkdir(parents=True, exist_ok=True)
     recording, pictures = film_of(read_recording(run, plan), recipe.film)
     annotator, states = Annotator(recording), RunStates.load(run)
-    touches = Touches(states) if evidence.get("contacts", {}).get("recorded", True) else None
+    touches = PictureContacts(states) if evidence.get("contacts", {}).get("recorded", True) else None
     rows = _annotate(annotator, pictures, recipe, touches, out)
     _film(recording, pictures, recipe.film, annotator, out / "film.mp4")
     _copy_run(run, states, recording, pictures, out)
@@ -102,7 +102,7 @@ def _digest(path: Path) -> str:
 
 
 def _annotate(
-    annotator: Annotator, pictures: list[Frame], recipe: Recipe, touches: Touches | None, out: Path
+    annotator: Annotator, pictures: list[Frame], recipe: Recipe, touches: PictureContacts | None, out: Path
 ) -> list[dict[str, Any]]:
     """Write `annotations.npz`, one array after the other picture by picture; return the rows of the frames."""
     wanted, rows = recipe.annotations, []

@@ -46,7 +46,7 @@ PICTURES = 4
 """Moments of a film that are asked about."""
 
 
-class Scene:
+class ItemScene:
     """What is known of an item: when its bodies move, what touches what, and what of that is seen.
 
     Args:
@@ -158,7 +158,7 @@ def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Ro
         frames: Rows of its frames.
         folder: Folder of the dataset.
     """
-    scene = Scene(item, frames, folder)
+    scene = ItemScene(item, frames, folder)
     if sorted(scene.times) != scene.times:  # a replay: what has happened by a picture is not what it shows
         return []
     kinds = (_moves_first, _touches_first, _how_many, _touch_by, _will_touch, _heavier)
@@ -181,7 +181,7 @@ def what_if(
         frames: Pictures of the first.
         folder: Files of the first.
     """
-    scene = Scene(base, frames, folder)
+    scene = ItemScene(base, frames, folder)
     actions = yaml.safe_load((folder / "case.yaml").read_text("utf-8")).get("actions") or {}
     came, rows = {row["name"]: row for row in other["events"]}, []
     for event in base["events"]:
@@ -224,7 +224,7 @@ def cause_in_words(path: str, value: Any, before: float | None) -> str:
     return f"{subject} were {much}{'larger' if value > before else 'smaller'}"
 
 
-def _moves_first(scene: Scene) -> Iterator[Row]:
+def _moves_first(scene: ItemScene) -> Iterator[Row]:
     starts = {body: t for body in scene.loose if body in scene.clear and (t := scene.starts(body)) is not None}
     for one, other in combinations(sorted(starts), 2):
         first, second = sorted((one, other), key=lambda body: starts[body])
@@ -238,7 +238,7 @@ def _moves_first(scene: Scene) -> Iterator[Row]:
             }
 
 
-def _touches_first(scene: Scene) -> Iterator[Row]:
+def _touches_first(scene: ItemScene) -> Iterator[Row]:
     for body in scene.loose:
         mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
         # What it lies on it touches again and again.
@@ -252,7 +252,7 @@ def _touches_first(scene: Scene) -> Iterator[Row]:
             }
 
 
-def _how_many(scene: Scene) -> Iterator[Row]:
+def _how_many(scene: ItemScene) -> Iterator[Row]:
     for body in scene.loose:
         if not scene.shows(max(scene.times), body) or not 2 <= len(scene.copies[body]) <= 12:
             continue
@@ -267,7 +267,7 @@ def _how_many(scene: Scene) -> Iterator[Row]:
             }
 
 
-def _touch_by(scene: Scene) -> Iterator[Row]:
+def _touch_by(scene: ItemScene) -> Iterator[Row]:
     """Has this touched that by a picture: whoever knows only the words cannot tell how fast things are."""
     for one, other, when in _first_touches(scene):
         for k in _moments(scene):
@@ -284,7 +284,7 @@ def _touch_by(scene: Scene) -> Iterator[Row]:
             }
 
 
-def _will_touch(scene: Scene) -> Iterator[Row]:
+def _will_touch(scene: ItemScene) -> Iterator[Row]:
     """Will it reach: asked of the pictures before it does."""
     for one, other, when in _first_touches(scene):
         end = len(scene.times) // 3
@@ -297,7 +297,7 @@ def _will_touch(scene: Scene) -> Iterator[Row]:
         }
 
 
-def _heavier(scene: Scene) -> Iterator[Row]:
+def _heavier(scene: ItemScene) -> Iterator[Row]:
     for one, other, when in _first_touches(scene):
         if when is None or {one, other} - {*scene.loose} or any(len(scene.copies[body]) > 1 for body in (one, other)):
             continue
@@ -314,7 +314,7 @@ def _heavier(scene: Scene) -> Iterator[Row]:
             }
 
 
-def _first_touches(scene: Scene) -> Iterator[tuple[str, str, float | None]]:
+def _first_touches(scene: ItemScene) -> Iterator[tuple[str, str, float | None]]:
     """Pairs of things that are well seen, one of them loose, that do not touch at the start; when they do [s]."""
     first: dict[tuple[str, str], float] = {}
     for row in scene.touches:
@@ -325,7 +325,7 @@ def _first_touches(scene: Scene) -> Iterator[tuple[str, str, float | None]]:
             yield one, other, float(when) if np.isfinite(when) else None
 
 
-def _moments(scene: Scene) -> list[int]:
+def _moments(scene: ItemScene) -> list[int]:
     count = len(scene.times)
     return sorted({round((count - 1) * k / PICTURES) for k in range(1, PICTURES)})
 

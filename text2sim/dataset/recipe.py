@@ -54,7 +54,7 @@ Draws = Annotated[dict[str, Draw], Field(max_length=100)]
 """By path in the case: `params.speed`, `bodies.ball.material.density`, or `/bodies/ball/material/density`."""
 
 
-class Source(Model):
+class CaseSource(Model):
     """Cases that belong together, and what is made of each."""
 
     cases: Annotated[list[str], Field(min_length=1, max_length=1000)]
@@ -99,7 +99,7 @@ class Film(Model):
     """pictures."""
 
 
-class Limits(Model):
+class ItemLimits(Model):
     """What an item has to keep to."""
 
     penetration: Length = 0.02
@@ -126,12 +126,12 @@ class Recipe(Model):
     seed: int = 0
     film: Film = Film()
     annotations: list[Annotation] = []
-    sources: Annotated[dict[Name, Source], Field(min_length=1, max_length=1000)]
+    sources: Annotated[dict[Name, CaseSource], Field(min_length=1, max_length=1000)]
     benchmarks: Annotated[list[str], Field(max_length=1000)] = []
     """Cases, or folders of such, that are exported for other simulators into `benchmarks/`; as seen from the recipe."""
     splits: dict[Split, Fraction] = {"train": 0.7, "validation": 0.15, "test": 0.15}
     """Share of the items; sources are dealt out so that it is nearly kept."""
-    limits: Limits = Limits()
+    limits: ItemLimits = ItemLimits()
     tries: Few = 10
     """Draws for one that is taken."""
     shard_mb: Annotated[Real, Field(ge=1, le=100_000)] = 256.0

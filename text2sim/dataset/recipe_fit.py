@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.dataset.draws import draw, generator, overlay_of
-from text2sim.dataset.recipe import Draws, Recipe, Source, parse_recipe
+from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
 from text2sim.dataset.splits import deal
 from text2sim.service.examined import Examined, case_file, examine, find_cases
 from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.document import Path as Place
@@ -64,12 +64,12 @@ def _missing(document: Document, where: Place, paths: Iterable[str], root: Path)
             yield document.problem((*where, k), f"there is no case in `{path}`", rule="unreadable")
 
 
-def _of_case(document: Document, where: Place, source: Source, case: Path, plain: Examined) -> Iterator[Problem]:
+def _of_case(document: Document, where: Place, source: CaseSource, case: Path, plain: Examined) -> Iterator[Problem]:
     """Yield what a source wants of one of its cases that it does not have."""
     assert plain.loaded is not None
-    bases = [Overlay()] if source.plain else []
+    bases = [CaseOverlay()] if source.plain else []
     for k, variant in enumerate(source.variants):
-        found = examine(case, plan=False, overlay=Overlay(variants=(variant,)))
+        found = examine(case, plan=False, overlay=CaseOverlay(variants=(variant,)))
         lacking = [problem for problem in found.problems if problem.file == "--variant"]
         yield from (_moved(document, (*where, "variants", k), problem) for problem in lacking)
         bases += [] if lacking else [found.overlay]
@@ -112,7 +112,7 @@ def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Exam
     return found if found.loaded is not None else row
 
 
-def _of_expectations(document: Document, where: Place, source: Source, drawn: Examined) -> Iterator[Problem]:
+def _of_expectations(document: Document, where: Place, source: CaseSource, drawn: Examined) -> Iterator[Problem]:
     assert drawn.loaded is not None
     known = [*drawn.loaded.case.actions.expect]
     for key in ("holds", "fails"):

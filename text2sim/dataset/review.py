@@ -22,7 +22,7 @@ FILE = "review.yaml"
 PICTURES = 4
 
 
-class Decision(Model):
+class ReviewDecision(Model):
     """What somebody decided about an item."""
 
     decision: Literal["keep", "drop"]
@@ -32,10 +32,10 @@ class Decision(Model):
 class Decisions(Model):
     """What was decided, by key of the item."""
 
-    review: dict[str, Decision] = {}
+    review: dict[str, ReviewDecision] = {}
 
 
-def read_decisions(path: Path) -> dict[str, Decision]:
+def read_decisions(path: Path) -> dict[str, ReviewDecision]:
     """Read decisions; none if there is no file.
 
     Raises:
@@ -50,7 +50,7 @@ def read_decisions(path: Path) -> dict[str, Decision]:
         raise SpecError(diagnose(document, error, Decisions, document.data)) from None
 
 
-def write_review(folder: Path, path: Path, decisions: dict[str, Decision], *, everything: bool = False) -> int:
+def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision], *, everything: bool = False) -> int:
     """Write the page; return how many items it shows.
 
     Args:
@@ -75,7 +75,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, Decision], *, ev
     return len(blocks)
 
 
-def _block(row: dict[str, Any], film: bytes, made: Decision | None) -> str:
+def _block(row: dict[str, Any], film: bytes, made: ReviewDecision | None) -> str:
     doubts = [*row["suspicions"], *row["remarks"]]
     doubts += [f"`{one['name']}` {one['why']}" for one in row["expectations"] if one["ok"] is not True]
     numbers = {"energy from nowhere": row["energy_gain"], "deepest penetration [m]": row["penetration"]}

@@ -7,12 +7,12 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import STOPPED, Needs, Place, Task
+from text2sim.cluster.task import STOPPED, Needs, Task, TaskPlace
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item
 from text2sim.dataset.questions import ask, cause_in_words, what_if
-from text2sim.dataset.recipe import Recipe, Source
+from text2sim.dataset.recipe import CaseSource, Recipe
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
 from text2sim.recording.record import write_atomically
@@ -21,13 +21,13 @@ from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
 from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
 
 
 @dataclass(frozen=True)
-class Job:
+class DrawJob:
     """A draw that is to be made, with its films and counterfactuals."""
 
     recipe: Recipe
@@ -35,7 +35,7 @@ class Job:
     case: Path
     name: str
     """Of the case."""
-    base: Overlay
+    base: CaseOverlay
     """Variant or point of a sweep."""
     number: int
     """Of the draw."""
@@ -53,7 +53,7 @@ class Job:
 
 
 @dataclass
-class Made:
+class DrawResult:
     """What came of a job."""
 
     items: list[Item] = field(default_factory=list)
@@ -61,7 +61,7 @@ class Made:
     """Draws and items that are not taken: `key`, `stage` (check, run, expectation, item), `why`, `drawn`."""
 
 
-def task_of(job: Job, one: Needs) -> Task:
+def task_of(job: DrawJob, one: Needs) -> Task:
     """Return a job as a task.
 
     Args:
@@ -86,7 +86,7 @@ def task_of(job: Job, one: Needs) -> Task:
 
 
 def work(
-    place: Place,
+    place: TaskPlace,
     *,
     recipe: dict[str, Any],
     source: str,
@@ -112,16 +112,16 @@ def work(
         number: Number of the draw.
         runs: Folder of runs.
     """
-    base = Overlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
+    base = CaseOverlay(tuple(variants), tuple(sets), (point[0], point[1]) if point else None)
     case = place.inputs["case"] / file
     told = Recipe.model_validate(recipe)
     # On another machine runs go with the task's folder: what lies in folders with a dot stays there.
     kept = Path(runs) if Path(runs).parent.is_dir() else place.output / ".runs"
-    job = Job(told, source, case, name, base, number, kept, place.output, place.runner, place.stop)
+    job = DrawJob(told, source, case, name, base, number, kept, place.output, place.runner, place.stop)
     return {"fresh": make(job)}
 
 
-def make(job: Job) -> bool:
+def make(job: DrawJob) -> bool:
     """Do a job, and return whether there was anything to do, which is not so if an earlier build did it.
 
     What its author can put right ends up among what is refused.
@@ -139,14 +139,14 @@ def make(job: Job) -> bool:
     return True
 
 
-def read_made(job: Job) -> Made:
+def read_made(job: DrawJob) -> DrawResult:
     """Return what came of a job that is done."""
     saved = json.loads((job.out / f"{job.key}.json").read_text("utf-8"))
     items = [Item(**{**item, "folder": job.out / item["key"]}) for item in saved["items"]]
-    return Made(items, saved["refused"])
+    return DrawResult(items, saved["refused"])
 
 
-def _digest(job: Job) -> str:
+def _digest(job: DrawJob) -> str:
     own = job.recipe.model_dump(
         mode="json", exclude={"splits", "description", "sources", "shard_mb", "benchmarks", "judged"}
     )
@@ -155,8 +155,8 @@ def _digest(job: Job) -> str:
     return sha256(json.dumps([own, source, repr(job.base), case, package_code()]).encode()).hexdigest()
 
 
-def _make(job: Job) -> Made:
-    made, source = Made(), job.recipe.sources[job.source]
+def _make(job: DrawJob) -> DrawResult:
+    made, source = DrawResult(), job.recipe.sources[job.source]
     found = _simulated(job, source, made)
     if found is None:
         return made
@@ -182,7 +182,9 @@ def _make(job: Job) -> Made:
     return made
 
 
-def _simulated(job: Job, source: Source, made: Made) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
+def _simulated(
+    job: DrawJob, source: CaseSource, made: DrawResult
+) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
     """Draw until the check and the expectations are content; return the case, its run folder, and what was drawn."""
     plain = examine(job.case, plan=False, overlay=job.base)
     for attempt in range(job.recipe.tries if source.physics else 1):
@@ -207,7 +209,7 @@ def _simulated(job: Job, source: Source, made: Made) -> tuple[Examined, Path, li
     return None
 
 
-def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: Made) -> Any:
+def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], made: DrawResult) -> Any:
     """Simulate a case that the check lets through; None with the reason in `made` if it does not, or if that fails."""
     _heed(job.stop)
     stage = "check"
@@ -231,7 +233,14 @@ def _run(job: Job, row: Examined, key: str, drawn: list[dict[str, Any]], made: M
 
 
 def _films(
-    job: Job, source: Source, made: Made, row: Examined, run: Path, key: str, drawn: list[Any], about: dict[str, Any]
+    job: DrawJob,
+    source: CaseSource,
+    made: DrawResult,
+    row: Examined,
+    run: Path,
+    key: str,
+    drawn: list[Any],
+    about: dict[str, Any],
 ) -> str | None:
     """Make the items of one run; return the key of the first, None if that is refused."""
     first: str | None = None
@@ -277,7 +286,7 @@ def _change(row: Examined, changed: Values) -> tuple[str, Any, float | None]:
         return path, value, None
 
 
-def _compare(made: Made, first: str, key: str, *change: Any) -> None:
+def _compare(made: DrawResult, first: str, key: str, *change: Any) -> None:
     """Ask about the films of a run what a run with another cause answers."""
     other = next(item for item in made.items if item.key == key or item.row["same_physics_as"] == key)
     for item in made.items:
@@ -286,7 +295,7 @@ def _compare(made: Made, first: str, key: str, *change: Any) -> None:
 
 
 def _redressed(
-    job: Job, source: Source, made: Made, row: Examined, key: str, name: str
+    job: DrawJob, source: CaseSource, made: DrawResult, row: Examined, key: str, name: str
 ) -> tuple[Examined, list[dict[str, Any]]] | None:
     """Draw looks, lights and cameras for a run until the check is content; the physics has to stay the same.
 
@@ -294,7 +303,7 @@ def _redressed(
     """
     number = name.removeprefix(key)
     for attempt in range(job.recipe.tries):
-        told, sets = [], Overlay()
+        told, sets = [], CaseOverlay()
         for group in ("looks", "lights", "cameras"):
             rng = generator(job.recipe.seed, job.key, number, attempt, group)
             try:

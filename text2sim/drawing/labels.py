@@ -18,7 +18,7 @@ GAP = 3.0
 
 
 @dataclass(frozen=True)
-class Label:
+class PlacedLabel:
     """A name that has found its place."""
 
     text: str
@@ -35,7 +35,7 @@ def place_labels(
     height: float,
     blocked: np.ndarray,
     taken: Sequence[Box] = (),
-) -> list[Label]:
+) -> list[PlacedLabel]:
     """Find places for names.
 
     Args:
@@ -56,7 +56,7 @@ def place_labels(
     spots: dict[str, np.ndarray] = {}
     for key, _, _ in wanted:
         spots[key] = np.argwhere(seen == keys.index(key))[:, ::-1]
-    placed: list[Label] = []
+    placed: list[PlacedLabel] = []
     # What is small has few good places.
     for key, text, width in sorted(wanted, key=lambda one: len(spots[one[0]])):
         points = spots[key]
@@ -75,9 +75,9 @@ def _best(
     height: float,
     points: np.ndarray,
     filled: np.ndarray,
-    placed: list[Label],
+    placed: list[PlacedLabel],
     taken: Sequence[Box],
-) -> Label | None:
+) -> PlacedLabel | None:
     rows, columns = filled.shape[0] - 1, filled.shape[1] - 1
     across = np.arange(4, columns - width - 4, STEP, dtype=np.float32)
     down = np.arange(4, rows - height - 4, STEP, dtype=np.float32)
@@ -108,10 +108,10 @@ def _best(
     best = int(cost.argmin())
     x, y = points[nearest[best]].tolist()
     box = (float(left[best]), float(top[best]), float(left[best] + width), float(top[best] + height))
-    return Label(text, box, (x, y), key)
+    return PlacedLabel(text, box, (x, y), key)
 
 
-def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: Label) -> np.ndarray:
+def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: PlacedLabel) -> np.ndarray:
     """Whether lines from (x, y) to `ends` cross that of another label."""
     ox, oy = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
     tx, ty = other.target

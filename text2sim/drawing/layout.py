@@ -9,15 +9,15 @@ import numpy as np
 
 from text2sim.drawing.canvas import FAINT, INK, Canvas, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
-from text2sim.drawing.lighting import Lamp, Light, light_up, sky, soft_lamp
+from text2sim.drawing.lighting import Light, ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
 from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import composed, draw_frame, draw_ground_lines, draw_scale, fitted, ground, nice_step
 from text2sim.drawing.picture import Picture, Style, paint
 from text2sim.drawing.prop import Stage
-from text2sim.drawing.signs import Marks, draw_legend, draw_marks
+from text2sim.drawing.signs import SignMarks, draw_legend, draw_marks
 from text2sim.drawing.stage import stage
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 from text2sim.drawing.views import camera_pose, cameras, field_of_view, film_view
 from text2sim.spec_schema.whole_files import write_atomically
 
@@ -69,7 +69,7 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
     page[corner[1] : corner[3], corner[0] : corner[2]] = seen.pixels
     canvas = Canvas(page)
     domain = resolution.loaded.case.scene.domain
-    marks = Marks(
+    marks = SignMarks(
         joint_marks(resolution),
         arrow_marks(resolution, props),
         camera_marks(resolution),
@@ -112,7 +112,7 @@ def _cell(column: int, row: int) -> tuple[int, int, int, int]:
     return left, upper, (column + 1) * wide - RIGHT, HEAD + (row + 1) * tall - BELOW
 
 
-def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[Lamp]:
+def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[ParallelLight]:
     """The brightest light of the case, though not a very low one, and a sky."""
     lights = [light for light in resolution.plan.render["lights"].values() if "direction" in light or "pos" in light]
     brightest = max(lights, key=lambda light: light["strength"], default={"direction": (0.3, 0.5, -1.0)})
@@ -126,14 +126,14 @@ def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], tria
     return soft_lamp(way.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(count, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32))
 
 
-def _headlight(view: View) -> Light:
+def _headlight(view: PictureView) -> Light:
     """Light for a view in parallel projection: from over the shoulder, without shadows, which look like things."""
     right, up, back = view.axes
     lamps = soft_lamp((back + 0.45 * up - 0.35 * right).tolist(), (0.62, 0.62, 0.62), 1, 0.0)
     return Light([*lamps, *sky(1, (0.22, 0.22, 0.24), (0.22, 0.22, 0.24))], 0.24)
 
 
-def _film_panel(resolution: "Resolution", name: str) -> tuple[View, tuple[int, int, int, int]]:
+def _film_panel(resolution: "Resolution", name: str) -> tuple[PictureView, tuple[int, int, int, int]]:
     """Return a camera's view, and its box in its corner of the page."""
     left, upper, right, lower = _cell(1, 0)
     left -= LEFT - RIGHT
@@ -143,7 +143,7 @@ def _film_panel(resolution: "Resolution", name: str) -> tuple[View, tuple[int, i
     return view, (x, y, x + view.width, y + view.height)
 
 
-def _film_style(resolution: "Resolution", view: View, bounds: tuple[np.ndarray, np.ndarray]) -> Style:
+def _film_style(resolution: "Resolution", view: PictureView, bounds: tuple[np.ndarray, np.ndarray]) -> Style:
     size = float((bounds[1] - bounds[0]).max())
     away = float(np.linalg.norm(view.origin - (bounds[0] + bounds[1]) / 2))
     background = resolution.plan.render["background"]

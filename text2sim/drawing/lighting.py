@@ -19,7 +19,7 @@ GLASS_SHADE = 0.15
 
 
 @dataclass(frozen=True)
-class Lamp:
+class ParallelLight:
     """Parallel light."""
 
     direction: tuple[float, float, float]
@@ -34,7 +34,12 @@ class ShadowMap:
     """What a lamp reaches first."""
 
     def __init__(
-        self, triangles: np.ndarray, culled: np.ndarray, lamp: Lamp, bounds: tuple[np.ndarray, np.ndarray], size: int
+        self,
+        triangles: np.ndarray,
+        culled: np.ndarray,
+        lamp: ParallelLight,
+        bounds: tuple[np.ndarray, np.ndarray],
+        size: int,
     ) -> None:
         """Draw the scene as the lamp sees it.
 
@@ -99,7 +104,7 @@ class ShadowMap:
 class Light:
     """Lamps, and what each of them reaches: the same for all pictures of a stage."""
 
-    lamps: Sequence[Lamp]
+    lamps: Sequence[ParallelLight]
     ambient: float
     """Light that reaches everything."""
     maps: Sequence[ShadowMap | None] = ()
@@ -107,7 +112,7 @@ class Light:
 
 
 def light_up(
-    props: Stage, lamps: Sequence[Lamp], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
+    props: Stage, lamps: Sequence[ParallelLight], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
 ) -> Light:
     """Find what lamps reach.
 
@@ -138,7 +143,7 @@ def light_up(
     return Light(lamps, ambient, maps)
 
 
-def soft_lamp(direction: Sequence[float], color: Sequence[float], count: int, spread: float) -> list[Lamp]:
+def soft_lamp(direction: Sequence[float], color: Sequence[float], count: int, spread: float) -> list[ParallelLight]:
     """Return a lamp that fills a small part of the sky.
 
     Args:
@@ -156,7 +161,7 @@ def soft_lamp(direction: Sequence[float], color: Sequence[float], count: int, sp
     return lamps
 
 
-def sky(count: int, top: Sequence[float], rim: Sequence[float]) -> list[Lamp]:
+def sky(count: int, top: Sequence[float], rim: Sequence[float]) -> list[ParallelLight]:
     """Return light from all over the sky, more of it from above.
 
     Args:
@@ -174,7 +179,7 @@ def sky(count: int, top: Sequence[float], rim: Sequence[float]) -> list[Lamp]:
     return lamps
 
 
-def _lamp(way: np.ndarray, color: np.ndarray, *, glossy: bool = False) -> Lamp:
+def _lamp(way: np.ndarray, color: np.ndarray, *, glossy: bool = False) -> ParallelLight:
     x, y, z = (way / np.linalg.norm(way)).tolist()
     red, green, blue = color.tolist()
-    return Lamp((x, y, z), (red, green, blue), glossy)
+    return ParallelLight((x, y, z), (red, green, blue), glossy)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from text2sim.drawing.canvas import INK, Canvas, Color, text_width
-from text2sim.drawing.labels import Label, place_labels
+from text2sim.drawing.labels import PlacedLabel, place_labels
 from text2sim.drawing.panel import Panel
 from text2sim.drawing.picture import Picture
 from text2sim.drawing.prop import Stage
@@ -13,7 +13,9 @@ LINE = 19.0
 LABELS = 14
 
 
-def draw_labels(canvas: Canvas, panel: Panel, picture: Picture, props: Stage, texts: dict[str, str]) -> list[Label]:
+def draw_labels(
+    canvas: Canvas, panel: Panel, picture: Picture, props: Stage, texts: dict[str, str]
+) -> list[PlacedLabel]:
     """Name what is seen in a panel; return the labels.
 
     Args:

@@ -9,7 +9,7 @@ import numpy as np
 from text2sim.drawing.canvas import FAINT, INK, Box, Canvas, Color, clipped, text_width
 from text2sim.drawing.picture import Picture
 from text2sim.drawing.prop import Stage
-from text2sim.drawing.view import View, parallel
+from text2sim.drawing.view import PictureView, parallel
 
 AXES: dict[str, np.ndarray] = {
     "top": np.array([(1.0, 0, 0), (0, 1, 0), (0, 0, 1)]),
@@ -28,7 +28,7 @@ class Panel:
 
     name: str
     """top, front or side."""
-    view: View
+    view: PictureView
     left: int
     upper: int
     blocked: np.ndarray = field(init=False)

@@ -12,7 +12,7 @@ from text2sim.drawing.lighting import Light
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.surfaces import GLOSS, Spots, decoded, dot, encoded, linear, lit, unit_columns
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 
 Rgb = tuple[float, float, float]
 
@@ -52,7 +52,7 @@ class Picture:
     """(height, width) int32: number of the prop that one sees through first, -1 for none"""
 
 
-def paint(props: Stage, view: View, light: Light, style: Style) -> Picture:
+def paint(props: Stage, view: PictureView, light: Light, style: Style) -> Picture:
     """Draw a stage as a camera sees it.
 
     Args:
@@ -65,7 +65,7 @@ def paint(props: Stage, view: View, light: Light, style: Style) -> Picture:
 
 
 class _Painter:
-    def __init__(self, props: Stage, view: View, light: Light, style: Style) -> None:
+    def __init__(self, props: Stage, view: PictureView, light: Light, style: Style) -> None:
         self.props, self.view, self.light, self.style = props, view, light, style
         self.fine = view.scaled(2)
         self.raster = Raster(props.triangles, self.fine, props.culled)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from text2sim.drawing.framing import box_of
-from text2sim.drawing.lighting import Lamp, light_up, sky, soft_lamp
+from text2sim.drawing.lighting import ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.picture import Style, paint
 from text2sim.drawing.prop import Prop, Stage
 from text2sim.drawing.stage import stage
 from text2sim.drawing.surfaces import decoded
-from text2sim.drawing.view import View, perspective
+from text2sim.drawing.view import PictureView, perspective
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -51,7 +51,7 @@ def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> by
     return stream.getvalue()
 
 
-def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[Lamp]) -> Stage:
+def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[ParallelLight]) -> Stage:
     """Put everything on a ground that looks like the background where no shadow lies."""
     low, high = bounds
     size = float((high - low).max())
@@ -77,7 +77,7 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
     )
 
 
-def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> View:
+def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> PictureView:
     """Return a camera that sees everything, as large as it may be."""
     points = props.triangles[props.of(plane=False)].reshape(-1, 3)
     target = (bounds[0] + bounds[1]) / 2
@@ -98,6 +98,6 @@ def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int
     return view
 
 
-def _view(target: np.ndarray, away: np.ndarray, distance: float, size: tuple[int, int]) -> View:
+def _view(target: np.ndarray, away: np.ndarray, distance: float, size: tuple[int, int]) -> PictureView:
     pos = target + distance * away
     return perspective(pos.tolist(), target.tolist(), (0.0, 0.0, 1.0), FOV, size, near=distance / 50)

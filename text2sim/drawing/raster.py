@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 
 CHUNK = 1 << 20
 """Pixels of triangles that are in hand at once: some 60 MB."""
@@ -41,7 +41,7 @@ class Raster:
             depth; 0 where nothing is seen.
     """
 
-    def __init__(self, triangles: np.ndarray, view: View, culled: np.ndarray | None = None) -> None:
+    def __init__(self, triangles: np.ndarray, view: PictureView, culled: np.ndarray | None = None) -> None:
         """Prepare triangles.
 
         Args:

@@ -29,7 +29,7 @@ MANY_JOINTS = 4
 
 
 @dataclass(frozen=True)
-class Marks:
+class SignMarks:
     """What is drawn over the bodies."""
 
     joints: Sequence[JointMark] = ()
@@ -38,7 +38,7 @@ class Marks:
     domain: tuple[Sequence[float], Sequence[float]] | None = None
 
 
-def draw_marks(canvas: Canvas, panel: Panel, marks: Marks) -> None:
+def draw_marks(canvas: Canvas, panel: Panel, marks: SignMarks) -> None:
     """Draw joints, arrows, cameras and the domain.
 
     Args:
@@ -156,7 +156,7 @@ def _inside(point: Sequence[float], box: Box) -> bool:
     return box[0] <= point[0] <= box[2] and box[1] <= point[1] <= box[3]
 
 
-def draw_legend(canvas: Canvas, left: float, y: float, marks: Marks) -> None:
+def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None:
     """Explain the signs that are used.
 
     Args:

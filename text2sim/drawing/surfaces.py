@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from text2sim.drawing.lighting import Lamp, ShadowMap
+from text2sim.drawing.lighting import ParallelLight, ShadowMap
 
 # How much a surface mirrors, how narrow its highlights are, and how much of its light is mirrored in its own colour.
 GLOSS: dict[str, tuple[float, float, float]] = {
@@ -86,7 +86,7 @@ def unit_columns(vectors: np.ndarray) -> np.ndarray:
     return vectors
 
 
-def lit(spots: Spots, lamps: Sequence[Lamp], maps: Sequence[ShadowMap | None], ambient: float) -> np.ndarray:
+def lit(spots: Spots, lamps: Sequence[ParallelLight], maps: Sequence[ShadowMap | None], ambient: float) -> np.ndarray:
     """Return the light (3, n) that points send to the eye, linear.
 
     Args:
@@ -120,7 +120,7 @@ def lit(spots: Spots, lamps: Sequence[Lamp], maps: Sequence[ShadowMap | None], a
 
 
 def _glossy(
-    spots: Spots, shiny: np.ndarray, lamps: Sequence[Lamp], facing: np.ndarray, diffuse: np.ndarray
+    spots: Spots, shiny: np.ndarray, lamps: Sequence[ParallelLight], facing: np.ndarray, diffuse: np.ndarray
 ) -> np.ndarray:
     """Light (3, k) of the smooth ones among the points."""
     normals, eye, albedo = spots.normals[:, shiny], spots.eye[:, shiny], spots.albedo[:, shiny]

@@ -10,7 +10,7 @@ TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PictureView:
     """A camera and its picture. Pixels count from the upper left corner; the centre of the first is (0.5, 0.5)."""
 
     origin: np.ndarray
@@ -34,7 +34,7 @@ class View:
         """Width of the picture over its height."""
         return self.width / self.height
 
-    def scaled(self, factor: int) -> "View":
+    def scaled(self, factor: int) -> "PictureView":
         """Return the same picture with more pixels."""
         return replace(self, focal=self.focal * factor, width=self.width * factor, height=self.height * factor)
 
@@ -104,7 +104,7 @@ def perspective(
     fov_deg: float,
     size: tuple[int, int],
     near: float = 0.01,
-) -> View:
+) -> PictureView:
     """Return a camera.
 
     Args:
@@ -116,10 +116,10 @@ def perspective(
         near: Nearest distance [m] that is seen.
     """
     focal = 0.5 * size[1] / tan(radians(fov_deg) / 2)
-    return View(np.asarray(pos, float), look(pos, target, up), focal, *size, near=near)
+    return PictureView(np.asarray(pos, float), look(pos, target, up), focal, *size, near=near)
 
 
-def parallel(axes: np.ndarray, center: Sequence[float], scale: float, size: tuple[int, int]) -> View:
+def parallel(axes: np.ndarray, center: Sequence[float], scale: float, size: tuple[int, int]) -> PictureView:
     """Return a view in parallel projection.
 
     Args:
@@ -128,4 +128,4 @@ def parallel(axes: np.ndarray, center: Sequence[float], scale: float, size: tupl
         scale: Pixels per metre.
         size: Width and height [pixels].
     """
-    return View(np.asarray(center, float), np.asarray(axes, float), scale, *size)
+    return PictureView(np.asarray(center, float), np.asarray(axes, float), scale, *size)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.trees.tree import tree_links
-from text2sim.drawing.view import View, perspective
+from text2sim.drawing.view import PictureView, perspective
 from text2sim.templates.viewpoints import clip, place
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def field_of_view(camera: Mapping[str, Any]) -> float:
     return camera["fov"]
 
 
-def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: float = 0.0) -> View:
+def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: float = 0.0) -> PictureView:
     """Return a camera of the case as a view of the film's proportions, as large as fits into `size` [pixels].
 
     Args:

@@ -47,7 +47,7 @@ CARDS = 6
 
 
 @dataclass(frozen=True)
-class Trial:
+class ProgramTrial:
     """A finished run of a program."""
 
     folder: Path
@@ -88,7 +88,7 @@ class BareAgent:
         if not model:
             raise RunError("say which model is the agent: --model")
         self._place, self._allowance, self._cards = place, allowance, cards
-        self._account, self._trials = Account(), list[Trial]()
+        self._account, self._trials = Account(), list[ProgramTrial]()
         budget = Budget(allowance.tokens, allowance.cost, allowance.minutes, minutes_before=minutes_before)
         log, journal = CallLog(place / "calls"), Journal(place / "journal.jsonl")
         self._chat = Conversation({"": endpoint_of(model)}, log, self._account, budget, journal)
@@ -143,7 +143,7 @@ class BareAgent:
             return "", (), True
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
 
-    def _run(self, program: str, stop: Stop) -> Trial:
+    def _run(self, program: str, stop: Stop) -> ProgramTrial:
         """Run a program, unless it was run before an interruption."""
         folder = (self._place / "attempts" / f"{len(self._trials) + 1:02}").resolve()
         ended = read_json(folder / ENDED)
@@ -162,11 +162,11 @@ class BareAgent:
                      "minutes_left": self._budget.minutes_left()}  # fmt: skip
             write_json(folder / ENDED, ended)
         left = ended.get("minutes_left")
-        trial = Trial(folder, int(ended["code"]), str(ended["cause"]), float(ended["wall"]), left)
+        trial = ProgramTrial(folder, int(ended["code"]), str(ended["cause"]), float(ended["wall"]), left)
         self._trials.append(trial)
         return trial
 
-    def _told(self, trial: Trial) -> str:
+    def _told(self, trial: ProgramTrial) -> str:
         log = read_text(trial.folder / LOG).replace(str(trial.folder), ".")
         film = "film.mp4 is there" if trial.film else "there is no film.mp4"
         try:
@@ -177,7 +177,7 @@ class BareAgent:
         minutes = trial.minutes_left
         return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes)
 
-    def _pictures(self, trial: Trial) -> tuple[Image, ...]:
+    def _pictures(self, trial: ProgramTrial) -> tuple[Image, ...]:
         if trial.film is None or not self._chat.vision("agent"):
             return ()
         try:

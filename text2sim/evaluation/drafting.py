@@ -16,7 +16,7 @@ from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.whole_files import write_atomically
 
 
-class Draft(Model):
+class RequirementDraft(Model):
     """Requirements that a model drafted from a prompt."""
 
     requirements: Requirements
@@ -32,7 +32,7 @@ def draft(chat: Conversation, prompt: Prompt) -> Prompt:
     if prompt.requirements is not None:
         return prompt
     question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
-    answer: Draft = chat.ask("drafter", letter("draft"), question, typed(Draft))
+    answer: RequirementDraft = chat.ask("drafter", letter("draft"), question, typed(RequirementDraft))
     return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
 
 

@@ -17,7 +17,7 @@ from text2sim.agents.run_summary import evidence_text
 from text2sim.evaluation.film_frames import FilmFrames, film_frames
 from text2sim.evaluation.keyframes import Motion, motion_of
 from text2sim.evaluation.letters import letter
-from text2sim.evaluation.method_folder import Made
+from text2sim.evaluation.method_folder import PromptResult
 from text2sim.evaluation.suite import Prompt
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
@@ -31,14 +31,14 @@ FACTS = 12
 """Requirements of which facts are computed."""
 
 
-class Bound(Answer):
+class FactClaims(Answer):
     """Facts that can be computed from a run, by requirement."""
 
     facts: Annotated[dict[str, list[Claim]], Field(max_length=FACTS)] = {}
 
 
 @dataclass
-class Exhibit:
+class ResultExhibit:
     """Material about a result."""
 
     program: str = ""
@@ -62,9 +62,9 @@ class Exhibit:
             )
 
 
-def exhibit_of(made: Made) -> Exhibit:
+def exhibit_of(made: PromptResult) -> ResultExhibit:
     """Collect the material of a result; `missing` lists what cannot be read."""
-    shown = Exhibit(missing=[problem.message for problem in made.problems])
+    shown = ResultExhibit(missing=[problem.message for problem in made.problems])
     film, program, run, log = (made.path(name) for name in ("film", "program", "run", "log"))
     if film is None:
         shown.missing.append("there is no film")
@@ -82,7 +82,7 @@ def exhibit_of(made: Made) -> Exhibit:
     return shown
 
 
-def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: Exhibit, made: Made) -> None:
+def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultExhibit, made: PromptResult) -> None:
     """Have a model bind requirements to computable facts, and compute these.
 
     The model is asked once for each result; all judges read the same facts. Without a case, or an answer, there are
@@ -102,13 +102,13 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
         return
     names, bodies = list(prompt.requirements.rows()), [*shown.loaded.case.bodies, *shown.loaded.case.scene.statics]
 
-    def check(answer: Bound) -> None:
+    def check(answer: FactClaims) -> None:
         if wrong := claim_faults(answer.facts, names, bodies):
             raise Wrong(wrong)
 
     question = letter("check_ask", prompt=prompt, program=shown.program)
     try:
-        answer: Bound = chat().ask("checker", letter("check"), question, typed(Bound, check))
+        answer: FactClaims = chat().ask("checker", letter("check"), question, typed(FactClaims, check))
         for fact in found(answer.facts, shown.loaded, run):
             (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:
@@ -118,7 +118,7 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: Exhibit,
     shown.hide(made.folder)
 
 
-def _read_run(shown: Exhibit, run: Path, program: Path | None) -> None:
+def _read_run(shown: ResultExhibit, run: Path, program: Path | None) -> None:
     """Read as much of a run folder as possible: it may be another tool's."""
     from text2sim.evidence.recorded_case import RecordedCase
 
@@ -138,7 +138,7 @@ def _read_run(shown: Exhibit, run: Path, program: Path | None) -> None:
         shown.missing.append(f"its run folder cannot be read: {str(error).splitlines()[0] if str(error) else error!r}")
 
 
-def _text(shown: Exhibit, path: Path, longest: int, *, end: bool = False) -> str:
+def _text(shown: ResultExhibit, path: Path, longest: int, *, end: bool = False) -> str:
     try:
         text = quoted(read_plain(path, LARGEST_FILE))
     except (UnfitFileError, OSError) as error:

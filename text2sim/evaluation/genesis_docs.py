@@ -54,7 +54,7 @@ DOCSTRING = 6_000
 """Characters of a docstring that is asked for."""
 
 
-class Entry(NamedTuple):
+class ApiEntry(NamedTuple):
     """A class or method."""
 
     line: str
@@ -63,7 +63,7 @@ class Entry(NamedTuple):
 
 
 @cache
-def documentation() -> dict[str, Entry]:
+def documentation() -> dict[str, ApiEntry]:
     """Return all documented classes and methods, by name, in the order of the digest.
 
     Raises:
@@ -72,7 +72,7 @@ def documentation() -> dict[str, Entry]:
     spec = importlib.util.find_spec("genesis")
     if spec is None or spec.origin is None:
         raise MachineError("Genesis is not installed")
-    root, found = Path(spec.origin).parent, dict[str, Entry]()
+    root, found = Path(spec.origin).parent, dict[str, ApiEntry]()
     init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _is(node, "init"))
     found["gs.init"] = _method("gs.init", init)  # type: ignore[arg-type]
     for prefix, places in OPTIONS.items():
@@ -120,7 +120,7 @@ def _classes(root: Path, places: tuple[str, ...]) -> Iterator[ast.ClassDef]:
                 yield from (node for node in ast.parse(file.read_text("utf-8")).body if isinstance(node, ast.ClassDef))
 
 
-def _options(name: str, node: ast.ClassDef) -> Entry:
+def _options(name: str, node: ast.ClassDef) -> ApiEntry:
     """Fields of an options class with their defaults, without those of its bases."""
     fields = [
         f"{one.target.id}={_short(one.value) if one.value is not None else 'REQUIRED'}"
@@ -129,10 +129,10 @@ def _options(name: str, node: ast.ClassDef) -> Entry:
     ]
     bases = [ast.unparse(base) for base in node.bases]
     more = f" + {', '.join(bases)}" if bases and bases != ["Options"] else ""
-    return Entry(f"{name}({', '.join(fields)}){more}", ast.get_docstring(node) or "")
+    return ApiEntry(f"{name}({', '.join(fields)}){more}", ast.get_docstring(node) or "")
 
 
-def _method(name: str, node: ast.FunctionDef) -> Entry:
+def _method(name: str, node: ast.FunctionDef) -> ApiEntry:
     doc = ast.get_docstring(node) or ""
     arguments = node.args
     given = [None] * (len(arguments.args) - len(arguments.defaults)) + list(arguments.defaults)
@@ -146,7 +146,7 @@ def _method(name: str, node: ast.FunctionDef) -> Entry:
         for one, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
     ]
     about = " ".join(doc.split("\n\n")[0].split())[:110]
-    return Entry(f"{name}({', '.join(words)})" + (f"  # {about}" if about else ""), doc)
+    return ApiEntry(f"{name}({', '.join(words)})" + (f"  # {about}" if about else ""), doc)
 
 
 def _shown(node: ast.FunctionDef) -> bool:

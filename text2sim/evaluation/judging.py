@@ -21,9 +21,9 @@ from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
-from text2sim.evaluation.exhibit import Exhibit, bind_facts, exhibit_of
+from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
 from text2sim.evaluation.letters import letter
-from text2sim.evaluation.method_folder import PROMPT_FILE, Made, MethodFolder, read_method
+from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
 from text2sim.evaluation.scores import (
     PhysicalReply,
     VisualReply,
@@ -147,7 +147,7 @@ class Judging:
 
     def _result(self, name: str, prompt: Prompt, method: MethodFolder, tell: Tell) -> list[Judgement]:
         made = method.made.get(name)
-        shown = exhibit_of(made) if made is not None else Exhibit()
+        shown = exhibit_of(made) if made is not None else ResultExhibit()
         for image in shown.frames.images if shown.frames is not None else ():
             write_whole(self.out / name / method.name / "frames" / image.name, image.data)
         if made is not None and not made.empty:
@@ -166,7 +166,7 @@ class Judging:
     def _turns(self, name: str, method: str) -> list[Turn]:
         return _turns(name, method, len(self.models), self.repeats)
 
-    def _judged(self, turn: Turn, prompt: Prompt, made: Made | None, shown: Exhibit) -> Judgement:
+    def _judged(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
             return Judgement(turn, prompt.digest(), state, 0.0 if state == "nothing" else None, why)
 
@@ -193,7 +193,7 @@ class Judging:
         return Conversation({"": endpoint}, log, self.account, self.budget, journal, self.stop)
 
 
-def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit) -> Judgement:
     images = shown.frames.images if shown.frames else ()
 
     def check(reply: PhysicalReply) -> None:
@@ -211,7 +211,7 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) ->
     )
 
 
-def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: Exhibit) -> Judgement:
+def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit) -> Judgement:
     assert shown.frames is not None
     question = letter("visual_ask", prompt=prompt, frames=shown.frames)
     reply: VisualReply = chat.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)

@@ -17,21 +17,21 @@ from typing import Any
 import numpy as np
 
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
-from text2sim.agents.distilling import Draft, Proposal, attempts_of, drafted, told
+from text2sim.agents.distilling import CardDraft, CardProposal, attempts_of, drafted, told
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account as Spent
 from text2sim.agents.models.calls import Budget, CallLog
 from text2sim.agents.models.endpoint import never
 from text2sim.agents.replies import Answer
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.card_library.library import BUILT_IN, Entry, Library, check_card, load_library
+from text2sim.card_library.library import BUILT_IN, CardEntry, CardLibrary, check_card, load_library
 from text2sim.card_library.model import Card, card_schema
 from text2sim.card_library.retrieval import SAME, alike
 from text2sim.card_library.verify import TIMEOUT, verify_card
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import exhibit_of
 from text2sim.evaluation.judging import KINDS, Judgement, Judging, judge_endpoint
-from text2sim.evaluation.ledger import Account, Debt, Tried, digest_of, enter, read_ledger, retrieved
+from text2sim.evaluation.ledger import CardRecord, CardTrial, Debt, digest_of, enter, read_ledger, retrieved
 from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import MethodFolder, read_method
 from text2sim.evaluation.methods import Allowance, Method, run_method
@@ -41,7 +41,7 @@ from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import SpecError
 
 
-class Lesson(Proposal):
+class Lesson(CardProposal):
     """Answer of the evaluator: a failure, and a card about it."""
 
     failure: str
@@ -56,7 +56,7 @@ class Lessons(Answer):
     lesson: Lesson | None
 
 
-class Merged(Answer):
+class MergedCard(Answer):
     """One card that replaces two."""
 
     keep: str
@@ -64,7 +64,7 @@ class Merged(Answer):
 
 
 @dataclass(frozen=True)
-class Round:
+class LearningRound:
     """One round in which prompts were answered and judged."""
 
     made: MethodFolder
@@ -117,17 +117,17 @@ class Learning:
                 )
                 write_json(file, known)
             if known["lesson"] is not None and not known.get("tried"):
-                self._try(name, Lesson(**known["lesson"]), Draft(**known["draft"]), before)
+                self._try(name, Lesson(**known["lesson"]), CardDraft(**known["draft"]), before)
                 write_json(file, known | {"tried": True})
         self.consolidate()
 
-    def _round(self, label: str, prompts: Mapping[str, Prompt], library: Path) -> Round:
+    def _round(self, label: str, prompts: Mapping[str, Prompt], library: Path) -> LearningRound:
         method = Method(label, "text2sim", library=str(library.resolve()))
         folder = self.answer(self.suite, prompts, method, self.models, self.allowance, self.work / "rounds", self.tell)
         made = read_method(folder)
         out = self.work / "judged" / label
         judging = Judging(self.suite, [made], [self.judge], out, self.repeats, self.budget, self.stop)
-        return Round(made, judging.run(prompts, self.tell))
+        return LearningRound(made, judging.run(prompts, self.tell))
 
     def _chat(self, name: str) -> Conversation:
         folder = self.work / "lessons" / name
@@ -135,10 +135,10 @@ class Learning:
         log, journal = CallLog(folder / "calls"), Journal(folder / "journal.jsonl")
         return Conversation({"": endpoint}, log, Spent(), self.budget, journal, self.stop)
 
-    def _library(self) -> Library:
+    def _library(self) -> CardLibrary:
         return load_library([self.cards])
 
-    def _lesson(self, name: str, before: Round) -> tuple[Lesson, Draft] | None:
+    def _lesson(self, name: str, before: LearningRound) -> tuple[Lesson, CardDraft] | None:
         """Have a model review the answer to a prompt, until its card is valid."""
         score, made = before.scores().get(name), before.made.made.get(name)
         attempts = attempts_of(made.folder / "case") if made is not None else {}
@@ -154,7 +154,7 @@ class Learning:
             built_in=", ".join(built_in.entries),
             **{kind: f"{case_scores(before.rows, kind)[before.made.name, name]:.0f}" for kind in KINDS},
         )  # fmt: skip
-        drafts: list[Draft] = []
+        drafts: list[CardDraft] = []
 
         def check(answer: Lessons) -> None:
             drafts.clear()
@@ -182,7 +182,7 @@ class Learning:
             return None
         return answer.lesson, drafts[0]
 
-    def _fits(self, edits: str, draft: Draft, library: Library, everything: Mapping[str, Entry]) -> None:
+    def _fits(self, edits: str, draft: CardDraft, library: CardLibrary, everything: Mapping[str, CardEntry]) -> None:
         """Reject a card that duplicates another one or makes a forbidden edit."""
         card = Card.model_validate(draft.data)
         if edits and edits not in library.entries:
@@ -198,23 +198,23 @@ class Learning:
                 way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
                 raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
 
-    def _holds(self, draft: Draft, folder: Path) -> None:
+    def _holds(self, draft: CardDraft, folder: Path) -> None:
         """Run both cases of a card."""
         place = folder / str(draft.data["id"])
         shutil.rmtree(folder, ignore_errors=True)
         draft.write(place)
-        entry = Entry(Card.model_validate(draft.data), place)
+        entry = CardEntry(Card.model_validate(draft.data), place)
         verdict = verify_card(entry, runs=self.work / "runs", timeout=min(TIMEOUT, self.allowance.sim_timeout))
         if not verdict.ok:
             raise Wrong([f"the card does not hold: {verdict.message}"])
 
-    def _try(self, name: str, lesson: Lesson, draft: Draft, before: Round) -> None:
+    def _try(self, name: str, lesson: Lesson, draft: CardDraft, before: LearningRound) -> None:
         """Answer the prompts of a card again with it, and keep it if their scores improve."""
         id = str(draft.data["id"])
         old = read_ledger(self.cards).cards.get(id) if lesson.edits else None
         affected = {name, *(debt.prompt for debt in old.owes)} if old else {name}
         prompts = {one: prompt for one, prompt in self.prompts.items() if one in affected}
-        entry = Entry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
+        entry = CardEntry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
         label = f"with-{id}-{digest_of(entry)[:8]}"
         library = self.work / "cards" / label
         if not library.exists():
@@ -224,13 +224,13 @@ class Learning:
         was = before.scores() | {one.prompt: one.after for one in (old.tried if old else ())}
         now = after.scores()
         tried = [
-            Tried(
+            CardTrial(
                 prompt=one, before=was[one], after=now[one], dealt=retrieved([after.made.made[one].folder])[1][id] > 0
             )
             for one in prompts
             if one in was and one in now
         ]
-        account = Account(
+        account = CardRecord(
             state="rejected", digest=digest_of(entry), tried=tried,
             owes=[Debt(prompt=name, failure=lesson.failure, evidence=lesson.evidence)],
         )  # fmt: skip
@@ -256,14 +256,16 @@ class Learning:
             pair = {name: there[name] for name in (first, second)}
             question = letter("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
             system = letter("merge", ids=list(pair), schema=yaml_text(card_schema()))
-            drafts: list[Draft] = []
+            drafts: list[CardDraft] = []
 
-            def check(answer: Merged, pair: Mapping[str, Entry] = pair, drafts: list[Draft] = drafts) -> None:
+            def check(
+                answer: MergedCard, pair: Mapping[str, CardEntry] = pair, drafts: list[CardDraft] = drafts
+            ) -> None:
                 if answer.keep not in pair:
                     raise Wrong([f"/keep: is {' or '.join(pair)}"])
                 kept = pair[answer.keep]
                 evidence = kept.card.evidence.model_dump(mode="json")
-                draft = Draft(
+                draft = CardDraft(
                     {**answer.card, "id": kept.id, "evidence": evidence},
                     kept.failing.read_text("utf-8"), kept.repaired.read_text("utf-8"),
                 )  # fmt: skip
@@ -275,13 +277,13 @@ class Learning:
 
             chat = self._chat(f"{first}-{second}")
             try:
-                answer: Merged = chat.ask("evaluator", system, question, typed(Merged, check))
+                answer: MergedCard = chat.ask("evaluator", system, question, typed(MergedCard, check))
             except RoleFailed as failed:
                 self.tell(f"{first} and {second} stay two: {failed}")
                 continue
             self._merge(pair, answer.keep, drafts[0])
 
-    def _merge(self, pair: Mapping[str, Entry], keep: str, draft: Draft) -> None:
+    def _merge(self, pair: Mapping[str, CardEntry], keep: str, draft: CardDraft) -> None:
         (gone,) = set(pair) - {keep}
         ledger = read_ledger(self.cards)
         draft.write(self.cards / keep)

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from text2sim.card_library.library import BUILT_IN, Entry, load_library
+from text2sim.card_library.library import BUILT_IN, CardEntry, load_library
 from text2sim.card_library.model import CardId
 from text2sim.evaluation.documents import read_model, write_json
 from text2sim.evaluation.suite import Prompt, Suite, shared_sources
@@ -33,7 +33,7 @@ class Debt(Model):
     evidence: Sentence
 
 
-class Tried(Model):
+class CardTrial(Model):
     """A prompt that was answered again with the card."""
 
     prompt: Name
@@ -43,14 +43,14 @@ class Tried(Model):
     """Whether somebody was given the card."""
 
 
-class Account(Model):
+class CardRecord(Model):
     """Record of a card."""
 
     state: Literal["kept", "rejected", "merged"]
     digest: str
     """Of its files."""
     owes: Annotated[list[Debt], Field(min_length=1)]
-    tried: list[Tried] = []
+    tried: list[CardTrial] = []
 
     @property
     def gain(self) -> float:
@@ -58,21 +58,21 @@ class Account(Model):
         return sum(one.after - one.before for one in self.tried) / max(1, len(self.tried))
 
 
-class Ledger(Model):
+class CardLedger(Model):
     """Records of all learned cards, including rejected ones."""
 
     format: Literal[1] = 1
     prompts: dict[Name, Prompt] = {}
     """From which something was learned, with their sources."""
-    cards: dict[CardId, Account] = {}
+    cards: dict[CardId, CardRecord] = {}
 
 
-def read_ledger(cards: Path) -> Ledger:
+def read_ledger(cards: Path) -> CardLedger:
     """Read the ledger of a folder of cards; empty if there is none."""
-    return read_model(cards / LEDGER, Ledger, "a ledger")[0] if (cards / LEDGER).exists() else Ledger()
+    return read_model(cards / LEDGER, CardLedger, "a ledger")[0] if (cards / LEDGER).exists() else CardLedger()
 
 
-def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) -> None:
+def enter(cards: Path, card: str, account: CardRecord, prompts: dict[str, Prompt]) -> None:
     """Update the record of a card; its earlier debts stay.
 
     Args:
@@ -86,11 +86,11 @@ def enter(cards: Path, card: str, account: Account, prompts: dict[str, Prompt]) 
         owed = [*known.owes, *(debt for debt in account.owes if debt not in known.owes)]
         account = account.model_copy(update={"owes": owed})
     sources = before.prompts | {name: one.model_copy(update={"requirements": None}) for name, one in prompts.items()}
-    made = Ledger(prompts=sources, cards=before.cards | {card: account})
+    made = CardLedger(prompts=sources, cards=before.cards | {card: account})
     write_json(cards / LEDGER, made.model_dump(mode="json"))
 
 
-def digest_of(entry: Entry) -> str:
+def digest_of(entry: CardEntry) -> str:
     """Return the SHA-256 of a card's three files."""
     files = (entry.folder / "card.yaml", entry.failing, entry.repaired)
     return sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()
@@ -121,7 +121,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
         raise SpecError(problems)
 
 
-def learned_from(ledger: Ledger, cards: Path) -> Suite:
+def learned_from(ledger: CardLedger, cards: Path) -> Suite:
     """Return the prompts from which the active cards were learned, as a suite.
 
     Raises:

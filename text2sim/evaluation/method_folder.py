@@ -102,7 +102,7 @@ class MethodRecord(Model):
 
 
 @dataclass(frozen=True)
-class Made:
+class PromptResult:
     """The result for a prompt, with its folder."""
 
     folder: Path
@@ -130,7 +130,7 @@ class MethodFolder:
 
     folder: Path
     record: MethodRecord
-    made: Mapping[str, Made] = field(default_factory=dict)
+    made: Mapping[str, PromptResult] = field(default_factory=dict)
     """By prompt; those of which there is no folder are missing."""
 
     @property
@@ -158,19 +158,19 @@ def read_method(folder: Path) -> MethodFolder:
     return MethodFolder(folder, record, made)
 
 
-def read_made(folder: Path) -> Made:
+def read_made(folder: Path) -> PromptResult:
     """Read the result for a prompt; never raises, because no result may be dropped silently."""
     if not (folder / RESULT).is_file():
         problem = Problem("", f"there is no {RESULT}: what it took is not known", file=str(folder), rule="no-record")
-        return Made(folder, discovered(folder), (problem,))
+        return PromptResult(folder, discovered(folder), (problem,))
     try:
         result, document = read_model(folder / RESULT, CaseResult, "a result")
     except SpecError as error:
-        return Made(folder, discovered(folder), tuple(error.problems))
-    made = Made(folder, result)
+        return PromptResult(folder, discovered(folder), tuple(error.problems))
+    made = PromptResult(folder, result)
     missing = [name for name in ("film", "program", "run", "log") if getattr(result, name) and not made.path(name)]
     problems = [document.problem((name,), "there is no such file in the folder", rule="no-file") for name in missing]
-    return Made(folder, result, tuple(problems))
+    return PromptResult(folder, result, tuple(problems))
 
 
 def discovered(folder: Path) -> CaseResult:

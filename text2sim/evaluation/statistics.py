@@ -32,7 +32,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class RaterAgreement:
     """Agreement of two judgements of the same results."""
 
     pairs: int
@@ -109,7 +109,7 @@ def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | N
     return estimate([mine[prompt] - theirs[prompt] for prompt in mine if prompt in theirs])
 
 
-def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
+def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> RaterAgreement | None:
     """Return the agreement of repeats of the same judge, over all pairs of repeats of a case."""
     groups: dict[Any, list[Judgement]] = defaultdict(list)
     for row in _asked(rows, kind):
@@ -118,7 +118,7 @@ def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> Agreement | None:
     return _agreement(pairs, ordered=False)
 
 
-def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) -> Agreement | None:
+def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) -> RaterAgreement | None:
     """Return the agreement of two judges, repeat by repeat.
 
     Args:
@@ -143,7 +143,7 @@ def part_scores(rows: Iterable[Judgement], part: Callable[[Judgement], float | N
     return {key: float(np.mean(values)) for key, values in found.items()}
 
 
-def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -> Agreement | None:
+def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -> RaterAgreement | None:
     if not pairs:
         return None
     first, second = (np.array([_total(pair[k]) for pair in pairs]) for k in (0, 1))
@@ -153,7 +153,7 @@ def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -
     correlation = float(np.corrcoef(*both)[0, 1]) if varies else None
     difference = float((second - first).mean()) if ordered else 0.0
     distance = float(np.abs(second - first).mean())
-    return Agreement(len(pairs), float(np.mean(same)) if same else None, difference, distance, correlation)
+    return RaterAgreement(len(pairs), float(np.mean(same)) if same else None, difference, distance, correlation)
 
 
 def _marks(row: Judgement) -> list[Any]:

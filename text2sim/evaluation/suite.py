@@ -29,7 +29,7 @@ Line = Annotated[str, StringConstraints(min_length=3, max_length=400, strip_whit
 Importance = Annotated[int, Field(ge=1, le=5, strict=True)]
 
 
-class Source(Model):
+class PromptSource(Model):
     """The publication or demonstration that a prompt is drawn from."""
 
     title: Line
@@ -73,7 +73,7 @@ class Prompt(Model):
     """One prompt of a suite."""
 
     family: Family
-    source: Source
+    source: PromptSource
     prompt: Annotated[str, StringConstraints(min_length=10, max_length=4000, strip_whitespace=True)]
     requirements: Requirements | None = None
     """None until somebody has drafted them."""

@@ -3,11 +3,11 @@
 import numpy as np
 
 from text2sim.evidence.deformation import DeformationError, triangles
-from text2sim.recording.deformables import Deformable, spans
+from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
 
-def curvatures(body: Deformable) -> tuple[Array, Array]:
+def curvatures(body: RecordedDeformable) -> tuple[Array, Array]:
     """Return the integral of |k1| + |k2| over a cloth [m] and its area [m2], without its border, each of shape (F,).
 
     k1 and k2 are the principal curvatures. About a vertex, sum(angle length e e^T) / 2 over its edges is the tensor of

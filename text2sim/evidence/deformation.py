@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.recording.deformables import Deformable, spans
+from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
 NEIGHBOURS = (20, 40, 80)
@@ -18,7 +18,7 @@ class DeformationError(ValueError):
     """Error: a body lacks what a quantity needs, such as an interior or edges."""
 
 
-def stretches(body: Deformable) -> Array:
+def stretches(body: RecordedDeformable) -> Array:
     """Return the length of every edge over its length in the first frame, shape (F, e).
 
     Edges are the threads of a cloth as its solver has them, or the sides of the triangles of the surface.
@@ -40,7 +40,7 @@ def stretches(body: Deformable) -> Array:
     return ratio / ratio[:1]
 
 
-def triangles(body: Deformable) -> tuple[Array, Array]:
+def triangles(body: RecordedDeformable) -> tuple[Array, Array]:
     """Return the triangles of a body (f, 3), and the points (F, n, 3) that they index.
 
     Raises:
@@ -52,7 +52,7 @@ def triangles(body: Deformable) -> tuple[Array, Array]:
     return faces, body.points if own else body.seen
 
 
-def volumes(body: Deformable) -> Array:
+def volumes(body: RecordedDeformable) -> Array:
     """Return the volume [m3] of a body, shape (F,): of its tetrahedra, or inside its closed surface.
 
     V = sum of a.(b x c) / 6 over outward triangles (a, b, c: corners about the middle), which is the divergence theorem
@@ -79,7 +79,7 @@ def volumes(body: Deformable) -> Array:
     return np.abs(np.concatenate(parts))
 
 
-def inverted(body: Deformable) -> Array | None:
+def inverted(body: RecordedDeformable) -> Array | None:
     """Return the fraction of the initial volume whose tetrahedra are inverted, shape (F,).
 
     None if the body has no tetrahedra.
@@ -93,7 +93,7 @@ def inverted(body: Deformable) -> Array | None:
     return sum_over_tets(body, turned)
 
 
-def strains(body: Deformable) -> Array:
+def strains(body: RecordedDeformable) -> Array:
     """Return the equivalent strain of every tetrahedron or particle, shape (F, n).
 
     E = (F^T F - 1) / 2 (Green-Lagrange), E' its deviator, and e = sqrt(2/3 E':E') (von Mises): equal to the axial
@@ -197,7 +197,7 @@ def closed(points: Array, faces: Array) -> bool:
     return len(own) > 0 and not np.add.reduceat(way, begins).any()
 
 
-def sum_over_tets(body: Deformable, of: Callable[[Array, Array], Array]) -> Array:
+def sum_over_tets(body: RecordedDeformable, of: Callable[[Array, Array], Array]) -> Array:
     """Apply a function to the signed volumes [m3] of the tetrahedra, (t, F), and the initial ones, (t,)."""
     points, tets = body.points, body.tets
     assert tets is not None

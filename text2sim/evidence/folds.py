@@ -3,7 +3,7 @@
 import numpy as np
 
 from text2sim.evidence.deformation import DeformationError, triangles
-from text2sim.recording.deformables import Deformable, spans
+from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
 CELLS = 4_000_000
@@ -16,7 +16,7 @@ IN_TREES = 2_000_000
 """Points over all frames, at most, among which neighbours are sought; of longer runs, frames are left out evenly."""
 
 
-def folded_area(body: Deformable, axis: int) -> Array:
+def folded_area(body: RecordedDeformable, axis: int) -> Array:
     """Return the area [m2] of a cloth that is hidden behind other parts of it, seen along an axis, shape (F,).
 
     The triangles of its surface are drawn into a grid whose cells are as long as an edge. A cell that n layers cover
@@ -75,7 +75,7 @@ def _covers(corners: list[list[Array]]) -> Array:
     return ((ab > 0) & (bc > 0) & (ca > 0)) | ((ab < 0) & (bc < 0) & (ca < 0))
 
 
-def self_penetration(body: Deformable, thickness: float) -> Array:
+def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
     """Return the depth [m] by which non-adjacent points of a cloth come closer than its thickness, shape (F,).
 
     The deepest overlap of two balls of that diameter about points that started more than two spacings apart, else 0.

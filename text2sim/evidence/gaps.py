@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from text2sim.evidence.rigid_shapes import world_frames
-from text2sim.evidence.solids import Solid
-from text2sim.recording.deformables import Deformable
+from text2sim.evidence.solids import LinkSolid
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array, RunStates
 
 HANDFUL = 24
@@ -36,7 +36,7 @@ class Cloud:
     """Recorded frames from one of these to the next."""
 
     @classmethod
-    def of(cls, body: Deformable) -> "Cloud":
+    def of(cls, body: RecordedDeformable) -> "Cloud":
         """Sample a body; a mesh also gets points on its edges and triangles."""
         points = body.points
         if body.solver in ("fem", "ipc") and body.faces is not None:
@@ -121,7 +121,7 @@ class Nearest:
 
 
 def nearest_solid(
-    cloud: Cloud, states: RunStates, solids: Sequence[tuple[int, Solid]], limit: float | Array = np.inf
+    cloud: Cloud, states: RunStates, solids: Sequence[tuple[int, LinkSolid]], limit: float | Array = np.inf
 ) -> Nearest:
     """Return the distance of a cloud to the nearest solid in each frame.
 
@@ -145,7 +145,7 @@ def nearest_solid(
     return found
 
 
-def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
+def _bound(cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array) -> Array:
     """Lower bound of the signed distance [m] between each group of points and a solid, (F, G)."""
     if solid.kind == "plane":
         normal = turn[:, :, 2].astype(np.float32)[:, None]
@@ -163,7 +163,7 @@ def _bound(cloud: Cloud, solid: Solid, pos: Array, turn: Array) -> Array:
 
 
 def _measure(
-    cloud: Cloud, solid: Solid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
+    cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
 ) -> None:
     """Compute the distances of the groups that may be nearer than the nearest so far."""
     block = max(1, 200_000 // HANDFUL)

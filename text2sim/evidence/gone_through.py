@@ -13,7 +13,7 @@ from text2sim.evidence.leaks import half_size
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
 from text2sim.evidence.selection import Target, base_name
-from text2sim.evidence.solids import Solid
+from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Attach
@@ -29,7 +29,7 @@ SAID = 5
 @dataclass(frozen=True)
 class _Piece:
     target: Target
-    solid: Solid
+    solid: LinkSolid
     pos: Array
     """Of its frame [m], (F, 3)."""
     turn: Array

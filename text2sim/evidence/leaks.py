@@ -5,8 +5,8 @@ import numpy as np
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
 from text2sim.evidence.selection import base_name
-from text2sim.evidence.solids import Solid
-from text2sim.recording.deformables import Deformable
+from text2sim.evidence.solids import LinkSolid
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.shapes import Plane
@@ -20,7 +20,7 @@ BETWEEN = 4
 """Places looked at between two recorded frames, so that what goes through quickly is seen."""
 
 
-def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
+def leaks(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, list[str]]:
     """Return the fraction (F,) of a body's mass that has leaked into or through containers, and where most of it did.
 
     Containers are grounds, statics, driven and mounted bodies. A point counts from the moment at which it is deeper in
@@ -48,7 +48,7 @@ def leaks(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
     return share, [where] * frames
 
 
-def _walls(recording: RecordedCase) -> list[tuple[int, Solid]]:
+def _walls(recording: RecordedCase) -> list[tuple[int, LinkSolid]]:
     """Solids that can contain a body, with their links."""
     names, found = recording.names, []
     for name, target in names.copies.items():
@@ -66,14 +66,14 @@ def half_size(recording: RecordedCase, link: int) -> float:
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
 
 
-def depth_on_the_way(solid: Solid, spacing: float) -> float:
+def depth_on_the_way(solid: LinkSolid, spacing: float) -> float:
     """Return the depth [m] in a solid beyond which a point is passing through, for a point spacing [m]."""
     # The box centre of a non-convex mesh may lie outside of it, and then says nothing about its thickness.
     least = spacing if solid.kind == "surface" else 0.0
     return min(DEEP * spacing, max(MIDDLE * _half_thickness(solid), least))
 
 
-def _half_thickness(solid: Solid) -> float:
+def _half_thickness(solid: LinkSolid) -> float:
     """Largest possible depth [m] in a solid."""
     if solid.kind == "plane":
         return np.inf
@@ -86,7 +86,7 @@ def _below(own: Array, deep: float, size: float) -> Array:
     return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
 
 
-def _inside(solid: Solid, own: Array, before: Array | None, deep: float) -> Array:
+def _inside(solid: LinkSolid, own: Array, before: Array | None, deep: float) -> Array:
     """Indices of the points that are deep in a solid now, or were since the previous frame."""
     before = own if before is None else before
     low, high = solid.bounds

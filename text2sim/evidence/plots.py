@@ -29,7 +29,7 @@ TICKS = 300
 
 
 @dataclass(frozen=True)
-class Bound:
+class PlotBound:
     """Bounds that an expectation puts on a measure, over a span of time [s]."""
 
     name: str
@@ -45,7 +45,7 @@ class Bound:
 
 
 @dataclass(frozen=True)
-class Line:
+class PlotLine:
     """A series to draw."""
 
     label: str
@@ -57,11 +57,11 @@ class Line:
 def plot_series(
     path: Path,
     time: Array,
-    lines: Sequence[Line],
+    lines: Sequence[PlotLine],
     *,
     title: str,
     unit: str,
-    bounds: Sequence[Bound] = (),
+    bounds: Sequence[PlotBound] = (),
     events: Sequence[Mapping[str, Any]] = (),
 ) -> None:
     """Draw series over time into a PNG.
@@ -106,7 +106,7 @@ def plot_series(
         figure.savefig(path, metadata={"Software": None})
 
 
-def _data_range(lines: Sequence[Line]) -> tuple[float, float]:
+def _data_range(lines: Sequence[PlotLine]) -> tuple[float, float]:
     finite = np.concatenate([line.values[np.isfinite(line.values)] for line in lines] or [np.zeros(0)])
     return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
 
@@ -125,7 +125,7 @@ def _frame(axes: "Axes", low: float, high: float, shown: Sequence[list[float]], 
         axes.spines[side].set_visible(False)
 
 
-def _draw_bound(axes: "Axes", bound: Bound, low: float, high: float, time: Array) -> list[float]:
+def _draw_bound(axes: "Axes", bound: PlotBound, low: float, high: float, time: Array) -> list[float]:
     """Shade what an expectation forbids; return the bounds that must be in view."""
     color = {True: GREEN, False: VERMILION, None: GREY}[bound.ok]
     sign = {True: "✓", False: "✗", None: "?"}[bound.ok]

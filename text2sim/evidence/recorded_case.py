@@ -11,7 +11,7 @@ from text2sim.evidence.contacts import ContactLog
 from text2sim.evidence.gaps import Cloud
 from text2sim.evidence.rigid_shapes import RigidShapes
 from text2sim.evidence.selection import RecordedNames, Target, base_name
-from text2sim.recording.deformables import Deformable
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.geometry import Geometry, depth_inside
 from text2sim.recording.states import Array, RunStates
 from text2sim.recording.vectors import rotate, rotate_back
@@ -87,18 +87,18 @@ class RecordedCase:
         """Return the potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
         return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
 
-    def deformable(self, target: Target) -> Deformable | None:
+    def deformable(self, target: Target) -> RecordedDeformable | None:
         """Return the body of a target if it is deformable, else None."""
         return None if target.soft is None else self.states.deformables[target.soft]
 
-    def thickness(self, body: Deformable) -> float:
+    def thickness(self, body: RecordedDeformable) -> float:
         """Return the distance [m] below which parts of a cloth overlap."""
         model = self.case.bodies.get(base_name(body.body))
         if body.solver == "pbd" or not isinstance(model, Cloth):
             return body.spacing
         return model.material.thickness
 
-    def cloud(self, body: Deformable) -> Cloud:
+    def cloud(self, body: RecordedDeformable) -> Cloud:
         """Return the sample points of a body, for distances; the last few are cached."""
         if body.index not in self._clouds:
             self._clouds[body.index] = Cloud.of(body)

@@ -10,7 +10,7 @@ from text2sim.evidence.diagnostics import energy_series
 from text2sim.evidence.evidence import STOPPED
 from text2sim.evidence.expectations import counted_from, moment
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
-from text2sim.evidence.plots import GREEN, ORANGE, Bound, Line, plot_series
+from text2sim.evidence.plots import GREEN, ORANGE, PlotBound, PlotLine, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events, read_evidence, read_measures, read_text
@@ -108,7 +108,7 @@ def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dic
         plot_series(
             folder / f"{name}.png",
             time,
-            [Line(name, values)],
+            [PlotLine(name, values)],
             title=title,
             unit=summary["unit"],
             bounds=bounds,
@@ -129,7 +129,7 @@ def _plots(run_dir: Path, case: Case, evidence: dict[str, Any], events: list[dic
     return [(name, data_uri(folder / f"{name}.png", "image/png") or "") for name in found]
 
 
-def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[Line]] | None:
+def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[PlotLine]] | None:
     try:
         recording = RecordedCase.load(run_dir, case)
         with np.errstate(all="ignore"):
@@ -139,14 +139,14 @@ def _energy_lines(run_dir: Path, case: Case) -> tuple[Array, list[Line]] | None:
     if not recording.states.frames or not np.isfinite(rows["total"]).any():
         return None
     lines = [
-        Line("kinetic", rows["kinetic"], ORANGE, "--"),
-        Line("potential", rows["potential"], GREEN, ":"),
-        Line("total", rows["total"]),
+        PlotLine("kinetic", rows["kinetic"], ORANGE, "--"),
+        PlotLine("potential", rows["potential"], GREEN, ":"),
+        PlotLine("total", rows["total"]),
     ]
     return recording.states.time, lines
 
 
-def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], time: Array) -> Bound | None:
+def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], time: Array) -> PlotBound | None:
     """Return the bound that an expectation puts on the values of a measure; None if it puts none.
 
     Args:
@@ -173,7 +173,7 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
     if expect.equals is not None and expect.tolerance is not None:
         low, high = expect.equals - expect.tolerance, expect.equals + expect.tolerance
     some = (expect.stat == "max" and expect.below is None) or (expect.stat == "min" and expect.above is None)
-    return Bound(name, start, end, low, high, evidence.get("expect", {}).get(name, {}).get("ok"), every=not some)
+    return PlotBound(name, start, end, low, high, evidence.get("expect", {}).get(name, {}).get("ok"), every=not some)
 
 
 def describe(model: Any) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence.selection import base_name
-from text2sim.evidence.solids import Solid, solid_of_mesh
+from text2sim.evidence.solids import LinkSolid, solid_of_mesh
 from text2sim.recording.chunks import DAMAGED, read_arrays
 from text2sim.recording.geometry import MESH_FILE
 from text2sim.recording.states import Array, RunStates
@@ -38,18 +38,18 @@ class RigidShapes:
         """The solids of a link, in its frame."""
         self._mesh = cache(self._read_mesh)
 
-    def of_links(self, links: Iterable[int]) -> list[tuple[int, Solid]]:
+    def of_links(self, links: Iterable[int]) -> list[tuple[int, LinkSolid]]:
         """Return the solids of links, each with its link."""
         return [(int(link), solid) for link in links for solid in self.of(int(link))]
 
-    def _solids(self, link: int) -> list[Solid]:
+    def _solids(self, link: int) -> list[LinkSolid]:
         static = self._case.scene.statics.get(base_name(self._states.links[link].body))
         if static is not None and static.shape.kind == "plane":
-            return [Solid("plane", np.zeros(3), np.eye(3))]
+            return [LinkSolid("plane", np.zeros(3), np.eye(3))]
         found = [self._solid(row) for row in self._index.get(str(link), ()) if isinstance(row, dict)]
         return [solid for solid in found if solid is not None]
 
-    def _solid(self, row: dict[str, Any]) -> Solid | None:
+    def _solid(self, row: dict[str, Any]) -> LinkSolid | None:
         try:
             pos = np.array([float(x) for x in row.get("pos", (0, 0, 0))])
             quat = np.array([float(x) for x in row.get("quat", (1, 0, 0, 0))])
@@ -62,11 +62,11 @@ class RigidShapes:
             return None
         if kind in _SIZES:
             fits = len(size) == _SIZES[kind] and all(x > 0 for x in size)
-            return Solid(kind, pos, turn, size) if fits else None
+            return LinkSolid(kind, pos, turn, size) if fits else None
         solid = self._mesh(str(row.get("mesh")))
         return None if solid is None else replace(solid, pos=pos, turn=turn)
 
-    def _read_mesh(self, name: str) -> Solid | None:
+    def _read_mesh(self, name: str) -> LinkSolid | None:
         if not MESH_FILE.match(name):  # the name becomes a path
             return None
         try:
@@ -86,7 +86,7 @@ def _index(path: Path) -> dict[str, list[Any]] | None:
         return None
 
 
-def world_frames(states: RunStates, link: int, solid: Solid, step: int = 1) -> tuple[Array, Array]:
+def world_frames(states: RunStates, link: int, solid: LinkSolid, step: int = 1) -> tuple[Array, Array]:
     """Return positions [m] (F, 3) and rotation matrices (F, 3, 3) of a solid's frame in the world, every `step` frames.
 
     Positions are nan after its body has left the scene.

@@ -11,7 +11,7 @@ from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import KINDS, leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import base_name
-from text2sim.recording.deformables import Deformable
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
 LOOKED_AT = 4_000_000
@@ -58,7 +58,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     return found
 
 
-def penetration(recording: RecordedCase, body: Deformable) -> tuple[Array, list[str]]:
+def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, list[str]]:
     """Return the depth [m] of a body's points in the rigid bodies that it touches, shape (F,), and which, by frame."""
     names = recording.names
     rigid = [t for t in names.copies.values() if t.soft is None and names.touches_soft(t.copy)]
@@ -95,23 +95,23 @@ def _far_from_one(values: Array) -> Array:
     return np.abs(np.log(np.maximum(values, 1e-300)))
 
 
-def _volume(recording: RecordedCase, body: Deformable) -> Array:
+def _volume(recording: RecordedCase, body: RecordedDeformable) -> Array:
     volume = deformation.volumes(body)
     return volume / volume[0]
 
 
-def _stretch(recording: RecordedCase, body: Deformable) -> Array:
+def _stretch(recording: RecordedCase, body: RecordedDeformable) -> Array:
     return deformation.stretches(body).max(axis=1).astype(float)
 
 
-def _strain(recording: RecordedCase, body: Deformable) -> Array | None:
+def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """The 99th percentile of strain, because single particles may have escaped; None for what flows."""
     if body.kind != "soft":
         return None  # grains and liquids flow
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
-def _against(recording: RecordedCase, body: Deformable) -> Array | None:
+def _against(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Fraction of the points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
@@ -120,16 +120,16 @@ def _against(recording: RecordedCase, body: Deformable) -> Array | None:
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
 
-def _inverted(recording: RecordedCase, body: Deformable) -> Array | None:
+def _inverted(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     return deformation.inverted(body)
 
 
-def _self_penetration(recording: RecordedCase, body: Deformable) -> Array:
+def _self_penetration(recording: RecordedCase, body: RecordedDeformable) -> Array:
     return folds.self_penetration(body, recording.thickness(body))
 
 
 _QUANTITIES: tuple[
-    tuple[str, str, Callable[[RecordedCase, Deformable], Array | None], Callable[[Array], Array]], ...
+    tuple[str, str, Callable[[RecordedCase, RecordedDeformable], Array | None], Callable[[Array], Array]], ...
 ] = (
     ("volume", "", _volume, _far_from_one),
     ("stretch", "", _stretch, _large),

@@ -12,7 +12,7 @@ import numpy as np
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target
 from text2sim.evidence.soft_measures import gap
-from text2sim.recording.deformables import Deformable
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
 PBD = 0.6
@@ -25,7 +25,7 @@ APART = 1.5
 """Gap, in tolerances, at which a touch is over."""
 
 
-def tolerance(body: Deformable) -> float:
+def tolerance(body: RecordedDeformable) -> float:
     """Return the gap [m] up to which a body touches a rigid one; for two deformable bodies, both add up."""
     if body.solver == "pbd":
         return PBD * body.spacing

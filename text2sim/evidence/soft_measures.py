@@ -11,7 +11,7 @@ from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.selection import Target
-from text2sim.recording.deformables import Deformable
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
@@ -25,7 +25,7 @@ class SoftMeasureError(ValueError):
     """Error: a measure is undefined for what was recorded."""
 
 
-def deformables(recording: RecordedCase, selector: str) -> list[Deformable]:
+def deformables(recording: RecordedCase, selector: str) -> list[RecordedDeformable]:
     """Return the deformable bodies that a selector matches.
 
     Raises:
@@ -62,7 +62,7 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
     return body.points[:, rows].mean(axis=1, dtype=float)
 
 
-def region_rows(body: Deformable, region: BodyRegion) -> Array:
+def region_rows(body: RecordedDeformable, region: BodyRegion) -> Array:
     """Return the indices of a body's points in a region at the start; see `region_path`.
 
     Raises:
@@ -189,7 +189,7 @@ def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[T
     return deepest
 
 
-def gap(recording: RecordedCase, body: Deformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
+def gap(recording: RecordedCase, body: RecordedDeformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
     """Return the signed distance [m] of a body to the nearest of others in each frame; negative inside.
 
     Args:

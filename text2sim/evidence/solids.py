@@ -17,7 +17,7 @@ FLAT = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class LinkSolid:
     """A solid in the frame of its link."""
 
     kind: str
@@ -110,7 +110,7 @@ class Solid:
         return KDTree(points), (normal / np.maximum(area, 1e-30)[:, None])[owner]
 
 
-def solid_of_mesh(vertices: Array, faces: Array) -> Solid | None:
+def solid_of_mesh(vertices: Array, faces: Array) -> LinkSolid | None:
     """Return a mesh as a solid in the frame of its link; None if it has no volume."""
     from scipy.spatial import ConvexHull, QhullError  # slow to import, and rarely needed
 
@@ -122,8 +122,8 @@ def solid_of_mesh(vertices: Array, faces: Array) -> Solid | None:
             hull = ConvexHull(vertices)
         except (QhullError, ValueError):  # flat
             return None
-        return Solid("hull", np.zeros(3), np.eye(3), (), vertices, hull.simplices)
-    return Solid("surface", np.zeros(3), np.eye(3), (), vertices, faces)
+        return LinkSolid("hull", np.zeros(3), np.eye(3), (), vertices, hull.simplices)
+    return LinkSolid("surface", np.zeros(3), np.eye(3), (), vertices, faces)
 
 
 def is_convex(vertices: Array, faces: Array) -> bool:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from text2sim.recording.deformables import Deformable
+from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
 TIED = 2 / 0.64
@@ -20,7 +20,7 @@ LEAST = 0.01
 
 
 @lru_cache(maxsize=8)
-def pieces(body: Deformable) -> tuple[Array, Array]:
+def pieces(body: RecordedDeformable) -> tuple[Array, Array]:
     """Return the number of pieces of at least 1 % of a body, and the fraction of the largest one, both of shape (F,).
 
     All particles of a body have the same mass.

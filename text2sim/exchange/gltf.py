@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from text2sim.exchange.files import put, save_picture, workplace
 from text2sim.exchange.glb import Glb
-from text2sim.exchange.materials import Material
-from text2sim.exchange.scenery import Figure, Link, Piece, Scenery, keys
+from text2sim.exchange.materials import ExportMaterial
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
 from text2sim.exchange.viewing import Track, camera_tracks
 from text2sim.spec_schema.errors import RunError
 
@@ -78,10 +78,10 @@ class _Writer:
         self.glb, self._scenery, self._place = Glb(), scenery, place
         self._channels: list[dict[str, Any]] = []
         self._samplers: list[dict[str, Any]] = []
-        self._materials: dict[Material, int] = {}
+        self._materials: dict[ExportMaterial, int] = {}
         self._textures: dict[Path, tuple[int, bool]] = {}
         self._shapes: dict[Path, dict[str, Any]] = {}
-        self._meshes: dict[tuple[Path, Material], int] = {}
+        self._meshes: dict[tuple[Path, ExportMaterial], int] = {}
 
     def write(self) -> dict[str, int]:
         scenery = self._scenery
@@ -99,7 +99,7 @@ class _Writer:
 
     # --- what there is ---------------------------------------------------------------
 
-    def _add_link(self, link: Link, one_of_several: bool) -> int:
+    def _add_link(self, link: SceneryLink, one_of_several: bool) -> int:
         name = f"{link.body}.{link.name}" if one_of_several else link.body
         node: dict[str, Any] = {"name": name, "extras": {"body": link.body, "link": link.name, "mass": link.mass}}
         pieces = link.pieces
@@ -117,7 +117,7 @@ class _Writer:
         self._animate(number, node, self._scenery.times, pos, quat)
         return number
 
-    def _mesh(self, piece: Piece) -> int:
+    def _mesh(self, piece: SceneryPiece) -> int:
         key = piece.mesh, piece.material
         if key not in self._meshes:
             if piece.mesh not in self._shapes:
@@ -206,7 +206,7 @@ class _Writer:
         target = {"node": number, "path": path}
         self._channels.append({"sampler": len(self._samplers) - 1, "target": target})
 
-    def _material(self, material: Material) -> int:
+    def _material(self, material: ExportMaterial) -> int:
         if material in self._materials:
             return self._materials[material]
         surface: dict[str, Any] = {

@@ -18,7 +18,7 @@ Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Material:
+class ExportMaterial:
     """A surface; equal ones are one material in a file."""
 
     color: Rgb
@@ -32,7 +32,7 @@ class Material:
     """sRGB, instead of the colour."""
 
 
-def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> Material:
+def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> ExportMaterial:
     """Return the surface of a body.
 
     Args:
@@ -45,6 +45,6 @@ def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> Materia
     red, green, blue = (1.0, 1.0, 1.0) if picture else linear(np.asarray(look.color, float)).tolist()
     opacity = {"clear": CLEAR, "frosted": MILKY}.get(finish.kind, look.opacity)
     roughness = max(finish.roughness, SMOOTHEST)
-    return Material(
+    return ExportMaterial(
         (red, green, blue), roughness, finish.metallic, float(opacity), finish.clearcoat, two_sided, picture
     )

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.exchange.materials import Material, material_of
+from text2sim.exchange.materials import ExportMaterial, material_of
 from text2sim.recording.chunks import DAMAGED
-from text2sim.recording.film_record import FilmRecord, Part, SoftPart, SurfaceLook, read_recording
-from text2sim.rendering.meshes import Mesh, read_mesh
+from text2sim.recording.film_record import FilmRecord, SoftPart, SurfaceLook, WornMesh, read_recording
+from text2sim.rendering.meshes import RenderMesh, read_mesh
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.shading import Shell
 
@@ -18,7 +18,7 @@ Indices = NDArray[np.integer]
 
 
 @dataclass(frozen=True)
-class Piece:
+class SceneryPiece:
     """A mesh that a link wears."""
 
     mesh: Path
@@ -26,11 +26,11 @@ class Piece:
     """In the link's frame [m]."""
     quat: tuple[float, ...]
     """(w, x, y, z)"""
-    material: Material
+    material: ExportMaterial
 
 
 @dataclass(frozen=True)
-class Link:
+class SceneryLink:
     """A rigid thing that moves as one."""
 
     row: int
@@ -44,7 +44,7 @@ class Link:
     """[kg]"""
     com: tuple[float, ...]
     """Centre of mass in its frame [m]."""
-    pieces: list[Piece]
+    pieces: list[SceneryPiece]
 
 
 class Figure:
@@ -113,7 +113,7 @@ class Scenery:
 
     def __init__(self, folder: Path, *, every: int = 1, detailed: bool = True):
         self.recording = _opened(folder)
-        self._meshes: dict[Path, Mesh] = {}
+        self._meshes: dict[Path, RenderMesh] = {}
         self._detailed = detailed
         count = len(self.recording.states.time)
         if not count:
@@ -133,7 +133,7 @@ class Scenery:
         except DAMAGED as error:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
-    def mesh(self, path: Path) -> Mesh:
+    def mesh(self, path: Path) -> RenderMesh:
         """Return a mesh of a piece.
 
         Raises:
@@ -159,24 +159,24 @@ class Scenery:
         quat[1:] *= np.cumprod(np.where(turned, -1.0, 1.0), axis=0)[..., None]
         return pos, quat
 
-    def _links(self) -> list[Link]:
-        worn: dict[int, list[Piece]] = {}
+    def _links(self) -> list[SceneryLink]:
+        worn: dict[int, list[SceneryPiece]] = {}
         for part in self.recording.parts:
             if _seen(part.look):
                 worn.setdefault(part.link, []).append(self._piece(part))
         rows = self.recording.states.layout["links"]
         return [
-            Link(
+            SceneryLink(
                 k, row["body"], row["link"], bool(row["fixed"]), float(row["mass"]),
                 tuple(float(x) for x in row.get("com", (0, 0, 0))), worn.get(k, []),
             )
             for k, row in enumerate(rows)
         ]  # fmt: skip
 
-    def _piece(self, part: Part) -> Piece:
+    def _piece(self, part: WornMesh) -> SceneryPiece:
         has_uvs = part.look.picture is not None and self.mesh(part.mesh).uvs is not None
         material = material_of(part.look, two_sided=False, has_uvs=has_uvs)
-        return Piece(part.mesh, part.pos, part.quat, material)
+        return SceneryPiece(part.mesh, part.pos, part.quat, material)
 
 
 def keys(values: Array) -> Indices:
@@ -192,13 +192,13 @@ def _seen(look: SurfaceLook) -> bool:
     return look.visible and look.opacity > 0
 
 
-def _plain_mesh(path: Path) -> Mesh:
+def _plain_mesh(path: Path) -> RenderMesh:
     with np.load(path) as arrays:
         vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
         uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
     shell = Shell(vertices, faces)
     worn = None if uvs is None else uvs[shell.worn]
-    return Mesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
+    return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
 
 
 def _opened(folder: Path) -> FilmRecord:

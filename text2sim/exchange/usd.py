@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from text2sim import __version__
 from text2sim.exchange.files import put, workplace
-from text2sim.exchange.materials import Material
+from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.openusd import openusd
-from text2sim.exchange.scenery import Figure, Link, Piece, Scenery, keys
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
 from text2sim.exchange.usd_lights import add_lights
 from text2sim.exchange.usd_materials import UsdMaterials
 from text2sim.exchange.viewing import Track, camera_tracks
@@ -104,7 +104,7 @@ class _Writer:
         stage.GetRootLayer().comment = f"{scenery.recording.folder.name}, written by text2sim {__version__}"
         self._materials = UsdMaterials(stage, f"{ROOT}/materials", textures)
         self._shapes: dict[tuple[Path, bool], str] = {}
-        self._dressed: dict[tuple[Path, Material], str] = {}
+        self._dressed: dict[tuple[Path, ExportMaterial], str] = {}
         worn = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
         self._shared = {key for key, count in worn.items() if count > 1}
 
@@ -129,7 +129,7 @@ class _Writer:
 
     # --- contents --------------------------------------------------------------------
 
-    def _add_link(self, link: Link, alone: bool) -> None:
+    def _add_link(self, link: SceneryLink, alone: bool) -> None:
         path = self._body_path(link.body, link.body in self._scenery.recording.statics)
         if not alone:
             self._xform(path, link.body)
@@ -147,7 +147,7 @@ class _Writer:
         for k, piece in enumerate(link.pieces):
             self._add_piece(f"{path}/shape_{k}", piece)
 
-    def _add_piece(self, path: str, piece: Piece) -> None:
+    def _add_piece(self, path: str, piece: SceneryPiece) -> None:
         key = piece.mesh, piece.material.two_sided
         if key in self._shared:
             made = self._usd.UsdGeom.Xform.Define(self._stage, path)
@@ -160,7 +160,7 @@ class _Writer:
             made.AddTranslateOp().Set(self._usd.Gf.Vec3d(*piece.pos))
             made.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
 
-    def _dress(self, mesh: Path, material: Material) -> str:
+    def _dress(self, mesh: Path, material: ExportMaterial) -> str:
         """Return the path of the class of which all copies of a shape in one material are instances.
 
         The material is bound within it: not every reader looks for a material at an instance.

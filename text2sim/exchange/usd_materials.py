@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.exchange.files import save_picture
-from text2sim.exchange.materials import Material
+from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.openusd import openusd
 
 
@@ -22,17 +22,17 @@ class UsdMaterials:
 
     def __init__(self, stage: Any, at: str, textures: Path):
         self._stage, self._at, self._textures = stage, at, textures
-        self._made: dict[Material, Any] = {}
+        self._made: dict[ExportMaterial, Any] = {}
         self._holed: set[Path] = set()
         self.pictures: dict[Path, str] = {}
 
-    def bind(self, prim: Any, material: Material) -> None:
+    def bind(self, prim: Any, material: ExportMaterial) -> None:
         """Give a prim a material."""
         if material not in self._made:
             self._made[material] = self._make(f"{self._at}/material_{len(self._made)}", material)
         openusd().UsdShade.MaterialBindingAPI.Apply(prim).Bind(self._made[material])
 
-    def _make(self, path: str, material: Material) -> Any:
+    def _make(self, path: str, material: ExportMaterial) -> Any:
         usd = openusd()
         kinds, shader = usd.Sdf.ValueTypeNames, usd.UsdShade.Shader
         made = usd.UsdShade.Material.Define(self._stage, path)

@@ -7,7 +7,7 @@ import numpy as np
 from text2sim.compiler.looks import hides
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.stage import stage
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 from text2sim.drawing.views import film_view
 from text2sim.legibility.sight import Sight, Things, look
 
@@ -54,7 +54,7 @@ def at_start(resolution: "Resolution", camera: str, size: tuple[int, int] = (160
     return of_stage(stage(resolution, COARSE), film_view(resolution, camera, size))
 
 
-def of_stage(props: Stage, view: View) -> Layout:
+def of_stage(props: Stage, view: PictureView) -> Layout:
     """Return what is seen of the props of a stage."""
     names = list(dict.fromkeys(prop.name for prop in props if prop.opacity > 0.0))
     index = {name: k for k, name in enumerate(names)}

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from text2sim.compiler.looks import hides
 from text2sim.drawing.stage import matrices
-from text2sim.drawing.view import View, perspective
+from text2sim.drawing.view import PictureView, perspective
 from text2sim.legibility.sight import Sight, Things, look
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:
-    from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
+    from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 
 Array = NDArray[Any]
 
@@ -104,7 +104,7 @@ class Recorded:
         colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
         return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
 
-    def _rigid(self, parts: "list[Part]") -> tuple[Array, Array, Array]:
+    def _rigid(self, parts: "list[WornMesh]") -> tuple[Array, Array, Array]:
         """Triangles of all rigid parts in the frames of their links; of each its link and its part."""
         meshes: dict[Any, tuple[Array, Array]] = {}
         for mesh in dict.fromkeys(part.mesh for part in parts):
@@ -155,7 +155,7 @@ def base_name(copy: str) -> str:
     return copy.partition("[")[0]
 
 
-def raster_view(camera: FilmView, size: tuple[int, int]) -> View:
+def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:
     """Return a camera of the film as one of the rasteriser."""
     away = float(np.linalg.norm(np.subtract(camera.look_at, camera.pos)))
     near = max(away * 1e-3, 1e-4)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.drawing.raster import Raster
-from text2sim.drawing.view import View
+from text2sim.drawing.view import PictureView
 
 Array = NDArray[Any]
 
@@ -65,7 +65,7 @@ class Sight:
         inside: Part of its points that are in the picture, shape (m,).
     """
 
-    view: View
+    view: PictureView
     front: Array
     """Solid thing at each pixel, row by row, -1 for none, shape (h w,)."""
     pixels: Array
@@ -130,7 +130,7 @@ class Sight:
         return found
 
 
-def look(things: Things, view: View) -> Sight:
+def look(things: Things, view: PictureView) -> Sight:
     """Return what a camera sees of things."""
     count = things.number
     raster = Raster(things.triangles, view, things.culled)
@@ -157,7 +157,7 @@ def look(things: Things, view: View) -> Sight:
     return Sight(view, front, pixels, owners, visible, seen, alone, inside)
 
 
-def _specks(things: Things, view: View, nearness: Array, seen: Array, alone: Array) -> Array:
+def _specks(things: Things, view: PictureView, nearness: Array, seen: Array, alone: Array) -> Array:
     """Count what lies between pixels, in place; return which part of each thing's points is in the picture."""
     count = things.number
     points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)

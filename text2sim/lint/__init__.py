@@ -7,12 +7,12 @@ A case can waive a rule by its id, with a reason.
 from dataclasses import replace
 
 from text2sim.compiler.build import Resolution
-from text2sim.lint.report import Report, Waived
+from text2sim.lint.report import LintReport, Waived
 
-__all__ = ["Report", "Waived", "lint_case"]
+__all__ = ["LintReport", "Waived", "lint_case"]
 
 
-def lint_case(resolution: Resolution) -> Report:
+def lint_case(resolution: Resolution) -> LintReport:
     """Return everything that is to be said about a case that could be resolved.
 
     Warnings of the stages before are in the report too, so that they can be waived like any other.

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
@@ -20,7 +20,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
-from text2sim.lint.parts import Ground, Part, near
+from text2sim.lint.parts import Ground, StandingPart, near
 from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.loaded import LoadedCase
@@ -42,12 +42,12 @@ class Facts:
         self.loaded: LoadedCase = resolution.loaded
         self.placed: dict[str, list[Copy]] = resolution.placed
         self.lowering: Lowering = resolution.lowering
-        self.rows: Rows = resolution.rows
+        self.rows: ControlRows = resolution.rows
         self.settings: Settings = resolution.settings
         self.plan: Plan = resolution.plan
         self.case: Case = resolution.loaded.case
         self.folder: FilePath = resolution.loaded.folder
-        self._parts: dict[str, list[Part]] = {}
+        self._parts: dict[str, list[StandingPart]] = {}
         self._boxes: dict[str, Bounds | None] = {}
         self._extents: dict[tuple[int, Quaternion], Bounds] = {}
         self._thinnest: dict[int | str, float] = {}
@@ -173,7 +173,7 @@ class Facts:
         """Return centre and radius [m] of balls around the pieces of a copy; none for a plane."""
         return self.lowering.balls.get(copy.name, [])
 
-    def parts(self, copy: Copy) -> list[Part]:
+    def parts(self, copy: Copy) -> list[StandingPart]:
         """Return the convex pieces by which a copy touches, where they stand at the start; none for a plane."""
         if copy.name not in self._parts:
             tree = self.tree(copy)
@@ -190,9 +190,9 @@ class Facts:
             self._parts[copy.name] = found
         return self._parts[copy.name]
 
-    def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> Part:
+    def _part(self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None) -> StandingPart:
         mesh = load_mesh(str(piece.file), self.folder) if piece.collision in ("decompose", "exact") else None
-        return Part(piece, pos, quat, moves, link, mesh)
+        return StandingPart(piece, pos, quat, moves, link, mesh)
 
     def box(self, copy: Copy) -> Bounds | None:
         """Return the corners [m] of the upright box around a copy at the start; None for a plane."""

@@ -31,7 +31,7 @@ MANY_CELLS = 64
 """What lies in more cells of the grid than this is compared with everything instead."""
 
 
-class Part:
+class StandingPart:
     """A convex piece where it stands at the start."""
 
     def __init__(
@@ -89,7 +89,7 @@ class Ground(NamedTuple):
     half: float
     """Half of its side [m]."""
 
-    def depth(self, part: Part) -> float:
+    def depth(self, part: StandingPart) -> float:
         """Return how deep [m] the lowest point of a piece is below it; negative above."""
         return self.level - part.lowest(self.up)
 

@@ -22,7 +22,7 @@ class Waived:
 
 
 @dataclass(frozen=True)
-class Report:
+class LintReport:
     """Findings in the order of the file."""
 
     problems: list[Problem] = field(default_factory=list)
@@ -40,7 +40,7 @@ class Report:
         return all(problem.severity != "error" for problem in self.problems)
 
 
-def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> Report:
+def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> LintReport:
     """Divide findings into those that the case waives and the rest.
 
     Args:
@@ -67,4 +67,4 @@ def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> 
             problems.append(
                 loaded.problem(("waive", rule), message, key=True, rule="unused-waiver", severity="warning")
             )
-    return Report(sort_problems(problems), waived)
+    return LintReport(sort_problems(problems), waived)

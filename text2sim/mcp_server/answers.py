@@ -20,7 +20,7 @@ MAX_PICTURE = 1_500_000
 
 
 @dataclass
-class Answer:
+class ToolAnswer:
     """What a tool answers."""
 
     document: dict[str, Any]
@@ -40,9 +40,9 @@ class Answer:
         return said if len(said) <= 2 * MAX_PAGE else _dump({"shortened": True, "start": said[:MAX_PAGE]})
 
 
-def refusal(error: str, **more: Any) -> Answer:
+def refusal(error: str, **more: Any) -> ToolAnswer:
     """Return the answer of a tool that did nothing, and why."""
-    return Answer({"ok": False, "error": clipped(error), **more}, failed=True)
+    return ToolAnswer({"ok": False, "error": clipped(error), **more}, failed=True)
 
 
 def clipped(value: Any, rows: int = MAX_LIST) -> Any:

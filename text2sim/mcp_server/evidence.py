@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from text2sim.mcp_server.answers import Answer, clipped, paged, refusal, text_page
+from text2sim.mcp_server.answers import ToolAnswer, clipped, paged, refusal, text_page
 from text2sim.mcp_server.running import expectation
 from text2sim.mcp_server.workspace import Workspace, read_file
 from text2sim.recording.record import RunRecord
@@ -29,10 +29,10 @@ DIAGNOSTICS = (
     "off_path",
 )
 
-Part = Callable[[Path, int], Answer]
+Part = Callable[[Path, int], ToolAnswer]
 
 
-def evidence(workspace: Workspace, run: str, part: str, offset: int) -> Answer:
+def evidence(workspace: Workspace, run: str, part: str, offset: int) -> ToolAnswer:
     """Say what a run showed.
 
     Args:
@@ -52,7 +52,7 @@ def evidence(workspace: Workspace, run: str, part: str, offset: int) -> Answer:
     return known(folder, offset)
 
 
-def _summary(folder: Path, offset: int) -> Answer:
+def _summary(folder: Path, offset: int) -> ToolAnswer:
     found, record = _evidence(folder), RunRecord.read(folder)
     time = found.get("time") or {}
     document = {
@@ -72,7 +72,7 @@ def _summary(folder: Path, offset: int) -> Answer:
         "lint": [f"{row.get('rule')} {row.get('path')}" for row in (record.lint if record else [])],
         "parts": [*PARTS, "series:MEASURE"],
     }
-    return Answer(clipped({key: value for key, value in document.items() if value not in (None, "", [], {})}))
+    return ToolAnswer(clipped({key: value for key, value in document.items() if value not in (None, "", [], {})}))
 
 
 def _event(row: dict[str, Any]) -> str:
@@ -99,56 +99,56 @@ def _unseen(found: dict[str, Any]) -> dict[str, Any]:
     return {name: view["never_seen"] for name, view in views.items() if view.get("never_seen")}
 
 
-def _diagnostics(folder: Path, offset: int) -> Answer:
+def _diagnostics(folder: Path, offset: int) -> ToolAnswer:
     found = _evidence(folder)
-    return Answer({"run": folder.name, **{key: clipped(found.get(key), 12) for key in DIAGNOSTICS}})
+    return ToolAnswer({"run": folder.name, **{key: clipped(found.get(key), 12) for key in DIAGNOSTICS}})
 
 
 def _table(key: str) -> Part:
     """A part that is a mapping of the evidence: a row for each of its keys."""
 
-    def part(folder: Path, offset: int) -> Answer:
+    def part(folder: Path, offset: int) -> ToolAnswer:
         rows = [{name: row} for name, row in _rows(_evidence(folder), key).items()]
-        return Answer({"run": folder.name, "part": key, **paged(rows, offset)})
+        return ToolAnswer({"run": folder.name, "part": key, **paged(rows, offset)})
 
     return part
 
 
-def _timeline(folder: Path, offset: int) -> Answer:
+def _timeline(folder: Path, offset: int) -> ToolAnswer:
     rows = []
     for line in _text(folder, "events.jsonl").splitlines():
         try:
             rows.append(json.loads(line))
         except (ValueError, RecursionError):
             continue  # a line that was cut off tells nothing
-    return Answer({"run": folder.name, "part": "timeline", **paged(rows, offset)})
+    return ToolAnswer({"run": folder.name, "part": "timeline", **paged(rows, offset)})
 
 
-def _log(folder: Path, offset: int) -> Answer:
+def _log(folder: Path, offset: int) -> ToolAnswer:
     """The log from its end backwards: what went wrong stands there."""
     text = _text(folder, "log.txt")
     end = max(0, len(text) - offset)
     piece, _ = text_page(text[max(0, end - 5_000) : end], 0)
     more = {"next_offset": offset + 5_000, "note": "earlier lines"} if end > 5_000 else {}
-    return Answer({"run": folder.name, "part": "log", "characters": len(text), **more}, piece)
+    return ToolAnswer({"run": folder.name, "part": "log", "characters": len(text), **more}, piece)
 
 
-def _lint(folder: Path, offset: int) -> Answer:
+def _lint(folder: Path, offset: int) -> ToolAnswer:
     record = RunRecord.read(folder)
-    return Answer({"run": folder.name, "part": "lint", **paged(record.lint if record else [], offset)})
+    return ToolAnswer({"run": folder.name, "part": "lint", **paged(record.lint if record else [], offset)})
 
 
-def _settings(folder: Path, offset: int) -> Answer:
+def _settings(folder: Path, offset: int) -> ToolAnswer:
     record = RunRecord.read(folder)
-    return Answer({"run": folder.name, "part": "settings", **paged(record.notes if record else [], offset)})
+    return ToolAnswer({"run": folder.name, "part": "settings", **paged(record.notes if record else [], offset)})
 
 
-def _case(folder: Path, offset: int) -> Answer:
+def _case(folder: Path, offset: int) -> ToolAnswer:
     piece, said = text_page(_text(folder, "expanded.yaml") or _text(folder, "case.yaml"), offset)
-    return Answer({"run": folder.name, "part": "case", **said}, piece)
+    return ToolAnswer({"run": folder.name, "part": "case", **said}, piece)
 
 
-def _series(folder: Path, measure: str) -> Answer:
+def _series(folder: Path, measure: str) -> ToolAnswer:
     """A measure over time, thinned, with its extremes kept."""
     table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
     names = table[0] if table else []
@@ -162,7 +162,7 @@ def _series(folder: Path, measure: str) -> Answer:
     if values:
         kept |= {min(values, key=values.__getitem__), max(values, key=values.__getitem__)}
     said = {"run": folder.name, "measure": measure, "recorded": len(points), "columns": "time [s], value"}
-    return Answer(said, "\n".join(f"{points[i][0]}, {points[i][1]}" for i in sorted(kept) if i >= 0))
+    return ToolAnswer(said, "\n".join(f"{points[i][0]}, {points[i][1]}" for i in sorted(kept) if i >= 0))
 
 
 def _number(text: str) -> float | None:

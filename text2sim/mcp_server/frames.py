@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.mcp_server.answers import Answer
+from text2sim.mcp_server.answers import ToolAnswer
 from text2sim.mcp_server.pictures import jpeg
 from text2sim.mcp_server.workspace import Workspace, is_file, read_file
 from text2sim.recording.record import RunRecord
@@ -30,7 +30,7 @@ PLACES = ("{}", "render/final{}", "render/draft{}")
 """Where a film may lie, the preview first: it is always that of the case as it is."""
 
 
-def frames_of(workspace: Workspace, run: str, times: list[float], count: int, camera: str) -> Answer:
+def frames_of(workspace: Workspace, run: str, times: list[float], count: int, camera: str) -> ToolAnswer:
     """Show pictures of a run's film.
 
     Args:
@@ -58,7 +58,7 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
         "film_covers": [round(min(p.t for p in pictures), 4), round(max(p.t for p in pictures), 4)],
         "pictures": len(pictures),
     }
-    return Answer(document, picture=jpeg(_sheet(thumbnails)), media="image/jpeg")
+    return ToolAnswer(document, picture=jpeg(_sheet(thumbnails)), media="image/jpeg")
 
 
 def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":

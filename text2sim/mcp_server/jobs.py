@@ -6,7 +6,7 @@ from itertools import count
 from threading import Event, Lock, Thread
 from time import monotonic
 
-from text2sim.mcp_server.answers import Answer, refusal
+from text2sim.mcp_server.answers import ToolAnswer, refusal
 from text2sim.runtime.progress import PHASES, OnProgress, Progress
 from text2sim.runtime.stop import Stop
 from text2sim.runtime.trouble import told
@@ -17,12 +17,12 @@ KEPT = 20
 ENDING = 1.5
 """Time [s] that a run has to end when the server does; a client waits two seconds before it kills."""
 
-Work = Callable[[OnProgress, Stop], Answer]
+Work = Callable[[OnProgress, Stop], ToolAnswer]
 """Runs a case to its end and says what came of it."""
 
 
 @dataclass(eq=False)
-class Job:
+class BackgroundRun:
     """One run in the background."""
 
     id: str
@@ -31,7 +31,7 @@ class Job:
     """All that makes this run this one: the same asked for twice is the same job."""
     stop: Stop = field(default_factory=Stop)
     progress: Progress = field(default_factory=lambda: Progress("compile"))
-    answer: Answer | None = None
+    answer: ToolAnswer | None = None
     """What came of it, once it is done."""
     begun: float = field(default_factory=monotonic)
     over: Event = field(default_factory=Event)
@@ -58,7 +58,7 @@ class Job:
             text += f", about {progress.eta:.0f} s left"
         return text
 
-    def told(self) -> Answer:
+    def told(self) -> ToolAnswer:
         """Return what came of it, or how far it is."""
         if self.answer is not None and self.done:
             return self.answer
@@ -70,18 +70,18 @@ class Job:
             "seconds": round(monotonic() - self.begun, 1),
             "next": f"ask again with run_status, id {self.id}",
         }
-        return Answer(document)
+        return ToolAnswer(document)
 
 
 class Jobs:
     """The runs of a server: one at a time, because two would only slow each other down."""
 
     def __init__(self) -> None:
-        self._jobs: dict[str, Job] = {}
+        self._jobs: dict[str, BackgroundRun] = {}
         self._numbers = count(1)
         self._lock = Lock()
 
-    def start(self, case: str, what: str, work: Work) -> Job:
+    def start(self, case: str, what: str, work: Work) -> BackgroundRun:
         """Begin a run, or return the one that is just this and still runs.
 
         Args:
@@ -101,14 +101,14 @@ class Jobs:
                     f"{busy.case} is running ({busy.id}: {busy.words}), and one runs at a time: wait for it with "
                     "run_status, or stop it with run_status, stop: true"
                 )
-            job = Job(f"job-{next(self._numbers)}", case, what)
+            job = BackgroundRun(f"job-{next(self._numbers)}", case, what)
             self._jobs[job.id] = job
             for old in list(self._jobs)[:-KEPT]:
                 del self._jobs[old]
         Thread(target=_work, args=(job, work), name=job.id, daemon=True).start()
         return job
 
-    def find(self, id: str) -> Job:
+    def find(self, id: str) -> BackgroundRun:
         """Return a job; the last one if `id` is empty.
 
         Raises:
@@ -131,7 +131,7 @@ class Jobs:
                 job.over.wait(ENDING)
 
 
-def _work(job: Job, work: Work) -> None:
+def _work(job: BackgroundRun, work: Work) -> None:
     def listen(progress: Progress) -> None:
         job.progress = progress
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from text2sim.lint.rules import RULES, Rule, find_rule
-from text2sim.mcp_server.answers import MAX_PAGE, Answer, refusal, text_page
+from text2sim.mcp_server.answers import MAX_PAGE, ToolAnswer, refusal, text_page
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.published.language_reference import language_reference
 
@@ -37,7 +37,7 @@ class Page:
         return f"{self.above[-1]}/{self.name}" if self.above else self.name
 
 
-def language(topic: str, offset: int) -> Answer:
+def language(topic: str, offset: int) -> ToolAnswer:
     """Say what the reference has on a topic; which pages there are, if there is none."""
     words = topic.strip().lower().replace("`", "")
     if not words:
@@ -53,27 +53,27 @@ def language(topic: str, offset: int) -> Answer:
         if page.above:
             document["see_also"] = page.above[-1]
         piece, said = text_page(text, offset)
-        return Answer({**document, **said}, piece)
+        return ToolAnswer({**document, **said}, piece)
     if found:
-        return Answer({"topic": words, "several": [page.path for page in found], "next": "ask for one of these"})
+        return ToolAnswer({"topic": words, "several": [page.path for page in found], "next": "ask for one of these"})
     if (rule := find_rule(words)) is not None:
-        return Answer({"rule": rule.id, "severity": rule.severity}, _rule(rule))
+        return ToolAnswer({"rule": rule.id, "severity": rule.severity}, _rule(rule))
     if (prefab := _prefab(words)) is not None:
-        return Answer({"prefab": words}, prefab)
+        return ToolAnswer({"prefab": words}, prefab)
     known = [*(page.name for page in _pages()), *(rule.id for rule in RULES), *_prefab_names()]
     hint = nearest(words, known)
     question = f"; did you mean `{hint}`?" if hint else ""
     return refusal(f"there is no page, rule or prefab `{words[:80]}`{question}; no topic lists the pages")
 
 
-def _index() -> Answer:
+def _index() -> ToolAnswer:
     lines = []
     for page in _pages():
         if page.level in (2, 3):
             below = ", ".join(one.name for one in _below(page) if one.level == page.level + 1 and one.level != 3)
             lines.append(f"{'  ' * (page.level - 2)}{page.name}{': ' if below else ''}{below}")
     lines += ["", f"prefabs: {', '.join(_prefab_names())}", f"rules of the lint: {', '.join(r.id for r in RULES)}"]
-    return Answer({"next": "ask for one of these, such as `rigid`, `shapes/box` or `tunnelling`"}, "\n".join(lines))
+    return ToolAnswer({"next": "ask for one of these, such as `rigid`, `shapes/box` or `tunnelling`"}, "\n".join(lines))
 
 
 @cache

@@ -2,11 +2,20 @@
 
 from typing import TYPE_CHECKING, Any
 
-from text2sim.mcp_server.answers import MAX_PICTURE, Answer, clipped, digest, paged, problem_rows, refusal, text_page
+from text2sim.mcp_server.answers import (
+    MAX_PICTURE,
+    ToolAnswer,
+    clipped,
+    digest,
+    paged,
+    problem_rows,
+    refusal,
+    text_page,
+)
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.service.examined import Examined, examine
 from text2sim.spec_schema.errors import Text2SimError, nearest
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
@@ -17,7 +26,7 @@ PARTS = ("summary", "text", "resolved")
 """What `show` can print besides a single body."""
 
 
-def check(workspace: Workspace, case: str, overlay: Overlay, *, settings: bool, offset: int) -> Answer:
+def check(workspace: Workspace, case: str, overlay: CaseOverlay, *, settings: bool, offset: int) -> ToolAnswer:
     """Find everything that is wrong with a case.
 
     Args:
@@ -27,7 +36,7 @@ def check(workspace: Workspace, case: str, overlay: Overlay, *, settings: bool, 
         settings: Whether derived solver settings are listed, too.
         offset: Number of the first problem to list.
     """
-    return Answer(verdict(examine(workspace.case_file(case), overlay=overlay), offset, settings=settings))
+    return ToolAnswer(verdict(examine(workspace.case_file(case), overlay=overlay), offset, settings=settings))
 
 
 def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[str, Any]:
@@ -55,7 +64,7 @@ def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[s
     return document
 
 
-def show(workspace: Workspace, case: str, overlay: Overlay, *, part: str, picture: bool, offset: int) -> Answer:
+def show(workspace: Workspace, case: str, overlay: CaseOverlay, *, part: str, picture: bool, offset: int) -> ToolAnswer:
     """Say what a case is, and draw how it starts.
 
     Args:
@@ -70,21 +79,21 @@ def show(workspace: Workspace, case: str, overlay: Overlay, *, part: str, pictur
     if part == "text":
         source = read_source(file)
         piece, said = text_page(source.text, offset)
-        return Answer({"file": str(file), "digest": digest(source.text), **said}, piece)
+        return ToolAnswer({"file": str(file), "digest": digest(source.text), **said}, piece)
     from text2sim.compiler.build import resolve_case
     from text2sim.compiler.explicit import explicit
 
     row = examine(file, plan=False, overlay=overlay)
     if row.loaded is None:
-        return Answer(verdict(row), failed=True)
+        return ToolAnswer(verdict(row), failed=True)
     try:
         resolution = resolve_case(row.loaded)
     except Text2SimError as error:
         row.blame(error)
-        return Answer(verdict(row), failed=True)
+        return ToolAnswer(verdict(row), failed=True)
     found = explicit(resolution)
     document: dict[str, Any] = {"case": row.name, "file": str(file), "digest": digest(row.loaded.source.text)}
-    answer = Answer(document)
+    answer = ToolAnswer(document)
     if part == "summary":
         document |= _summary(resolution, found)
     else:
@@ -140,7 +149,7 @@ def _copies(resolution: "Resolution", name: str) -> int:
     return len(resolution.placed.get(name, ()))
 
 
-def _picture(resolution: "Resolution", overlay: Overlay) -> tuple[bytes, str]:
+def _picture(resolution: "Resolution", overlay: CaseOverlay) -> tuple[bytes, str]:
     """Return the page that shows how a case starts, and its type."""
     from text2sim.drawing.layout import layout
     from text2sim.mcp_server.pictures import compressed

@@ -5,8 +5,8 @@ from typing import Any
 
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import run_case
-from text2sim.mcp_server.answers import Answer, clipped, problem_rows, refusal
-from text2sim.mcp_server.jobs import Job, Jobs
+from text2sim.mcp_server.answers import ToolAnswer, clipped, problem_rows, refusal
+from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.reading import verdict
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.progress import OnProgress
@@ -14,13 +14,15 @@ from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
 from text2sim.service.phrases import reason, summary
 from text2sim.spec_schema.errors import SpecError, Text2SimError
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 MAX_TIMEOUT = 3600.0
 """Wall time [s] that a simulation may be given."""
 
 
-def start(workspace: Workspace, jobs: Jobs, case: str, overlay: Overlay, *, timeout: float, film: bool) -> Answer | Job:
+def start(
+    workspace: Workspace, jobs: Jobs, case: str, overlay: CaseOverlay, *, timeout: float, film: bool
+) -> ToolAnswer | BackgroundRun:
     """Begin to run a case; the answer is that of `check` if it is not fit to be run.
 
     Args:
@@ -37,7 +39,7 @@ def start(workspace: Workspace, jobs: Jobs, case: str, overlay: Overlay, *, time
     file = workspace.case_file(case)
     row = examine(file, overlay=overlay)
     if not row.ok or row.loaded is None:
-        return Answer({"state": "not run", **verdict(row)}, failed=True)
+        return ToolAnswer({"state": "not run", **verdict(row)}, failed=True)
     what = repr((str(file), row.loaded.source.text, overlay, film))
     work = partial(_run, workspace, row, timeout=timeout, film=film)
     return jobs.start(row.name, what, work)
@@ -45,7 +47,7 @@ def start(workspace: Workspace, jobs: Jobs, case: str, overlay: Overlay, *, time
 
 def _run(
     workspace: Workspace, row: Examined, on_progress: OnProgress, stop: Stop, *, timeout: float, film: bool
-) -> Answer:
+) -> ToolAnswer:
     """Run a case that was examined, to its end."""
     assert row.loaded is not None
     try:
@@ -59,10 +61,10 @@ def _run(
             lint=row.findings(),
         )
     except SpecError as error:
-        return Answer({"state": "not run", "problems": problem_rows(error.problems[:20], row.sources)}, failed=True)
+        return ToolAnswer({"state": "not run", "problems": problem_rows(error.problems[:20], row.sources)}, failed=True)
     except (Text2SimError, OSError) as error:
         return refusal(reason(error), state="not run")
-    return Answer(_told(row, result), failed=result.state not in ("finished", "diverged", "interrupted"))
+    return ToolAnswer(_told(row, result), failed=result.state not in ("finished", "diverged", "interrupted"))
 
 
 def _told(row: Examined, result: RunResult) -> dict[str, Any]:

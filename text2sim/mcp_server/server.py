@@ -19,14 +19,14 @@ from pydantic import Field
 
 from text2sim import __version__
 from text2sim.mcp_server import cards, evidence, frames, language, reading, running, writing
-from text2sim.mcp_server.answers import Answer, problem_rows, refusal
-from text2sim.mcp_server.jobs import Job, Jobs
+from text2sim.mcp_server.answers import ToolAnswer, problem_rows, refusal
+from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.stop import SIGNALS
 from text2sim.runtime.trouble import told
 from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 INSTRUCTIONS = """\
 text2sim: a case is one YAML document with a scene, bodies, actions and a film; it is checked, simulated by Genesis and
@@ -235,7 +235,7 @@ def _add_running(server: MCPServer, workspace: Workspace, jobs: Jobs) -> None:
         """
         call = partial(running.start, workspace, jobs, case, _overlay(variants, sets), timeout=timeout, film=film)
         begun = await _tried(call)
-        return _result(begun) if isinstance(begun, Answer) else await _watched(begun, ctx, wait)
+        return _result(begun) if isinstance(begun, ToolAnswer) else await _watched(begun, ctx, wait)
 
     @server.tool(annotations=WRITES, structured_output=False)
     async def run_status(
@@ -246,14 +246,14 @@ def _add_running(server: MCPServer, workspace: Workspace, jobs: Jobs) -> None:
     ) -> CallToolResult:
         """Say how far a run is, or what came of it; or stop it."""
         job = await _tried(partial(jobs.find, id))
-        if isinstance(job, Answer):
+        if isinstance(job, ToolAnswer):
             return _result(job)
         if stop and not job.done:
             job.stop.request()
         return await _watched(job, ctx, wait)
 
 
-async def _watched(job: Job, ctx: Context, wait: float) -> CallToolResult:
+async def _watched(job: BackgroundRun, ctx: Context, wait: float) -> CallToolResult:
     """Tell the client how far a run comes, until it ends or the time is over; a call that is cancelled stops it."""
     from text2sim.runtime.progress import PHASES
 
@@ -270,27 +270,27 @@ async def _watched(job: Job, ctx: Context, wait: float) -> CallToolResult:
     return _result(job.told())
 
 
-def _overlay(variants: list[str] | None, sets: list[str] | None) -> Overlay:
-    return Overlay(tuple(variants or ()), tuple(sets or ()))
+def _overlay(variants: list[str] | None, sets: list[str] | None) -> CaseOverlay:
+    return CaseOverlay(tuple(variants or ()), tuple(sets or ()))
 
 
-async def _tried(call: Callable[[], T]) -> T | Answer:
+async def _tried(call: Callable[[], T]) -> T | ToolAnswer:
     """Do something in a thread; what the agent can put right becomes an answer that says so."""
     try:
         return await anyio.to_thread.run_sync(call)
     except SpecError as error:
-        return Answer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
+        return ToolAnswer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
     except (Text2SimError, OSError) as error:
         return refusal(reason(error))
     except Exception as error:
         return refusal(told(error))
 
 
-async def _answered(call: Callable[[], Answer]) -> CallToolResult:
+async def _answered(call: Callable[[], ToolAnswer]) -> CallToolResult:
     return _result(await _tried(call))
 
 
-def _result(answer: Answer) -> CallToolResult:
+def _result(answer: ToolAnswer) -> CallToolResult:
     # Half a surrogate pair, which JSON can hold, would be lost on the wire with all that is around it.
     texts = [text.encode("utf-8", "replace").decode("utf-8") for text in (answer.words(), answer.text) if text]
     content: list[Any] = [TextContent(type="text", text=text) for text in texts]

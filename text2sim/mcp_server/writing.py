@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from text2sim.mcp_server.answers import Answer, clipped, digest, problem_rows, refusal
+from text2sim.mcp_server.answers import ToolAnswer, clipped, digest, problem_rows, refusal
 from text2sim.mcp_server.reading import verdict
 from text2sim.mcp_server.workspace import CASE_FILE, Workspace
 from text2sim.revision.files import rewrite
 from text2sim.revision.patch_file import read_patch
-from text2sim.revision.revise import Refused, Revision, revise
+from text2sim.revision.revise import RefusedPatch, Revision, revise
 from text2sim.service.examined import Examined
 from text2sim.service.new_case import make_case
 from text2sim.spec_schema.changes.diff_words import change_line
@@ -25,7 +25,7 @@ MAX_UNDO = 3_000
 """Characters of the patch that leads back, which is left out where it is longer."""
 
 
-def new(workspace: Workspace, case: str, template: str) -> Answer:
+def new(workspace: Workspace, case: str, template: str) -> ToolAnswer:
     """Write a case to start from.
 
     Args:
@@ -38,10 +38,10 @@ def new(workspace: Workspace, case: str, template: str) -> Answer:
     source = workspace.case_file(template).parent if template else None
     with workspace.editing():
         file = make_case(folder.name, source, folder.parent)
-    return Answer({"ok": True, "file": str(file), "digest": digest(read_source(file).text)})
+    return ToolAnswer({"ok": True, "file": str(file), "digest": digest(read_source(file).text)})
 
 
-def write(workspace: Workspace, case: str, text: str, replaces: str) -> Answer:
+def write(workspace: Workspace, case: str, text: str, replaces: str) -> ToolAnswer:
     """Write a whole case, if there is nothing wrong with it.
 
     Args:
@@ -65,13 +65,13 @@ def write(workspace: Workspace, case: str, text: str, replaces: str) -> Answer:
             return refusal(f"{file} {why}; nothing was written: {advice}", digest=digest(there.text))
         row = _checked(text, file)
         if not row.ok:
-            return Answer({"written": False, **verdict(row)}, failed=True)
+            return ToolAnswer({"written": False, **verdict(row)}, failed=True)
         if there is not None:
             rewrite(file, there, text)
         else:
             folder.mkdir(parents=True, exist_ok=True)
             write_atomically(file, text)
-    return Answer({"written": True, **verdict(row)})
+    return ToolAnswer({"written": True, **verdict(row)})
 
 
 def _checked(text: str, file: Path) -> Examined:
@@ -90,7 +90,7 @@ def _checked(text: str, file: Path) -> Examined:
 
 def patch(
     workspace: Workspace, case: str, operations: list[dict[str, Any]], owner: str, *, dry_run: bool, replaces: str
-) -> Answer:
+) -> ToolAnswer:
     """Apply operations to a case: all of them, or none.
 
     Args:
@@ -117,14 +117,14 @@ def patch(
                 rewrite(file, source, revision.text)
         except PatchError as error:
             return refusal(str(error), operation=error.index, file=str(file))
-        except Refused as refused:
+        except RefusedPatch as refused:
             return _refused(refused, file)
         except SpecError as error:
-            return Answer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
-    return Answer(_said(revision, file, dry_run))
+            return ToolAnswer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
+    return ToolAnswer(_said(revision, file, dry_run))
 
 
-def _refused(refused: Refused, file: Path) -> Answer:
+def _refused(refused: RefusedPatch, file: Path) -> ToolAnswer:
     rows = problem_rows(refused.problems, {str(file): refused.text})
     blamed = [
         row | ({"operation": index} if index is not None else {})

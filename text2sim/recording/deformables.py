@@ -17,7 +17,7 @@ IN_HAND = 500_000
 
 
 @dataclass(frozen=True, eq=False)
-class Deformable:
+class RecordedDeformable:
     """One recorded copy of a body that deforms."""
 
     index: int
@@ -133,11 +133,11 @@ class Deformable:
         points = self.points
         return points.min(axis=1).astype(float), points.max(axis=1).astype(float)
 
-    def thinned(self, most: int, frames: int) -> "Deformable":
+    def thinned(self, most: int, frames: int) -> "RecordedDeformable":
         """Return the body at so few of its frames, evenly chosen from the first on, that these hold `most` points."""
         return replace(self, step=max(1, int(np.ceil(frames * self.count / most))))
 
-    def recorded_in(self, chunks: Chunks) -> "Deformable":
+    def recorded_in(self, chunks: Chunks) -> "RecordedDeformable":
         """Return the body with its recording."""
         return replace(self, chunks=chunks)
 
@@ -153,7 +153,9 @@ def spans(points: Array, elements: int = 0) -> list[slice]:
     return [slice(first, first + length) for first in range(0, len(points), length)]
 
 
-def read_deformables(run_dir: Path, layout: dict[str, Any]) -> tuple[list[Deformable], dict[str, int], list[str]]:
+def read_deformables(
+    run_dir: Path, layout: dict[str, Any]
+) -> tuple[list[RecordedDeformable], dict[str, int], list[str]]:
     """Return the deformable bodies of a layout, the widths P, S and B of their arrays, and what is lost of them.
 
     Raises:
@@ -179,7 +181,7 @@ def read_deformables(run_dir: Path, layout: dict[str, Any]) -> tuple[list[Deform
     return bodies, sizes, losses
 
 
-def _row(index: int, row: dict[str, Any]) -> Deformable:
+def _row(index: int, row: dict[str, Any]) -> RecordedDeformable:
     spacing, mass = float(row["spacing"]), float(row["mass"])
     pose = None
     if row.get("pos") is not None and row.get("quat") is not None:
@@ -195,7 +197,7 @@ def _row(index: int, row: dict[str, Any]) -> Deformable:
     if not (0 < spacing < np.inf and 0 < mass < np.inf):
         raise ValueError(f"deformable {index} has spacing {spacing} and mass {mass}")
     surface = row.get("surface")
-    return Deformable(
+    return RecordedDeformable(
         index, str(row["body"]), str(row["kind"]), str(row["solver"]), spacing, mass,
         _span(row["points"]), None if surface is None else _span(surface), pose, domain,
     )  # fmt: skip
@@ -208,7 +210,7 @@ def _span(pair: Any) -> tuple[int, int]:
     return first, last
 
 
-def _checked(body: Deformable, arrays: dict[str, Array]) -> tuple[dict[str, Array], list[str]]:
+def _checked(body: RecordedDeformable, arrays: dict[str, Array]) -> tuple[dict[str, Array], list[str]]:
     """Return the arrays that fit the body, and what is wrong with the others."""
     faced = body.surface_at or body.points_at
     corners = faced[1] - faced[0]

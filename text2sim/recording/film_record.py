@@ -43,7 +43,7 @@ class SurfaceLook:
 
 
 @dataclass(frozen=True)
-class Part:
+class WornMesh:
     """A mesh that a link wears."""
 
     body: str
@@ -82,7 +82,7 @@ class FilmRecord:
     film: dict[str, Any]
     """See `templates/cadence.py`."""
     states: States
-    parts: list[Part]
+    parts: list[WornMesh]
     soft: list[SoftPart]
     statics: frozenset[str]
     """Copies that never move."""
@@ -123,7 +123,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
             painted.setdefault(body, []).append(tuple(worn["color"]))
         dressed = {body: _dressed(colors, looks[body]) for body, colors in painted.items() if body in looks}
         parts = [
-            Part(
+            WornMesh(
                 body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
                 _look(folder, dressed.get(body, {}).get(tuple(worn["color"])), worn),
             )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.recording.chunks import Array, Chunks, readable
-from text2sim.recording.deformables import Deformable, read_deformables
+from text2sim.recording.deformables import RecordedDeformable, read_deformables
 from text2sim.recording.inventory import fault
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
@@ -98,7 +98,7 @@ class RunStates:
     joints: tuple[JointRecord, ...]
     chunks: Chunks
     """Those that could be read, in order, without a gap."""
-    deformables: tuple[Deformable, ...] = ()
+    deformables: tuple[RecordedDeformable, ...] = ()
     """Bodies that are points, not links, in the order of the arrays."""
     removed: dict[str, float] = field(default_factory=dict)
     """When bodies left the scene [s], by copy."""

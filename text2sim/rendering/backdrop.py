@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
-from text2sim.rendering.meshes import Mesh, joined, revolved
+from text2sim.rendering.meshes import RenderMesh, joined, revolved
 from text2sim.templates.cameras import basis
 
 Array = NDArray[np.floating]
@@ -72,7 +72,7 @@ def edge_rays(view: Any, aspect: float) -> Array:
 
 def wall_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float, rays: Sequence[Array] = ()
-) -> tuple[Mesh, Array]:
+) -> tuple[RenderMesh, Array]:
     """Return a wall behind the scene and its brightness at each vertex, 0 to 1.
 
     The wall is straight, or round if cameras look along it or in too many directions for a straight one. No camera sees
@@ -104,7 +104,7 @@ def wall_mesh(
         made = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
         placed = made.vertices + (x, y, backdrop["level"] - SUNK)
-        return Mesh(placed, made.faces, made.normals), np.ones(len(placed))
+        return RenderMesh(placed, made.faces, made.normals), np.ones(len(placed))
     cove, (width, height) = COVE * away, extent
     turn = np.linspace(0, np.pi / 2, 9)
     rise = np.append(cove - cove * np.cos(turn), np.linspace(cove, height, 24)[1:])
@@ -123,7 +123,7 @@ def wall_mesh(
     bright = 1 - FALLOFF * (1 - np.exp(-far))
     x, y = backdrop["center"][:2]
     placed = vertices.reshape(-1, 3) + (x, y, backdrop["level"] - SUNK)
-    return Mesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
+    return RenderMesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
 
 
 def _usual(ways: Sequence[Array]) -> Array:
@@ -160,7 +160,7 @@ def _extent(
 
 def backdrop_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], rays: Sequence[Array] = (), reach: float = 0.0
-) -> Mesh | None:
+) -> RenderMesh | None:
     """Return the mesh of a backdrop without its wall (see `wall_mesh`); None if there is none.
 
     Args:
@@ -182,7 +182,7 @@ def backdrop_mesh(
     if kind == "cyclorama":
         made = joined([made, _round_wall(backdrop, eyes, radius, rays)])
     x, y = backdrop["center"][:2]
-    return Mesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
+    return RenderMesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
 
 def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
@@ -222,7 +222,7 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     return background + (np.asarray(backdrop["sky"]) - background) * np.clip(rise / OVERHEAD, 0.0, 1.0) ** 0.7
 
 
-def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> Mesh:
+def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> RenderMesh:
     bend, near = FILLET * radius, NEAR * radius
     turn = np.linspace(0, np.pi / 2, STEPS)
     curve = np.stack([near + bend * np.sin(turn), bend - bend * np.cos(turn)], axis=1)
@@ -232,10 +232,10 @@ def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, 
     return _open(wall, backdrop, eyes, near + bend, rays)
 
 
-def _turned(profile: Array, slopes: Array) -> Mesh:
+def _turned(profile: Array, slopes: Array) -> RenderMesh:
     made = revolved(profile, slopes, sides=SIDES)
     # The room is seen from inside, so its faces are flipped.
-    return Mesh(made.vertices, made.faces[:, ::-1], made.normals)
+    return RenderMesh(made.vertices, made.faces[:, ::-1], made.normals)
 
 
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:
@@ -258,7 +258,9 @@ def _between(a: Array, b: Array) -> Array:
     return np.abs((a - b + np.pi) % (2 * np.pi) - np.pi)
 
 
-def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> Mesh:
+def _open(
+    wall: RenderMesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]
+) -> RenderMesh:
     """Return the part of a round wall that cameras see behind the scene."""
     middle = wall.vertices[wall.faces].mean(axis=1)
     angle = np.arctan2(middle[:, 1], middle[:, 0])
@@ -273,7 +275,7 @@ def _open(wall: Mesh, backdrop: dict[str, Any], eyes: Sequence[Array], radius: f
             bearings = _met_at(np.array([-x, -y]), ways[:, :2], radius)
             widest = _between(bearings, bearings[0]).max() + BEYOND_EDGE
             kept |= _between(angle, bearings[0]) < widest
-    return Mesh(wall.vertices, wall.faces[kept], wall.normals)
+    return RenderMesh(wall.vertices, wall.faces[kept], wall.normals)
 
 
 def _met_at(place: Array, ways: Array, radius: float) -> Array:

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.rendering.meshes import Mesh
+from text2sim.rendering.meshes import RenderMesh
 from text2sim.templates.painting import painted, places
 from text2sim.templates.patterns import DEPTH, PLAIN, Dress, fitted, size_for, tile
 from text2sim.templates.unfolding import Sheet, Unfolded, is_round, unfold
@@ -49,8 +49,8 @@ class Layer:
 
 
 def dressed(
-    mesh: Mesh, dress: Dress, own: tuple[float, float, float], turn: Array
-) -> tuple[Mesh, Layer, NDArray[np.integer]]:
+    mesh: RenderMesh, dress: Dress, own: tuple[float, float, float], turn: Array
+) -> tuple[RenderMesh, Layer, NDArray[np.integer]]:
     """Lay a pattern on a mesh.
 
     Args:
@@ -83,10 +83,10 @@ def dressed(
         uvs = flat.uvs + np.stack([left[flat.sheet], np.zeros(len(flat.uvs))], axis=1)
         layer = _painted(dress, tuple(flat.sheets), own)
     worn = flat.vertices
-    return Mesh(mesh.vertices[worn], flat.faces, mesh.normals[worn], uvs), layer, worn
+    return RenderMesh(mesh.vertices[worn], flat.faces, mesh.normals[worn], uvs), layer, worn
 
 
-def _upright(mesh: Mesh, turn: Array) -> tuple[Array, Array]:
+def _upright(mesh: RenderMesh, turn: Array) -> tuple[Array, Array]:
     """Return vertices and normals about the centre, with z up as in the link, or along the axis of a round part.
 
     The engine rotates meshes of parts to their principal axes. A part that is oblique in its link keeps its own frame.
@@ -114,7 +114,7 @@ def _painted(dress: Dress, sheets: tuple, own: tuple[float, ...]) -> Layer:
     return Layer(painted(dress, list(sheets), own)[::-1], period)
 
 
-def shifted(mesh: Mesh, body: str, size: float | None) -> Mesh:
+def shifted(mesh: RenderMesh, body: str, size: float | None) -> RenderMesh:
     """Return a mesh whose texture is offset by an amount that depends on the body.
 
     Args:

@@ -21,7 +21,7 @@ from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
 from text2sim.rendering.frames import Digests, save, sweep
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.scene import Stage, sensor
+from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
@@ -35,7 +35,7 @@ ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 
 
 @dataclass(frozen=True)
-class Progress:
+class FilmProgress:
     """Progress of a film."""
 
     film: str
@@ -90,9 +90,9 @@ class Filming:
         self._digests = Digests(recording, self._how, self.size)
 
     @cached_property
-    def stage(self) -> Stage:
+    def stage(self) -> FilmStage:
         """The stage; built on first use, which takes seconds."""
-        return Stage(self.recording)
+        return FilmStage(self.recording)
 
     def resized(self, size: tuple[int, int], fps: float) -> "Filming":
         """Return a copy with another size [pixels] and frame rate [1/s]."""
@@ -168,7 +168,7 @@ class Filming:
     def render(
         self,
         reel: Reel,
-        tell: Callable[[Progress], None],
+        tell: Callable[[FilmProgress], None],
         *,
         shard: tuple[int, int] = (0, 1),
         format: Format = "png",
@@ -197,7 +197,7 @@ class Filming:
                 traced = self.trace(frame)
                 save(path, lambda part, traced=traced: self._write(part, traced, format))
                 seconds = traced.seconds
-            tell(Progress(reel.name, done, len(mine), seconds))
+            tell(FilmProgress(reel.name, done, len(mine), seconds))
         return paths
 
     def rendered(self, reel: Reel) -> list[Path]:

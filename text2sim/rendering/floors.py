@@ -18,7 +18,7 @@ Array = NDArray[np.floating]
 TEXELS = 1024
 
 
-class Surface(NamedTuple):
+class FloorPattern(NamedTuple):
     """Parameters of a floor pattern."""
 
     tiles: int
@@ -30,13 +30,13 @@ class Surface(NamedTuple):
 
 
 SURFACES = {
-    "polished": Surface(4, 0.32, 0.45, 0.008),
-    "slabs": Surface(4, 0.5, 0.3, 0.045),
-    "boards": Surface(8, 0.42, 0.35, 0.06),
-    "tiles": Surface(8, 0.3, 0.4, 0.02),
-    "asphalt": Surface(2, 0.85, 0.2, 0.10),
-    "grass": Surface(2, 0.95, 0.1, 0.22),
-    "sand": Surface(4, 0.95, 0.1, 0.07),
+    "polished": FloorPattern(4, 0.32, 0.45, 0.008),
+    "slabs": FloorPattern(4, 0.5, 0.3, 0.045),
+    "boards": FloorPattern(8, 0.42, 0.35, 0.06),
+    "tiles": FloorPattern(8, 0.3, 0.4, 0.02),
+    "asphalt": FloorPattern(2, 0.85, 0.2, 0.10),
+    "grass": FloorPattern(2, 0.95, 0.1, 0.22),
+    "sand": FloorPattern(4, 0.95, 0.1, 0.07),
 }
 PLAIN = "polished"
 

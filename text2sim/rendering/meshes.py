@@ -37,7 +37,7 @@ LARGEST = 4000
 
 
 @dataclass(frozen=True)
-class Mesh:
+class RenderMesh:
     """Triangles for rendering, with vertex normals."""
 
     vertices: Array
@@ -50,7 +50,7 @@ class Mesh:
     """Shape (n, 2); pictures begin at the lower left."""
 
 
-def read_mesh(path: Path) -> Mesh:
+def read_mesh(path: Path) -> RenderMesh:
     """Read a recorded mesh and prepare it for rendering."""
     with np.load(path) as arrays:
         vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
@@ -58,7 +58,7 @@ def read_mesh(path: Path) -> Mesh:
     return presentable(vertices, faces, uvs)
 
 
-def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Mesh:
+def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> RenderMesh:
     """Return a mesh with smooth normals, and with bevelled edges if it is convex and has no texture.
 
     Args:
@@ -72,10 +72,10 @@ def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Me
             return made
     shell = Shell(vertices, faces)
     worn = None if uvs is None else uvs[shell.worn]
-    return Mesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
+    return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
 
 
-def boxed_uvs(mesh: Mesh) -> Mesh:
+def boxed_uvs(mesh: RenderMesh) -> RenderMesh:
     """Return the mesh with box-mapped texture coordinates in metres: each face is projected along its dominant axis."""
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     axis = np.abs(np.cross(b - a, c - a)).argmax(axis=1)
@@ -87,17 +87,17 @@ def boxed_uvs(mesh: Mesh) -> Mesh:
     longest = int(np.ptp(mesh.vertices, axis=0).argmax())
     across = np.where((across[:, 0] == longest)[:, None], across[:, ::-1], across)
     uvs = np.take_along_axis(vertices, across, axis=1)
-    return Mesh(vertices, faces.reshape(-1, 3), mesh.normals[drawn[:, 0]], uvs)
+    return RenderMesh(vertices, faces.reshape(-1, 3), mesh.normals[drawn[:, 0]], uvs)
 
 
-def joined(meshes: list[Mesh]) -> Mesh:
+def joined(meshes: list[RenderMesh]) -> RenderMesh:
     """Merge meshes, without texture coordinates."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
-    return Mesh(np.concatenate([m.vertices for m in meshes]), faces, np.concatenate([m.normals for m in meshes]))
+    return RenderMesh(np.concatenate([m.vertices for m in meshes]), faces, np.concatenate([m.normals for m in meshes]))
 
 
-def _ball(vertices: Array, faces: Indices) -> Mesh | None:
+def _ball(vertices: Array, faces: Indices) -> RenderMesh | None:
     """Return a sphere with four times the triangles; None if the mesh is not a sphere."""
     radius, extent = np.linalg.norm(vertices, axis=1), np.ptp(vertices, axis=0)
     # The corners of a thin rod are also equidistant from its centre, but its extents differ.
@@ -112,10 +112,10 @@ def _ball(vertices: Array, faces: Indices) -> Mesh | None:
     a, b, c = faces.T
     parts = [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
     finer = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return Mesh(normals * radius.mean(), finer, normals)
+    return RenderMesh(normals * radius.mean(), finer, normals)
 
 
-def _cylinder(vertices: Array) -> Mesh | None:
+def _cylinder(vertices: Array) -> RenderMesh | None:
     """Return a cylinder about z with a bevelled rim; None if the mesh is not a cylinder."""
     radius, tall = np.hypot(vertices[:, 0], vertices[:, 1]), np.abs(vertices[:, 2])
     r, h = radius.max(), tall.max()
@@ -138,7 +138,7 @@ def _cylinder(vertices: Array) -> Mesh | None:
     return revolved(profile, slopes)
 
 
-def _cone(vertices: Array) -> Mesh | None:
+def _cone(vertices: Array) -> RenderMesh | None:
     """Return a cone about z with a bevelled rim, its tip up or down; None if the mesh is not a cone."""
     radius, z = np.hypot(vertices[:, 0], vertices[:, 1]), vertices[:, 2]
     r = float(radius.max())
@@ -165,7 +165,7 @@ def _cone(vertices: Array) -> Mesh | None:
     return revolved(profile + (0.0, base), slopes)
 
 
-def _capsule(vertices: Array) -> Mesh | None:
+def _capsule(vertices: Array) -> RenderMesh | None:
     """Return a smooth capsule about z; None if the mesh is not a capsule."""
     tall = np.abs(vertices[:, 2])
     r = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
@@ -180,7 +180,7 @@ def _capsule(vertices: Array) -> Mesh | None:
     return revolved(r * slopes + np.stack([np.zeros_like(ends), ends], axis=1), slopes, LIMB_SIDES)
 
 
-def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:
+def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> RenderMesh:
     """Return the surface of revolution of a profile about the z axis.
 
     Args:
@@ -203,10 +203,10 @@ def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> Mesh:
     ).reshape(-1, 3)
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     whole = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-14
-    return Mesh(vertices, faces[whole], normals)
+    return RenderMesh(vertices, faces[whole], normals)
 
 
-def _bevelled(vertices: Array, faces: Indices) -> Mesh | None:
+def _bevelled(vertices: Array, faces: Indices) -> RenderMesh | None:
     """Return a convex shape with bevelled edges; None if it is not convex or has no edges.
 
     It is the morphological opening by a small ball: the hull of balls about the corners of the shrunken shape.
@@ -240,7 +240,7 @@ def _bevelled(vertices: Array, faces: Indices) -> Mesh | None:
     inward = (np.cross(b - a, c - a) * hull.equations[:, :3]).sum(axis=1) < 0
     made[inward] = made[inward][:, ::-1]
     used, made = np.unique(made, return_inverse=True)
-    return Mesh(cloud[used], made.reshape(-1, 3), ways[used])
+    return RenderMesh(cloud[used], made.reshape(-1, 3), ways[used])
 
 
 def _planes(vertices: Array, faces: Indices) -> Array | None:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.recording.film_record import Part
+from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
 from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
-from text2sim.rendering.meshes import Mesh, boxed_uvs, read_mesh
+from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import mesh_shape, shaded
 
 Array = NDArray[np.floating]
@@ -40,7 +40,7 @@ class Batch:
         is_clear: Whether it is transparent; see `trace`.
     """
 
-    def __init__(self, name: str, wearing: Wearing, parts: list[Part], meshes: list[Mesh]):
+    def __init__(self, name: str, wearing: Wearing, parts: list[WornMesh], meshes: list[RenderMesh]):
         self.name, self.moves, self.is_clear = name, wearing.moves, finish_of(wearing.finish).kind == "clear"
         picture = None if wearing.picture is None else read_picture(wearing.picture)
         self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture, layer=wearing.layer)
@@ -80,16 +80,16 @@ class Batch:
         return self._made
 
 
-def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
+def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
     """Return the batches of all visible parts.
 
     Args:
         parts: The parts.
         statics: Names of the static bodies.
     """
-    read: dict[Any, Mesh] = {}
-    laid: dict[Any, tuple[Mesh, Layer]] = {}
-    sorted_parts: dict[Wearing, list[tuple[Part, Mesh]]] = {}
+    read: dict[Any, RenderMesh] = {}
+    laid: dict[Any, tuple[RenderMesh, Layer]] = {}
+    sorted_parts: dict[Wearing, list[tuple[WornMesh, RenderMesh]]] = {}
     for part in parts:
         look = part.look
         if not look.visible or look.opacity <= 0:
@@ -125,7 +125,7 @@ def batches(parts: list[Part], statics: frozenset[str]) -> list[Batch]:
     ]
 
 
-def _color(part: Part) -> tuple[float, float, float]:
+def _color(part: WornMesh) -> tuple[float, float, float]:
     """Return the colour of a part; copies of a body differ slightly."""
     look = part.look
     return look.color if look.alike or "[" not in part.body else toned(look.color, part.body, look.finish)

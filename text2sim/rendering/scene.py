@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.film_lights import ROOM as ROOMY
-from text2sim.recording.film_record import FilmRecord, Part, SurfaceLook
+from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
 from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
-from text2sim.rendering.meshes import Mesh
+from text2sim.rendering.meshes import RenderMesh
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import batches, matrices
 from text2sim.rendering.shapes import mesh_shape, shaded
@@ -38,7 +38,7 @@ EYES = 60
 
 
 @dataclass(frozen=True)
-class Moment:
+class FilmMoment:
     """The scene at one time."""
 
     solid: Any
@@ -49,7 +49,7 @@ class Moment:
     """Only what clear things reflect: everything else is black. None if nothing is clear."""
 
 
-class Stage:
+class FilmStage:
     """Everything that a film shows.
 
     Args:
@@ -125,7 +125,7 @@ class Stage:
         ]
         return [cameras.view(*moment) for moment in moments]
 
-    def at(self, t: float, *, gloss: bool = True) -> Moment:
+    def at(self, t: float, *, gloss: bool = True) -> FilmMoment:
         """Return the scene at simulated time `t` [s], with the reflections of clear things if `gloss`."""
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
@@ -135,7 +135,7 @@ class Stage:
         solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
         if not clear or not gloss:
-            return Moment(solid, self._is_solid)
+            return FilmMoment(solid, self._is_solid)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
@@ -148,7 +148,7 @@ class Stage:
         film = self.recording.film
         room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
-        return Moment(solid, self._is_solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
+        return FilmMoment(solid, self._is_solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""
@@ -181,7 +181,7 @@ class Stage:
         return points[np.isfinite(points).all(axis=1)]
 
 
-def _painted(name: str, mesh: Mesh, colors: Any) -> Callable[[Any], Any]:
+def _painted(name: str, mesh: RenderMesh, colors: Any) -> Callable[[Any], Any]:
     uvs = mesh.vertices[:, :2]
     return lambda bsdf: mesh_shape(name, bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, uvs=uvs)
 
@@ -190,7 +190,7 @@ def _patterned(look: SurfaceLook) -> bool:
     return look.picture is not None or look.dress is not None
 
 
-def _is_plane(part: Part, recording: FilmRecord, level: float) -> bool:
+def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:
     """Whether a part is a floor plane at this height [m]."""
     pos, quat = recording.states.poses(0.0)
     with np.load(part.mesh) as mesh:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.dressing import Layer, dressed
 from text2sim.rendering.finishes import finish_of, material, needs_uvs
-from text2sim.rendering.meshes import Mesh, boxed_uvs
+from text2sim.rendering.meshes import RenderMesh, boxed_uvs
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import mesh_shape, shaded
@@ -34,7 +34,7 @@ ROUNDS = 20
 """Of smoothing a liquid's surface."""
 
 
-class Surface:
+class SoftSurface:
     """A body with a mesh; cloth shows both its sides.
 
     Attributes:
@@ -85,7 +85,7 @@ class Surface:
             look: The look, with the pattern.
         """
         assert look.dress is not None
-        whole = Mesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
+        whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
         laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3))
         self._faces, self._own = laid.faces, self._own[self._corners]
         assert laid.uvs is not None
@@ -100,9 +100,11 @@ class Surface:
             # Least-squares fit of the squared lengths of u and v to the edges: a sheet need not be square.
             squares = np.linalg.lstsq((uvs[ends[0]] - uvs[ends[1]]) ** 2, long, rcond=None)[0]
             return uvs * np.sqrt(np.maximum(squares, 1e-12))
-        whole = Mesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
+        whole = RenderMesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
         # The normals' place carries the index of the original vertex of each corner.
-        whole = Mesh(whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1))
+        whole = RenderMesh(
+            whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1)
+        )
         laid = boxed_uvs(whole)
         self._corners = laid.normals[:, 0].astype(int)
         self._faces, self._own = laid.faces, self._own[self._corners]
@@ -173,7 +175,7 @@ class Grains:
         return found
 
 
-class Liquid:
+class LiquidSurface:
     """Particles with a surface around all of them."""
 
     def __init__(self, name: str, part: SoftPart):
@@ -215,9 +217,9 @@ class SoftBodies:
             with np.load(part.geometry) as file:
                 arrays = dict(file)
             if "faces" in arrays:
-                figure: Any = Surface(name, part, self._places(part, (0, 0, 0.0)), arrays)
+                figure: Any = SoftSurface(name, part, self._places(part, (0, 0, 0.0)), arrays)
             else:
-                figure = Liquid(name, part) if part.kind == "liquid" else Grains(name, part)
+                figure = LiquidSurface(name, part) if part.kind == "liquid" else Grains(name, part)
             self._figures.append((part, figure))
 
     def shapes(self, around: Around, bsdf: Any = None) -> dict[str, Any]:

@@ -36,7 +36,7 @@ DARK, BURNT = 0.05, 0.97
 
 
 @dataclass(frozen=True)
-class Proposal:
+class RenderProposal:
     """A proposed `render` section."""
 
     render: dict[str, Any]
@@ -55,7 +55,7 @@ class Proposal:
     """Cameras."""
 
 
-def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], None]) -> Proposal:
+def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], None]) -> RenderProposal:
     """Return a camera and light for a run.
 
     Args:
@@ -93,7 +93,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
         winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == LIGHTINGS[0]))
         render = {"lighting": winner, **render}
     shown = _filmed(recording, loaded, render)
-    return Proposal(
+    return RenderProposal(
         render, _operations(loaded, render), round(score, 4), round(before, 4),
         {name: round(float(value), 4) for name, value in lights.items()}, summarise(Watcher(shown)), len(ranked),
     )  # fmt: skip

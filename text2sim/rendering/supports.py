@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.recording.film_record import FilmRecord
-from text2sim.rendering.meshes import Mesh, joined, read_mesh, revolved
+from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
 from text2sim.rendering.rigid import matrices
 
 Array = NDArray[np.floating]
@@ -68,7 +68,7 @@ class Fixed:
         return float(np.max(self.high - self.low))
 
 
-def supports(recording: FilmRecord, level: float, planes: set[str]) -> Mesh | None:
+def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMesh | None:
     """Return the posts of all statics that need some; None if none does.
 
     Args:
@@ -92,7 +92,7 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> Mesh | No
     return posts(things, level, _boxes(recording, moving) if moving else [])
 
 
-def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Array]]) -> Mesh | None:
+def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
     """Return the posts of all things that need some; None if none does.
 
     Args:
@@ -148,7 +148,7 @@ def _is_steady(group: list[Fixed], level: float) -> bool:
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 
-def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> tuple[list[Mesh], int]:
+def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> tuple[list[RenderMesh], int]:
     """Posts, and how many there would be if nothing were in the way."""
     spots, width = _spots(thing, float(thing.low[2]) - level)
     made = []
@@ -166,7 +166,7 @@ def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -
     return made, len(spots)
 
 
-def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[Mesh]:
+def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[RenderMesh]:
     """Rods that come down from above."""
     spots, width = _spots(thing, 0.0)
     made = []
@@ -236,7 +236,7 @@ def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool
     return True
 
 
-def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> Mesh:
+def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
     """Return a post; one that stands alone has a foot."""
     profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
     made = revolved(np.array(profile), np.array(slopes), sides=SIDES)
@@ -245,4 +245,4 @@ def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared:
         rim = revolved(np.array([(wide, foot), (wide, foot + thick)]), np.array(slopes), sides=2 * SIDES)
         disc = np.array([(0.0, foot + thick), (wide, foot + thick)])
         made = joined([made, rim, revolved(disc, np.array([(0.0, 1.0), (0.0, 1.0)]), sides=2 * SIDES)])
-    return Mesh(made.vertices + (x, y, 0.0), made.faces, made.normals)
+    return RenderMesh(made.vertices + (x, y, 0.0), made.faces, made.normals)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.scene import Moment
+from text2sim.rendering.scene import FilmMoment
 
 Array = NDArray[np.floating]
 
@@ -77,7 +77,7 @@ class Traced:
     """What is seen where nothing is, in sRGB; the background if None."""
 
 
-def trace(moments: Sequence[tuple[Moment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
+def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
     """Trace a frame as the mean over several moments.
 
     Args:

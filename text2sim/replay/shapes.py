@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.exchange.materials import Material
+from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.scenery import Scenery
-from text2sim.rendering.meshes import Mesh
+from text2sim.rendering.meshes import RenderMesh
 from text2sim.rendering.tone import bytes_of, encoded
 from text2sim.replay.packing import Blob
 from text2sim.replay.pictures import Pictures
@@ -55,7 +55,7 @@ def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int
     return {"meshes": meshes, "pieces": pieces}
 
 
-def surface_of(material: Material, pictures: Pictures) -> dict[str, Any]:
+def surface_of(material: ExportMaterial, pictures: Pictures) -> dict[str, Any]:
     """Return how a surface looks: its colour in sRGB, and what it wears."""
     color = bytes_of(encoded(np.asarray(material.color, float))).tolist()
     row = {"color": [*color, round(255 * material.opacity)], "rough": round(material.roughness, 3)}
@@ -70,7 +70,7 @@ def _placed(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
     return {"pos": [round(x, 7) for x in pos], "quat": [round(x, 7) for x in quat]}
 
 
-def _reduced(mesh: Mesh, keep: float) -> Mesh:
+def _reduced(mesh: RenderMesh, keep: float) -> RenderMesh:
     if keep >= 1 or len(mesh.faces) <= FEWEST:
         return mesh
     import fast_simplification
@@ -82,10 +82,10 @@ def _reduced(mesh: Mesh, keep: float) -> Mesh:
     fewer = fast_simplification.simplify(np.asarray(places, np.float64), faces.astype(np.int32), away)
     vertices, left = np.asarray(fewer[0], float), np.asarray(fewer[1])
     shell = Shell(vertices, left)
-    return Mesh(vertices[shell.worn], shell.faces, shell.normals(vertices))
+    return RenderMesh(vertices[shell.worn], shell.faces, shell.normals(vertices))
 
 
-def _packed(mesh: Mesh, blob: Blob) -> dict[str, Any]:
+def _packed(mesh: RenderMesh, blob: Blob) -> dict[str, Any]:
     row = {
         "points": blob.add_points(mesh.vertices),
         "normals": blob.add(np.rint(mesh.normals * 127).astype(np.int8)),

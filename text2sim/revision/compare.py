@@ -17,7 +17,7 @@ ALIKE = 1e-6
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasureChange:
     """What a measure showed in both runs."""
 
     name: str
@@ -27,7 +27,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Judged:
+class ExpectationChange:
     """What came of an expectation in both runs; None where it was not judged."""
 
     name: str
@@ -37,7 +37,7 @@ class Judged:
 
 
 @dataclass
-class Comparison:
+class CaseComparison:
     """What differs between two versions."""
 
     changes: list[Change]
@@ -46,8 +46,8 @@ class Comparison:
     """The patch that leads from the one to the other."""
     runs: tuple[Path, Path] | None = None
     """Where both were run."""
-    measured: list[Measured] = field(default_factory=list)
-    judged: list[Judged] = field(default_factory=list)
+    measured: list[MeasureChange] = field(default_factory=list)
+    judged: list[ExpectationChange] = field(default_factory=list)
     same_simulation: bool = False
     """Whether both mean the same simulation, so that one run is both."""
 
@@ -57,7 +57,7 @@ class Comparison:
         return not self.changes and not self.effects
 
 
-def compare(a: Side, b: Side, runs: Path | None = None) -> Comparison:
+def compare(a: Side, b: Side, runs: Path | None = None) -> CaseComparison:
     """Compare two versions of a case.
 
     Args:
@@ -78,7 +78,7 @@ def compare(a: Side, b: Side, runs: Path | None = None) -> Comparison:
         found = list(effects(old, new, values, _dependencies(b.loaded)))
     else:
         changes = difference(old, new)
-    comparison = Comparison(changes, found, patch if patch is not None else operations(old, new))
+    comparison = CaseComparison(changes, found, patch if patch is not None else operations(old, new))
     if runs is not None or (a.run and b.run):
         _add_runs(comparison, a, b, runs)
     return comparison
@@ -108,7 +108,7 @@ def _dependencies(loaded: LoadedCase) -> dict[Any, frozenset[str]]:
 # --- runs -----------------------------------------------------------------------------------------------------
 
 
-def _add_runs(comparison: Comparison, a: Side, b: Side, runs: Path | None) -> None:
+def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -> None:
     folders = _find_run(a, runs), _find_run(b, runs) if runs is not None or b.run else None
     if folders[0] is None or folders[1] is None:
         return
@@ -122,12 +122,12 @@ def _add_runs(comparison: Comparison, a: Side, b: Side, runs: Path | None) -> No
         values = {key: (_real(row.get(key)), _real(other.get(key))) for key in STATISTICS}
         values = {key: pair for key, pair in values.items() if _differ(*pair)}
         if values:
-            comparison.measured.append(Measured(name, str(other.get("unit") or ""), values))
+            comparison.measured.append(MeasureChange(name, str(other.get("unit") or ""), values))
     for name in dict.fromkeys([*was["expect"], *now["expect"]]):
         before, after = was["expect"].get(name, {}), now["expect"].get(name, {})
         if before.get("ok") != after.get("ok"):
             why = str((after or before).get("why", ""))
-            comparison.judged.append(Judged(name, before.get("ok"), after.get("ok"), why))
+            comparison.judged.append(ExpectationChange(name, before.get("ok"), after.get("ok"), why))
 
 
 def _find_run(side: Side, runs: Path | None) -> Path | None:

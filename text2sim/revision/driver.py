@@ -10,7 +10,7 @@ from text2sim.spec_schema.changes.merge_text import marked, unmarked
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.document import Path, parse_document
-from text2sim.spec_schema.text.layout import Entry, plain_data, written_layout
+from text2sim.spec_schema.text.layout import LayoutEntry, plain_data, written_layout
 from text2sim.spec_schema.text.source import Source, read_source
 
 
@@ -30,7 +30,7 @@ def flat_text(source: Source) -> str:
     return "".join(f"{row}\n" for row in [*head, *_flat_rows(root, ()), *foot])
 
 
-def _flat_rows(entry: Entry, path: Path) -> Iterator[str]:
+def _flat_rows(entry: LayoutEntry, path: Path) -> Iterator[str]:
     """Rows of what is inside an entry; lists of scalars stand on one line."""
     for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else index)

@@ -37,7 +37,7 @@ class Revision:
     """Errors of the lint that were there before."""
 
 
-class Refused(SpecError):
+class RefusedPatch(SpecError):
     """A patch whose result is no case that could be run.
 
     Attributes:
@@ -63,7 +63,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
 
     Raises:
         PatchError: If the patch cannot be applied, or changes what is not its owner's.
-        Refused: If the result would not be a valid case, or the lint would find an error that is new.
+        RefusedPatch: If the result would not be a valid case, or the lint would find an error that is new.
         SpecError: If the text is not YAML that the language accepts.
     """
     data = parse_document(source).data
@@ -74,9 +74,9 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
     try:
         found = _examine(text, path)
     except SpecError as error:
-        raise Refused(error.problems, text, operations) from None
+        raise RefusedPatch(error.problems, text, operations) from None
     except Text2SimError as error:
-        raise Refused([Problem("", str(error), file=str(path), rule="asset")], text, operations) from None
+        raise RefusedPatch([Problem("", str(error), file=str(path), rule="asset")], text, operations) from None
     try:
         before = _examine(source.text, path)
     except (Text2SimError, OSError):
@@ -84,7 +84,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
     new = _beyond(found, before)
     errors = [problem for problem in new if problem.severity == "error"]
     if errors:
-        raise Refused(errors, text, operations)
+        raise RefusedPatch(errors, text, operations)
     return Revision(
         source,
         text,

@@ -14,7 +14,7 @@ from text2sim.spec_schema.load import CASE_FILE, load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.layers import overlaid
 from text2sim.spec_schema.reuse.migration import migrate
-from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, read_source
 
@@ -24,7 +24,7 @@ _VARIANTS = re.compile(r"((?:\+[A-Za-z][A-Za-z0-9_]{0,47})*)$")
 
 
 @dataclass(frozen=True)
-class Place:
+class VersionPlace:
     """What the words for a side mean: `PATH`, `PATH@REVISION`, `PATH+VARIANT`."""
 
     path: Path
@@ -50,28 +50,28 @@ class Side:
     """The run folder that it is."""
 
 
-def parse_place(text: str) -> Place:
+def parse_place(text: str) -> VersionPlace:
     """Take the words for a side apart; a file of just this name comes first.
 
     Raises:
         RunError: If nothing is there and no revision is named.
     """
     if Path(text).exists():
-        return Place(Path(text))
+        return VersionPlace(Path(text))
     found = _VARIANTS.search(text)
     assert found is not None
     head, variants = text[: found.start()], tuple(name for name in found[0].split("+") if name)
     if variants and Path(head).exists():
-        return Place(Path(head), "", variants)
+        return VersionPlace(Path(head), "", variants)
     cuts = [i for i, c in enumerate(head) if c == "@" and 0 < i < len(head) - 1]
     if not cuts:
         raise RunError(f"{text}: there is no such file or folder")
     cut = next((i for i in cuts if Path(head[:i]).exists()), cuts[0])
-    return Place(Path(head[:cut]), head[cut + 1 :], variants)
+    return VersionPlace(Path(head[:cut]), head[cut + 1 :], variants)
 
 
 @contextmanager
-def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
+def open_side(text: str, overlay: CaseOverlay) -> Iterator[Side]:
     """Read one side.
 
     Args:
@@ -83,7 +83,7 @@ def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
         RunError: If it is not there.
     """
     place = parse_place(text)
-    overlay = Overlay(place.variants) + overlay
+    overlay = CaseOverlay(place.variants) + overlay
     if not place.revision:
         yield _read_side(place.path, text, overlay)
         return
@@ -92,7 +92,7 @@ def open_side(text: str, overlay: Overlay) -> Iterator[Side]:
         yield _read_side(extract(repository, place.path, Path(folder)), text, overlay)
 
 
-def _read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
+def _read_side(path: Path, label: str, overlay: CaseOverlay = NOTHING) -> Side:
     """Read a file or folder that is there; see `open_side`."""
     file = path / CASE_FILE if path.is_dir() else path
     run = path if path.is_dir() and (path / "run.json").is_file() else None
@@ -106,7 +106,7 @@ def _read_side(path: Path, label: str, overlay: Overlay = NOTHING) -> Side:
     return side
 
 
-def text_side(source: Source, label: str, file: Path, overlay: Overlay = NOTHING) -> Side:
+def text_side(source: Source, label: str, file: Path, overlay: CaseOverlay = NOTHING) -> Side:
     """Return a text as if it stood in a file; see `open_side`.
 
     Args:

@@ -50,7 +50,7 @@ _CHILD_LIMIT = 120.0
 
 
 @dataclass(frozen=True)
-class Finding:
+class MachineFinding:
     """One thing that was looked at."""
 
     name: str
@@ -63,7 +63,7 @@ class Finding:
     """One line that mends it; empty if there is nothing to mend."""
 
 
-def inspect_machine() -> list[Finding]:
+def inspect_machine() -> list[MachineFinding]:
     """Look at everything that a run depends on, in about ten seconds.
 
     Returns:
@@ -118,34 +118,34 @@ def ask_child(code: str, *, timeout: float = _CHILD_LIMIT) -> tuple[dict[str, An
     return learned, failure
 
 
-def _python() -> Finding:
+def _python() -> MachineFinding:
     lowest, highest = SUPPORTED_PYTHON
     ok = lowest <= sys.version_info[:2] <= highest
     wanted = f"{lowest[0]}.{lowest[1]}-{highest[0]}.{highest[1]}"
     fix = "" if ok else f"PYTHON=python{highest[0]}.{highest[1]} scripts/bootstrap, with a Python {wanted}"
-    return Finding("python", ok, "required", f"{platform.python_version()} at {sys.executable}", fix)
+    return MachineFinding("python", ok, "required", f"{platform.python_version()} at {sys.executable}", fix)
 
 
-def _processor() -> Finding:
+def _processor() -> MachineFinding:
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return Finding("processor", True, "optional", f"{usable} cores, {platform.machine()}", "")
+    return MachineFinding("processor", True, "optional", f"{usable} cores, {platform.machine()}", "")
 
 
-def _memory() -> Finding:
+def _memory() -> MachineFinding:
     size = _memory_bytes()
     ok = size is None or size >= MIN_MEMORY
     fix = "" if ok else "give the machine (or its container) 4 GB: compiling physics kernels takes up to 3 GB"
-    return Finding("memory", ok, "optional", "unknown" if size is None else f"{size / 2**30:.1f} GiB", fix)
+    return MachineFinding("memory", ok, "optional", "unknown" if size is None else f"{size / 2**30:.1f} GiB", fix)
 
 
-def _libraries() -> Finding:
+def _libraries() -> MachineFinding:
     if sys.platform != "linux":
-        return Finding("system libraries", True, "required", f"{platform.system()} brings its own", "")
+        return MachineFinding("system libraries", True, "required", f"{platform.system()} brings its own", "")
     missing = missing_libraries()
     if not missing:
-        return Finding("system libraries", True, "required", f"all {len(SYSTEM_LIBRARIES)} found", "")
+        return MachineFinding("system libraries", True, "required", f"all {len(SYSTEM_LIBRARIES)} found", "")
     value = "missing " + "; ".join(f"{library.soname}: {library.reason}" for library in missing)
-    return Finding("system libraries", False, "required", value, _install_line(missing))
+    return MachineFinding("system libraries", False, "required", value, _install_line(missing))
 
 
 # Genesis chooses the OpenGL platform as it is imported, so its own renderer is asked rather than imitated.
@@ -168,21 +168,21 @@ print(json.dumps({
 """
 
 
-def _genesis_and_opengl() -> list[Finding]:
+def _genesis_and_opengl() -> list[MachineFinding]:
     learned, failure = ask_child(_ASK_GENESIS)
     lacking = _install_line(missing_libraries())
     if "version" not in learned:
         fix = lacking or _REINSTALL
         return [
-            Finding("genesis", False, "required", f"does not import: {failure}", fix),
-            Finding("opengl", False, "required", "not known while genesis does not import", fix),
+            MachineFinding("genesis", False, "required", f"does not import: {failure}", fix),
+            MachineFinding("opengl", False, "required", "not known while genesis does not import", fix),
         ]
-    genesis = Finding("genesis", True, "required", learned["version"], "")
+    genesis = MachineFinding("genesis", True, "required", learned["version"], "")
     if "platform" not in learned:
-        return [genesis, Finding("opengl", False, "required", failure, lacking or _DRIVERS)]
+        return [genesis, MachineFinding("opengl", False, "required", failure, lacking or _DRIVERS)]
     kind = "software: Genesis draws no shadows" if learned["software"] else "hardware"
     value = f"{learned['platform']}, {learned['renderer']}, OpenGL {learned['opengl']} ({kind})"
-    return [genesis, Finding("opengl", True, "required", value, "")]
+    return [genesis, MachineFinding("opengl", True, "required", value, "")]
 
 
 _ASK_TORCH = """
@@ -194,19 +194,19 @@ print(json.dumps({"version": torch.__version__, "cuda": torch.version.cuda, "dev
 """
 
 
-def _torch() -> list[Finding]:
+def _torch() -> list[MachineFinding]:
     learned, failure = ask_child(_ASK_TORCH)
     if "version" not in learned:
-        torch = Finding("torch", False, "required", f"does not import: {failure}", _REINSTALL)
-        return [torch, Finding("cuda", False, "optional", "not known without torch", _REINSTALL)]
-    torch = Finding("torch", True, "required", learned["version"], "")
+        torch = MachineFinding("torch", False, "required", f"does not import: {failure}", _REINSTALL)
+        return [torch, MachineFinding("cuda", False, "optional", "not known without torch", _REINSTALL)]
+    torch = MachineFinding("torch", True, "required", learned["version"], "")
     devices, hardware = learned["devices"], nvidia_names()
     if devices:
-        return [torch, Finding("cuda", True, "optional", f"{', '.join(devices)}, CUDA {learned['cuda']}", "")]
+        return [torch, MachineFinding("cuda", True, "optional", f"{', '.join(devices)}, CUDA {learned['cuda']}", "")]
     if not hardware:
         return [
             torch,
-            Finding("cuda", False, "optional", "no NVIDIA device: runs use the CPU", "a machine with one"),
+            MachineFinding("cuda", False, "optional", "no NVIDIA device: runs use the CPU", "a machine with one"),
         ]
     if learned["cuda"] is None:
         value, fix = (
@@ -218,7 +218,7 @@ def _torch() -> list[Finding]:
             f"torch (CUDA {learned['cuda']}) does not see it",
             "update the NVIDIA driver; see nvidia-smi",
         )
-    return [torch, Finding("cuda", False, "optional", f"{', '.join(hardware)}, but {value}", fix)]
+    return [torch, MachineFinding("cuda", False, "optional", f"{', '.join(hardware)}, but {value}", fix)]
 
 
 # That it imports says little: libuipc opens the device as it makes its engine.
@@ -231,24 +231,28 @@ print(json.dumps({"engine": True}))
 """
 
 
-def _ipc() -> list[Finding]:
+def _ipc() -> list[MachineFinding]:
     """Whether cases with contact model ipc run here; all others do without."""
     need = "only cases with contact model ipc need it"
     if obstacle := ipc_obstacle():
         fix = IPC_INSTALL if device_kind() == "cuda" else "a machine with an NVIDIA device and torch for CUDA"
-        return [Finding("ipc", False, "optional", f"{obstacle.split(':')[0]}; {need}", fix)]
+        return [MachineFinding("ipc", False, "optional", f"{obstacle.split(':')[0]}; {need}", fix)]
     learned, failure = ask_child(_ASK_IPC)
     if "engine" in learned:
-        return [Finding("ipc", True, "optional", f"pyuipc {version_of('pyuipc')}", "")]
+        return [MachineFinding("ipc", True, "optional", f"pyuipc {version_of('pyuipc')}", "")]
     fix = "update the NVIDIA driver: pyuipc is built for CUDA 12.8" if learned else IPC_INSTALL
-    return [Finding("ipc", False, "optional", f"pyuipc {version_of('pyuipc')} does not start: {failure}; {need}", fix)]
+    return [
+        MachineFinding(
+            "ipc", False, "optional", f"pyuipc {version_of('pyuipc')} does not start: {failure}; {need}", fix
+        )
+    ]
 
 
-def _encoder() -> list[Finding]:
+def _encoder() -> list[MachineFinding]:
     code = 'import av, json; av.codec.Codec("libx264", "w"); print(json.dumps({"av": av.__version__}))'
     learned, failure = ask_child(code)
     value = f"libx264 in PyAV {learned['av']}" if learned else f"no libx264: {failure}"
-    return [Finding("video encoder", bool(learned), "optional", value, "" if learned else _REINSTALL)]
+    return [MachineFinding("video encoder", bool(learned), "optional", value, "" if learned else _REINSTALL)]
 
 
 # The variants of the path tracer are tried in children of this child: one that does not suit may abort.
@@ -262,48 +266,48 @@ print(json.dumps({"variant": variant.name, "library": variant.library, "hint": v
 _VARIANTS = {"cuda": "on the NVIDIA device", "llvm": "compiled by LLVM", "scalar": "without LLVM, the slowest"}
 
 
-def _path_tracer() -> list[Finding]:
+def _path_tracer() -> list[MachineFinding]:
     """What `text2sim render` traces with; no simulation needs it."""
     name = "path tracer"
     learned, failure = ask_child(_ASK_RENDERER, timeout=3 * _CHILD_LIMIT)
     if "variant" in learned:
         variant, hint = learned["variant"], str(learned.get("hint") or "")
         value = f"mitsuba {version_of('mitsuba')}, {variant}: {_VARIANTS.get(variant, variant)}"
-        return [Finding(name, True, "optional", value, hint)]
+        return [MachineFinding(name, True, "optional", value, hint)]
     if learned.get("installed") is False:
-        return [Finding(name, False, "optional", "not installed: no path-traced films", _RENDER_INSTALL)]
-    return [Finding(name, False, "optional", f"does not start: {failure}", _RENDER_INSTALL)]
+        return [MachineFinding(name, False, "optional", "not installed: no path-traced films", _RENDER_INSTALL)]
+    return [MachineFinding(name, False, "optional", f"does not start: {failure}", _RENDER_INSTALL)]
 
 
-def _formatter() -> list[Finding]:
+def _formatter() -> list[MachineFinding]:
     code = 'import runpy, sys; sys.argv[1:] = ["--version"]; runpy.run_module("ruff", run_name="__main__")'
     _, failure = ask_child(code)
     value = f"ruff {version_of('ruff')}" if not failure else f"ruff does not run: {failure}"
-    return [Finding("formatter", not failure, "required", value, _REINSTALL if failure else "")]
+    return [MachineFinding("formatter", not failure, "required", value, _REINSTALL if failure else "")]
 
 
-def _kernel_cache() -> Finding:
+def _kernel_cache() -> MachineFinding:
     name = "kernel cache"
     if os.environ.get("QD_OFFLINE_CACHE") == "0":
-        return Finding(name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE")
+        return MachineFinding(name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE")
     folder = kernel_cache.folder()
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
     if sizes:
-        return Finding(name, True, "optional", f"warm, {sum(sizes) / 2**20:.0f} MiB at {folder}", "")
+        return MachineFinding(name, True, "optional", f"warm, {sum(sizes) / 2**20:.0f} MiB at {folder}", "")
     standing = next(path for path in (folder, *folder.parents) if path.exists())
     if not os.access(standing, os.W_OK):
         fix = "export QD_OFFLINE_CACHE_FILE_PATH=<a folder that can be written>"
-        return Finding(name, False, "optional", f"{folder} cannot be written: each run compiles anew", fix)
+        return MachineFinding(name, False, "optional", f"{folder} cannot be written: each run compiles anew", fix)
     value = f"cold: the first run compiles kernels, a minute or two, into {folder}"
-    return Finding(name, True, "optional", value, "")
+    return MachineFinding(name, True, "optional", value, "")
 
 
-def _api_keys() -> Finding:
+def _api_keys() -> MachineFinding:
     present = [name for name in API_KEYS if os.environ.get(name)]
     if present:
-        return Finding("api keys", True, "optional", ", ".join(present), "")
+        return MachineFinding("api keys", True, "optional", ", ".join(present), "")
     fix = "export OPENAI_API_KEY=... (or another provider's); only the agents need one"
-    return Finding("api keys", False, "optional", "none", fix)
+    return MachineFinding("api keys", False, "optional", "none", fix)
 
 
 def _memory_bytes() -> int | None:

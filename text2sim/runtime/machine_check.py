@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from text2sim.runtime.machine import ipc_obstacle
 from text2sim.spec_schema.errors import MachineError, Text2SimError
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
@@ -46,7 +46,7 @@ def _runs(loaded: "LoadedCase", variant: str) -> bool:
     if variant in loaded.overlay.variants:
         return False
     try:
-        overlay = Overlay(variants=(variant,), sets=loaded.overlay.sets)
+        overlay = CaseOverlay(variants=(variant,), sets=loaded.overlay.sets)
         return not needs_cuda(load_text(loaded.source.text, loaded.path, overlay))
     except Text2SimError:
         return False

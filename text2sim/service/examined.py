@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.service import exits
 from text2sim.service.phrases import reason, shown
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
-from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
@@ -27,7 +27,7 @@ class Examined:
     """A case that was read, with all that is wrong with it."""
 
     path: Path
-    overlay: Overlay = NOTHING
+    overlay: CaseOverlay = NOTHING
     """What is laid over it."""
     loaded: "LoadedCase | None" = None
     plan: "Plan | None" = None
@@ -129,7 +129,7 @@ class Examined:
             return ""
 
 
-def examine(path: Path, *, plan: bool = True, overlay: Overlay = NOTHING) -> Examined:
+def examine(path: Path, *, plan: bool = True, overlay: CaseOverlay = NOTHING) -> Examined:
     """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`.
 
     Args:

@@ -11,7 +11,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.names.partial_check import further_problems
 from text2sim.spec_schema.reuse.migration import migrate
-from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay, needs_layers
+from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay, needs_layers
 from text2sim.spec_schema.text.document import Document, Path, parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
@@ -19,7 +19,7 @@ from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 CASE_FILE = "case.yaml"
 
 
-def load_case(path: FilePath | str, overlay: Overlay = NOTHING) -> LoadedCase:
+def load_case(path: FilePath | str, overlay: CaseOverlay = NOTHING) -> LoadedCase:
     """Load a case.
 
     Args:
@@ -35,7 +35,7 @@ def load_case(path: FilePath | str, overlay: Overlay = NOTHING) -> LoadedCase:
     return _load(read_source(path), path, overlay)
 
 
-def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: Overlay = NOTHING) -> LoadedCase:
+def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: CaseOverlay = NOTHING) -> LoadedCase:
     """Load a case from text, as if it stood in the file `path`; see `load_case`.
 
     Args:
@@ -49,7 +49,7 @@ def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: Overlay = NO
     return _load(check_source(Source(text, str(path))), FilePath(path), overlay)
 
 
-def _load(source: Source, path: FilePath, overlay: Overlay) -> LoadedCase:
+def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
     written = parse_document(source)
     if not isinstance(written.data, dict):
         message = "a case is a mapping with the keys text2sim, name, scene, bodies, actions, render"

@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.bodies import Body
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.reuse.overlay import NOTHING, Overlay
+from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 from text2sim.spec_schema.text.document import Document, Path, parse_pointer
 from text2sim.spec_schema.text.source import Source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
@@ -40,7 +40,7 @@ class LoadedCase:
     """The case as it stands in the file."""
     resolver: Resolver = field(repr=False)
     _varying: frozenset[Path] = field(repr=False)
-    overlay: Overlay = NOTHING
+    overlay: CaseOverlay = NOTHING
     """What was laid over it."""
     _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
     """Arguments of prefabs that may differ from copy to copy."""

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from text2sim.evaluation.statistics import estimate
-from text2sim.study.answers import Answer
+from text2sim.study.answers import StudyAnswer
 from text2sim.study.build import Study
 
 OVERALL = "all questions"
 
 
-def analyse(study: Study, answers: Sequence[Answer]) -> dict[str, Any]:
+def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
     """Return scores, agreement and how much there is of answers, as plain data.
 
     Args:

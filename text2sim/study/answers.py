@@ -21,7 +21,7 @@ CREATE TABLE IF NOT EXISTS answer (
 """
 
 
-class Answer(NamedTuple):
+class StudyAnswer(NamedTuple):
     """One answer to one question."""
 
     person: str
@@ -91,12 +91,12 @@ class Answers:
         with self._base:
             self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)
 
-    def all(self) -> list[Answer]:
+    def all(self) -> list[StudyAnswer]:
         """Return all answers."""
         rows = self._base.execute(
             "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id ORDER BY given"
         )
-        return [Answer(*row) for row in rows]
+        return [StudyAnswer(*row) for row in rows]
 
     def close(self) -> None:
         """Close the file."""

@@ -15,7 +15,7 @@ Key = tuple[int, str]
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedTake:
     """What was found in a take."""
 
     key: Key
@@ -33,7 +33,7 @@ class Judge:
     def __init__(self, inbox: "queue.Queue[Any]") -> None:
         self._inbox = inbox
         self._busy: Key | None = None
-        self.judged: Judged | None = None
+        self.judged: JudgedTake | None = None
         """What was found last."""
         threading.Thread(target=_import, name="imports", daemon=True).start()
 
@@ -49,7 +49,7 @@ class Judge:
             self._busy = key
             threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
 
-    def receive(self, judged: Judged) -> None:
+    def receive(self, judged: JudgedTake) -> None:
         """Receive what was found."""
         self._busy, self.judged = None, judged
 
@@ -66,7 +66,7 @@ class Judge:
             message = str(error)
         except Exception as error:
             message = told(error)
-        self._inbox.put(Judged(key, evidence, message, monotonic() - begun))
+        self._inbox.put(JudgedTake(key, evidence, message, monotonic() - begun))
 
 
 def _import() -> None:

@@ -15,7 +15,7 @@ from text2sim.runtime.trouble import told
 from text2sim.runtime.warm_engine import Engine
 from text2sim.watching import page_text
 from text2sim.watching.case_files import CaseFiles
-from text2sim.watching.judging import Judge, Judged
+from text2sim.watching.judging import Judge, JudgedTake
 from text2sim.watching.live_run import ENDED_WELL, LiveRun, Version, write_json
 from text2sim.watching.page_state import PageState
 from text2sim.watching.protocols import Checked, Listener
@@ -39,7 +39,7 @@ class Options:
     """Module of the engine's process."""
 
 
-class Session:
+class WatchSession:
     """One case that is watched.
 
     Args:
@@ -216,7 +216,7 @@ class Session:
             pass
 
     def _hear(self, news: Any) -> None:
-        if isinstance(news, Judged):
+        if isinstance(news, JudgedTake):
             self.judge.receive(news)
             if self._take is not None and news.key[0] == self._take.number:
                 self._take.seconds["judge"] = news.seconds

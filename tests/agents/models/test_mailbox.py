@@ -12,8 +12,8 @@ from PIL import Image as Picture
 from text2sim.agents.models import mailbox as mailbox_module
 from text2sim.agents.models.calls import CallLog
 from text2sim.agents.models.endpoint import endpoint_of, never
-from text2sim.agents.models.exchange import Image, Message, ModelError, Request, StoppedError
-from text2sim.agents.models.mailbox import Mailbox, Replay
+from text2sim.agents.models.exchange import Image, Message, ModelError, ModelRequest, StoppedError
+from text2sim.agents.models.mailbox import Mailbox, MailboxReplay
 
 
 def picture(name: str = "frame_1.png") -> Image:
@@ -22,8 +22,8 @@ def picture(name: str = "frame_1.png") -> Image:
     return Image(name, "image/png", stream.getvalue())
 
 
-def question(text: str = "What is wrong?", number: int = 1, *images: Image) -> Request:
-    return Request("critic", (Message("system", "You judge."), Message("user", text, images)), number=number)
+def question(text: str = "What is wrong?", number: int = 1, *images: Image) -> ModelRequest:
+    return ModelRequest("critic", (Message("system", "You judge."), Message("user", text, images)), number=number)
 
 
 def answer(folder: Path, name: str, content: str = "verdict: pass\n", *, age: float = 10.0) -> Path:
@@ -186,7 +186,7 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize(("make", "words"), HOSTILE)
-@pytest.mark.parametrize("kind", [Mailbox, Replay])
+@pytest.mark.parametrize("kind", [Mailbox, MailboxReplay])
 def test_a_hostile_reply_is_told_and_not_read(tmp_path: Path, kind, make, words: str) -> None:
     box = tmp_path / "box"
     with pytest.raises(StoppedError):

@@ -12,7 +12,7 @@ from PIL import Image as Picture
 
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import never
-from text2sim.agents.models.exchange import MAX_IMAGE, Image, Message, ModelError, Reply, Request
+from text2sim.agents.models.exchange import MAX_IMAGE, Image, Message, ModelError, ModelRequest, Reply
 from text2sim.agents.models.tokens import image_tokens, request_tokens, text_tokens
 from text2sim.spec_schema.errors import AssetError
 
@@ -26,7 +26,7 @@ class Echo:
         self.name, self.cacheable, self.cost = name, cacheable, cost
         self.asked = 0
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         self.asked += 1
         time.sleep(0.02)
         return Reply(f"re: {request.messages[-1].text}", 10, 5, self.cost, 2.0, self.name)
@@ -38,8 +38,8 @@ def png(width: int = 75, height: int = 10) -> bytes:
     return stream.getvalue()
 
 
-def request(text: str = "hello", number: int = 1, role: str = "planner", **more) -> Request:
-    return Request(role, (Message("user", text),), number=number, **more)
+def request(text: str = "hello", number: int = 1, role: str = "planner", **more) -> ModelRequest:
+    return ModelRequest(role, (Message("user", text),), number=number, **more)
 
 
 def test_a_digest_covers_what_the_model_sees_and_nothing_else() -> None:
@@ -53,8 +53,8 @@ def test_a_digest_covers_what_the_model_sees_and_nothing_else() -> None:
         request(max_tokens=5),
         request(temperature=0.5),
         request(role="critic"),
-        Request("planner", (Message("user", "hello", (image,)),)),
-        Request("planner", (Message("user", "hello", (other,)),)),
+        ModelRequest("planner", (Message("user", "hello", (image,)),)),
+        ModelRequest("planner", (Message("user", "hello", (other,)),)),
     ]
     assert len({r.digest() for r in seen}) == len(seen)
     assert request(number=7).digest() == plain.digest()
@@ -84,7 +84,7 @@ def test_tokens_follow_the_stated_rule() -> None:
     assert image_tokens(image) == 10
     assert image_tokens(Image("a.png", "image/png", png(4000, 4000))) == 1600
     assert image_tokens(Image("a.png", "image/png", png()[:20])) == 1600
-    assert request_tokens(Request("r", (Message("user", "hello world", (image,)),))) == 4 + 2 + 10
+    assert request_tokens(ModelRequest("r", (Message("user", "hello world", (image,)),))) == 4 + 2 + 10
 
 
 def test_a_log_on_the_same_folder_asks_nothing_again(tmp_path: Path) -> None:
@@ -106,7 +106,7 @@ def test_a_log_on_the_same_folder_asks_nothing_again(tmp_path: Path) -> None:
 
 def test_a_call_that_failed_leaves_nothing_behind(tmp_path: Path) -> None:
     class Broken(Echo):
-        def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
             raise ModelError("gone", retryable=True)
 
     log = CallLog(tmp_path)
@@ -189,7 +189,7 @@ def test_a_budget_says_which_bound_is_reached() -> None:
 
 def test_stop_is_handed_to_the_endpoint(tmp_path: Path) -> None:
     class Asks(Echo):
-        def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+        def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
             return Reply(str(stop()), 1, 1, None, 0.0, "m")
 
     log = CallLog(tmp_path)

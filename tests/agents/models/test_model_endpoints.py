@@ -11,7 +11,7 @@ from chat_server import Answer, ChatServer, completion, refusal
 from PIL import Image as Picture
 
 from text2sim.agents.models.endpoint import endpoint_of, never, parse_name
-from text2sim.agents.models.exchange import Image, Message, ModelError, Reply, Request, StoppedError
+from text2sim.agents.models.exchange import Image, Message, ModelError, ModelRequest, Reply, StoppedError
 
 pytest.importorskip("litellm")
 
@@ -36,10 +36,10 @@ def picture() -> Image:
     return Image("frame_1.png", "image/png", stream.getvalue())
 
 
-def ask(server: ChatServer, request: Request | None = None, *, options: str = "", stop=never, **limits) -> Reply:
+def ask(server: ChatServer, request: ModelRequest | None = None, *, options: str = "", stop=never, **limits) -> Reply:
     name = parse_name(f"openai/org/small@{server.url}{options}")
     endpoint = LiteLLMEndpoint(name, **({"first_wait": 0.02, "tries": 3, "timeout": 20.0} | limits))
-    return endpoint.complete(request or Request("planner", (Message("user", "hello"),)), stop)
+    return endpoint.complete(request or ModelRequest("planner", (Message("user", "hello"),)), stop)
 
 
 def fail(*answers: Answer, **more) -> tuple[ModelError, ChatServer]:
@@ -50,7 +50,7 @@ def fail(*answers: Answer, **more) -> tuple[ModelError, ChatServer]:
 
 def test_a_reply_comes_with_its_usage() -> None:
     with ChatServer(completion("fine", tokens=(120, 34))) as server:
-        reply = ask(server, Request("planner", (Message("system", "s"), Message("user", "u")), max_tokens=77))
+        reply = ask(server, ModelRequest("planner", (Message("system", "s"), Message("user", "u")), max_tokens=77))
     assert (reply.text, reply.tokens_in, reply.tokens_out) == ("fine", 120, 34)
     assert (reply.cost, reply.estimated, reply.truncated) == (None, False, False)
     assert reply.model == f"org/small@{server.url}"
@@ -66,7 +66,7 @@ def test_a_provider_is_reached_with_its_key_and_priced(monkeypatch: pytest.Monke
     with ChatServer(completion("fine", tokens=(1000, 100))) as server:
         monkeypatch.setenv("OPENAI_BASE_URL", server.url)
         endpoint = endpoint_of("openai/gpt-4o-mini")
-        reply = endpoint.complete(Request("planner", (Message("user", "u"),), temperature=0.5), never)
+        reply = endpoint.complete(ModelRequest("planner", (Message("user", "u"),), temperature=0.5), never)
     assert endpoint.vision
     assert server.keys == [f"Bearer {KEY}"]
     assert server.requests[0]["temperature"] == 0.5
@@ -164,7 +164,7 @@ def test_stop_ends_a_call_and_a_pause() -> None:
 
 
 def test_pictures_go_along_where_they_are_seen(picture: Image) -> None:
-    request = Request("critic", (Message("user", "look", (picture,)),))
+    request = ModelRequest("critic", (Message("user", "look", (picture,)),))
     with ChatServer(completion("fine")) as server:
         ask(server, request)
         ask(server, request, options=",vision=yes")
@@ -177,7 +177,7 @@ def test_pictures_go_along_where_they_are_seen(picture: Image) -> None:
 
 def test_a_schema_goes_along_where_it_is_kept_to() -> None:
     schema = {"type": "object", "properties": {"a": {"type": "number"}}}
-    request = Request("planner", (Message("user", "u"),), schema=schema)
+    request = ModelRequest("planner", (Message("user", "u"),), schema=schema)
     with ChatServer(completion("{}")) as server:
         ask(server, request)
         ask(server, request, options=",schema=yes")
@@ -186,7 +186,7 @@ def test_a_schema_goes_along_where_it_is_kept_to() -> None:
 
 
 def test_a_schema_that_is_refused_is_left_out() -> None:
-    request = Request("planner", (Message("user", "u"),), schema={"type": "object"})
+    request = ModelRequest("planner", (Message("user", "u"),), schema={"type": "object"})
     with ChatServer(refusal(400, "response_format is not supported"), completion("{}")) as server:
         assert ask(server, request, options=",schema=yes").text == "{}"
     assert ["response_format" in sent for sent in server.requests] == [True, False]

@@ -7,7 +7,7 @@ import pytest
 from text2sim.compiler.shapes.boxes import Bounds, apart, union
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_euler_deg
-from text2sim.lint.parts import Part, near
+from text2sim.lint.parts import StandingPart, near
 from text2sim.lint.start.escape import AXES, Effort, inside, overlap_of, plain
 
 
@@ -40,15 +40,17 @@ def test_boxes_that_touch_are_apart() -> None:
 
 
 def test_a_turned_piece_has_its_exact_box() -> None:
-    part = Part(Piece("box", size=(1.0, 1.0, 1.0)), (5.0, 0.0, 0.0), quat_from_euler_deg((0, 0, 45)), True, None)
+    part = StandingPart(
+        Piece("box", size=(1.0, 1.0, 1.0)), (5.0, 0.0, 0.0), quat_from_euler_deg((0, 0, 45)), True, None
+    )
     low, high = part.box
     assert low == pytest.approx((5 - 0.5**0.5, -(0.5**0.5), -0.5))
     assert high == pytest.approx((5 + 0.5**0.5, 0.5**0.5, 0.5))
     assert part.lowest((1.0, 0.0, 0.0)) == pytest.approx(5 - 0.5**0.5)
 
 
-def standing(pieces: list[Piece], x: float) -> list[Part]:
-    return [Part(piece, (x, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), True, None) for piece in pieces]
+def standing(pieces: list[Piece], x: float) -> list[StandingPart]:
+    return [StandingPart(piece, (x, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), True, None) for piece in pieces]
 
 
 def test_the_way_out_of_a_hollow_leads_past_every_piece() -> None:
@@ -69,13 +71,14 @@ def test_a_way_out_ends_free() -> None:
     for way in overlap.ways:
         shift = tuple((way.length + 1e-5) * c for c in way.direction)
         moved = [
-            Part(a.piece, tuple(p + s for p, s in zip(a.pos, shift, strict=True)), a.quat, True, None) for a in rod
+            StandingPart(a.piece, tuple(p + s for p, s in zip(a.pos, shift, strict=True)), a.quat, True, None)
+            for a in rod
         ]
         assert not any(inside(a, b) for a in moved for b in tube), way
 
 
 def test_thickness_of_hulls() -> None:
-    cone = Part(cone_piece(0.1, 0.3), (0.0, 0.0, 0.0), quat_from_euler_deg((20, 30, 40)), True, None)
+    cone = StandingPart(cone_piece(0.1, 0.3), (0.0, 0.0, 0.0), quat_from_euler_deg((20, 30, 40)), True, None)
     assert cone.thickness == pytest.approx(0.19, abs=0.01), "across its flank, not the side of its polygon"
     (stave, *_) = wall_pieces((0.4, 0.41), (0.4, 0.41), -0.5, 0.5, 24)
     assert standing([stave], 0.0)[0].thickness < 0.0101

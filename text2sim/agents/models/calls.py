@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any
 
 from text2sim.agents.models.endpoint import Endpoint, never
-from text2sim.agents.models.exchange import Reply, Request
+from text2sim.agents.models.exchange import ModelRequest, Reply
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 
 LARGEST = 64_000_000
@@ -40,7 +40,9 @@ class CallLog:
             if found is not None:
                 self._known.setdefault(*found)
 
-    def ask(self, endpoint: Endpoint, request: Request, stop: Callable[[], bool] = never, *, attempt: int = 0) -> Reply:
+    def ask(
+        self, endpoint: Endpoint, request: ModelRequest, stop: Callable[[], bool] = never, *, attempt: int = 0
+    ) -> Reply:
         """Return the reply to a request; the model is called only if the reply is not stored.
 
         Args:
@@ -79,12 +81,12 @@ class CallLog:
                 self._counted.add(key)
             return reply
 
-    def _record(self, key: str, request: Request, reply: Reply, attempt: int) -> str:
+    def _record(self, key: str, request: ModelRequest, reply: Reply, attempt: int) -> str:
         data: dict[str, Any] = {"key": key, "digest": request.digest(), "number": request.number, "attempt": attempt}
         told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in KEPT}}
         return json.dumps(data | {"free": reply.free} | told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
-    def _write(self, request: Request, record: str) -> None:
+    def _write(self, request: ModelRequest, record: str) -> None:
         with self._lock:
             path, count = self._folder / f"{request.stem}.json", 1
             while path.exists():  # the number was used by another question before the loop took a different path

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol
 from urllib.parse import urlsplit
 
-from text2sim.agents.models.exchange import ModelError, ModelName, Reply, Request
+from text2sim.agents.models.exchange import ModelError, ModelName, ModelRequest, Reply
 
 FORMS = (
     "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
@@ -37,7 +37,7 @@ class Endpoint(Protocol):
         """Whether cases may share its replies."""
         ...
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         """Answer a request.
 
         Args:
@@ -64,12 +64,12 @@ def endpoint_of(spec: str) -> Endpoint:
     """
     kind, _, rest = spec.partition(":")
     if kind in ("mailbox", "replay"):
-        from text2sim.agents.models.mailbox import Mailbox, Replay
+        from text2sim.agents.models.mailbox import Mailbox, MailboxReplay
 
         if not rest.strip():
             raise ModelError(f"`{kind}:` needs a folder behind it")
         folder = Path(rest.strip()).expanduser().absolute()
-        return Mailbox(folder) if kind == "mailbox" else Replay(folder)
+        return Mailbox(folder) if kind == "mailbox" else MailboxReplay(folder)
     name = parse_name(spec)
     from text2sim.agents.models.litellm_client import LiteLLMEndpoint
 

@@ -80,7 +80,7 @@ class Message:
 
 
 @dataclass(frozen=True)
-class Request:
+class ModelRequest:
     """Input of one model call."""
 
     role: str

@@ -15,7 +15,7 @@ _INLINE = re.compile(r"\{\s*\"|\[\s*[{\[\"]")
 
 
 @dataclass(frozen=True)
-class Block:
+class FencedBlock:
     """A part of a reply that may be data."""
 
     text: str
@@ -32,9 +32,9 @@ def without_thoughts(reply: str) -> str:
     return reply[found.end() :] if found else reply
 
 
-def fenced_blocks(reply: str) -> list[Block]:
+def fenced_blocks(reply: str) -> list[FencedBlock]:
     """Return all fenced blocks in order. The last one may be unclosed, if the reply was cut off."""
-    blocks: list[Block] = []
+    blocks: list[FencedBlock] = []
     lines: list[str] = []
     opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
     for number, line in enumerate(_LINES.split(reply), 1):
@@ -48,16 +48,16 @@ def fenced_blocks(reply: str) -> list[Block]:
         # A fence that is indented more than the one that opened the block is text in the block.
         stripped = line.strip()
         if len(stripped) >= len(fence) and not stripped.strip(fence[0]) and line.startswith((indent + fence, fence)):
-            blocks.append(Block("\n".join(lines), mark, start))
+            blocks.append(FencedBlock("\n".join(lines), mark, start))
             opened = None
         else:
             lines.append(line.removeprefix(indent))
     if opened is not None:
-        blocks.append(Block("\n".join(lines), opened[2], opened[3], closed=False))
+        blocks.append(FencedBlock("\n".join(lines), opened[2], opened[3], closed=False))
     return blocks
 
 
-def bare_block(reply: str) -> Block | None:
+def bare_block(reply: str) -> FencedBlock | None:
     """Return the data of a reply without fences: the lines left after removing prose before and after."""
     lines = _LINES.split(reply)
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
@@ -70,15 +70,15 @@ def bare_block(reply: str) -> Block | None:
         if inline is None or end is None:
             return None
         text = reply[inline.start() : inline.start() + end]
-        return Block(text, line=len(_LINES.findall(reply[: inline.start()])) + 1)
+        return FencedBlock(text, line=len(_LINES.findall(reply[: inline.start()])) + 1)
     text = "\n".join(lines[start:])
     if text.lstrip()[0] in "{[":
         end = _closing(text)
-        return Block(text[:end] if end is not None else text, line=start + 1, closed=end is not None)
+        return FencedBlock(text[:end] if end is not None else text, line=start + 1, closed=end is not None)
     end = len(lines)
     while end > start + 1 and not _is_data(lines[end - 1]):
         end -= 1
-    return Block("\n".join(lines[start:end]), line=start + 1)
+    return FencedBlock("\n".join(lines[start:end]), line=start + 1)
 
 
 def looks_like_json(text: str) -> bool:

@@ -16,7 +16,7 @@ from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any
 
-from text2sim.agents.models.exchange import Image, Message, ModelError, ModelName, Reply, Request, StoppedError
+from text2sim.agents.models.exchange import Image, Message, ModelError, ModelName, ModelRequest, Reply, StoppedError
 from text2sim.agents.models.provider_errors import model_error, status_of, wait_asked
 from text2sim.spec_schema.errors import MachineError
 
@@ -62,7 +62,7 @@ class LiteLLMEndpoint:
         held: bool = library.supports_response_schema(model=self._model)
         self._schema = held if name.schema is None else name.schema
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         """Call the model, with retries after transient errors; see `Endpoint.complete`.
 
         Raises:
@@ -88,7 +88,7 @@ class LiteLLMEndpoint:
                 asked = wait_asked(error)
             self._pause(tried, asked, told, stop)
 
-    def _arguments(self, request: Request, schema: bool) -> dict[str, Any]:
+    def _arguments(self, request: ModelRequest, schema: bool) -> dict[str, Any]:
         arguments: dict[str, Any] = {
             "model": self._model,
             "messages": [self._message(message) for message in request.messages],
@@ -147,7 +147,7 @@ class LiteLLMEndpoint:
                 raise error
             return response
 
-    def _reply(self, request: Request, response: Any, seconds: float) -> Reply:
+    def _reply(self, request: ModelRequest, response: Any, seconds: float) -> Reply:
         try:
             choice = response.choices[0]
             text = choice.message.content or ""

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from threading import Lock
 
-from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, Reply, Request, StoppedError
+from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, ModelRequest, Reply, StoppedError
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 from text2sim.agents.models.tokens import request_tokens, text_tokens
 
@@ -38,7 +38,7 @@ class Mailbox:
         self._folder = folder
         self._lock = Lock()
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         """Write the request and wait for its reply, without a time limit; see `Endpoint.complete`."""
         start = time.monotonic()
         with self._lock:
@@ -46,7 +46,7 @@ class Mailbox:
         text = self._await(request, stop)
         return _reply(request, text, self.name, time.monotonic() - start)
 
-    def _post(self, request: Request) -> None:
+    def _post(self, request: ModelRequest) -> None:
         """Write the request, unless the identical one exists: then its reply may exist, too."""
         path = self._folder / f"{request.stem}.request.md"
         try:
@@ -63,7 +63,7 @@ class Mailbox:
         except OSError as error:
             raise ModelError(f"{error.filename or self._folder}: {error.strerror or error}") from None
 
-    def _supersede(self, request: Request) -> None:
+    def _supersede(self, request: ModelRequest) -> None:
         """Move the files of this number away: they belong to another question."""
         endings = [f"reply.{e}" for e in ENDINGS] + ["request.md"]
         old = [self._folder / f"{request.stem}.{ending}" for ending in endings]
@@ -82,7 +82,7 @@ class Mailbox:
         for path in old:
             os.replace(path, away / path.name)
 
-    def _await(self, request: Request, stop: Callable[[], bool]) -> str:
+    def _await(self, request: ModelRequest, stop: Callable[[], bool]) -> str:
         seen: tuple[Path, int, int] | None = None
         while True:
             for path in _reply_paths(self._folder, request):
@@ -100,7 +100,7 @@ class Mailbox:
             time.sleep(POLL)
 
 
-class Replay:
+class MailboxReplay:
     """Endpoint that replays a finished mailbox, by role and number, whatever the question."""
 
     name = "replay"
@@ -112,7 +112,7 @@ class Replay:
             raise ModelError(f"{folder}: there is no such folder to replay")
         self._folder = folder
 
-    def complete(self, request: Request, stop: Callable[[], bool]) -> Reply:
+    def complete(self, request: ModelRequest, stop: Callable[[], bool]) -> Reply:
         """Return the stored reply to the call of this role and number; see `Endpoint.complete`.
 
         Raises:
@@ -127,7 +127,7 @@ class Replay:
         return _reply(request, _read(path), self.name, 0.0)
 
 
-def letter(request: Request) -> str:
+def letter(request: ModelRequest) -> str:
     """Return the text of a request as shown to the person or agent that answers it."""
     names = iter(_picture_names(request))
     head = [
@@ -148,15 +148,15 @@ def letter(request: Request) -> str:
     return "\n".join([*head, *body, ""])
 
 
-def _pictures(request: Request) -> list:
+def _pictures(request: ModelRequest) -> list:
     return [image for message in request.messages for image in message.images]
 
 
-def _picture_names(request: Request) -> list[str]:
+def _picture_names(request: ModelRequest) -> list[str]:
     return [f"{request.stem}.{count}.{image.ending}" for count, image in enumerate(_pictures(request), 1)]
 
 
-def _reply_paths(folder: Path, request: Request) -> list[Path]:
+def _reply_paths(folder: Path, request: ModelRequest) -> list[Path]:
     """Candidate reply files; a dangling link counts as existing, so that it is reported."""
     paths = [folder / f"{request.stem}.reply.{ending}" for ending in ENDINGS]
     return [path for path in paths if path.exists() or path.is_symlink()]
@@ -171,5 +171,5 @@ def _read(path: Path) -> str:
         raise ModelError(f"{path} is no reply: {error.strerror or error}") from None
 
 
-def _reply(request: Request, text: str, model: str, seconds: float) -> Reply:
+def _reply(request: ModelRequest, text: str, model: str, seconds: float) -> Reply:
     return Reply(text, request_tokens(request), text_tokens(text), None, seconds, model, estimated=True)

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 from text2sim.agents.models.commas import rejoined
 from text2sim.agents.models.fences import (
     DATA,
-    Block,
+    FencedBlock,
     bare_block,
     fenced_blocks,
     looks_like_json,
@@ -88,7 +88,7 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
     return Parsed(data, block.text)
 
 
-def _choose(text: str) -> Block:
+def _choose(text: str) -> FencedBlock:
     answer = without_thoughts(text)
     skipped = text[: len(text) - len(answer)].count("\n")
     blocks = fenced_blocks(answer)
@@ -105,7 +105,7 @@ def _choose(text: str) -> Block:
     if block is None:
         message = "the reply is empty" if not text.strip() else "the reply has no block of data"
         raise _error(f"{message}; answer with one fenced ```yaml block", "no-data")
-    return Block(block.text, block.mark, block.line + skipped)
+    return FencedBlock(block.text, block.mark, block.line + skipped)
 
 
 def _bound_expressions(source: Source, first: int) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from text2sim.agents.models.exchange import Image, Request
+from text2sim.agents.models.exchange import Image, ModelRequest
 
 MESSAGE = 4
 PIXELS = 750
@@ -50,7 +50,7 @@ def image_tokens(image: Image) -> int:
     return min(math.ceil(width * height / PIXELS), LARGEST)
 
 
-def request_tokens(request: Request) -> int:
+def request_tokens(request: ModelRequest) -> int:
     """Return the number of tokens of all messages of a request, including images."""
     return sum(
         MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images)) for message in request.messages
@@ -66,7 +66,7 @@ class Beginnings:
     def __init__(self) -> None:
         self._sent: dict[str, list[str]] = {}
 
-    def again(self, model: str, request: Request) -> int:
+    def again(self, model: str, request: ModelRequest) -> int:
         """Return the tokens of a request's prefix that this model has seen before; remember the request."""
         text = ""
         for message in request.messages:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import lined_up
 from text2sim.compiler.shapes.geometry import inner_floor
@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_multiply,
     quat_rotate,
 )
-from text2sim.compiler.shapes.sizes import Spot
+from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.compiler.shapes.solid import Solid, shrunk
 from text2sim.compiler.shapes.sweep import least_distance, sweep
 from text2sim.spec_schema.models.placement import Place
@@ -31,7 +31,7 @@ TIGHT = 1e-4
 _Z = (0.0, 0.0, 1.0)
 
 
-def axis_frame(target: Group) -> Quaternion:
+def axis_frame(target: PlacedGroup) -> Quaternion:
     """Return an orientation whose z lies along a body's axis: z of what is round, else its longest side.
 
     It never points down.
@@ -51,7 +51,7 @@ def axis_frame(target: Group) -> Quaternion:
     return quat_multiply(frame, quat_between(_Z, local))
 
 
-def along_axis(target: Group) -> Quaternion:
+def along_axis(target: PlacedGroup) -> Quaternion:
     """Return the orientation of a ring around a body: its z along the body's axis, otherwise as it is described."""
     if not target.members:
         return IDENTITY
@@ -59,7 +59,7 @@ def along_axis(target: Group) -> Quaternion:
     return IDENTITY if axis[2] > 1 - 1e-12 else quat_between(_Z, axis)
 
 
-def surround(place: Place, subject: Group, target: Group, middle: Vec, ringed: bool) -> Vec:
+def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, ringed: bool) -> Vec:
     """Return the shift [m] that brings a subject around a target, checked to fit there.
 
     Args:
@@ -95,7 +95,7 @@ def surround(place: Place, subject: Group, target: Group, middle: Vec, ringed: b
     raise error
 
 
-def _centred(place: Place, subject: Group, target: Group, middle: Vec, frame: Quaternion) -> Iterator[Vec]:
+def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, frame: Quaternion) -> Iterator[Vec]:
     """Shifts that bring the subject on the target's axis.
 
     Its hole is about its own z axis, or else in the middle of its bounds; the target's axis goes through the middle
@@ -120,7 +120,7 @@ def _centred(place: Place, subject: Group, target: Group, middle: Vec, frame: Qu
                 yield quat_rotate(frame, (*across, along))
 
 
-def _check_fit(place: Place, subject: Group, target: Group, shift: Vec, frame: Quaternion) -> None:
+def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: Vec, frame: Quaternion) -> None:
     name, gap = place.target, place.clearance
     solids = subject.solids()
     within = [shrunk(solid, 1 - TIGHT) for solid in target.solids()]
@@ -143,7 +143,7 @@ def _check_fit(place: Place, subject: Group, target: Group, shift: Vec, frame: Q
             )
 
 
-def _widths(subject: Group, target: Group, frame: Quaternion) -> str:
+def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str:
     """What is known of the hole and of what is in it, in words."""
     low, high = target.bounds(frame)
     wide = [high[k] - low[k] for k in (0, 1)]
@@ -154,7 +154,7 @@ def _widths(subject: Group, target: Group, frame: Quaternion) -> str:
     return f": its hole is {2 * hole:.3g} m wide, and that is {size} across"
 
 
-def _hole(spot: Spot) -> float | None:
+def _hole(spot: CopySpot) -> float | None:
     """Radius [m] of the hole of a shape, if it is known."""
     if isinstance(spot.shape, Torus):
         return spot.shape.radius - spot.shape.bar_radius
@@ -162,7 +162,7 @@ def _hole(spot: Spot) -> float | None:
     return None if floor is None else floor.radius
 
 
-def _check_ring(place: Place, subject: Group, target: Group, shift: Vec) -> None:
+def _check_ring(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: Vec) -> None:
     others = [shrunk(solid, 1 - TIGHT) for solid in target.solids()]
     within, gap, least = None, place.clearance, 0.0
     for index, spot in enumerate(subject.members):
@@ -179,7 +179,7 @@ def _check_ring(place: Place, subject: Group, target: Group, shift: Vec) -> None
         raise PlaceError(message, "around")
 
 
-def _outwards(place: Place, solids: list[Solid], spot: Spot, target: Group, shift: Vec) -> float:
+def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedGroup, shift: Vec) -> float:
     """How far [m] a copy has to go out from the middle of the target."""
     middle = target.middle()
     x, y = spot.pos[0] + shift[0] - middle[0], spot.pos[1] + shift[1] - middle[1]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.around import along_axis
-from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.patterns import Variables, pattern_middle
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.placing.relations import settle
@@ -20,7 +20,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_of,
     quat_rotate,
 )
-from text2sim.compiler.shapes.sizes import Sizes, Spot
+from text2sim.compiler.shapes.sizes import CopySpot, Sizes
 from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
@@ -36,7 +36,7 @@ _ROUGHLY = 1e-6
 
 
 @dataclass(slots=True)
-class Entry:
+class PlacementEntry:
     """A body or static that is to be placed."""
 
     name: str
@@ -52,7 +52,7 @@ class Entry:
     """Whether its place differs from copy to copy."""
 
 
-class Targets:
+class PlacementTargets:
     """What others are placed in relation to: all that is placed already.
 
     Args:
@@ -60,25 +60,25 @@ class Targets:
         sizes: Bounds and pieces.
     """
 
-    def __init__(self, find: Callable[[str, str], list[Spot]], sizes: Sizes) -> None:
+    def __init__(self, find: Callable[[str, str], list[CopySpot]], sizes: Sizes) -> None:
         self.sizes = sizes
         self._find = find
-        self._spots: dict[str, list[Spot]] = {}
-        self._groups: dict[str, Group] = {}
+        self._spots: dict[str, list[CopySpot]] = {}
+        self._groups: dict[str, PlacedGroup] = {}
 
-    def spots(self, selector: str, key: str) -> list[Spot]:
+    def spots(self, selector: str, key: str) -> list[CopySpot]:
         """Return the copies that a selector means."""
         if selector not in self._spots:
             self._spots[selector] = self._find(selector, key)
         return self._spots[selector]
 
-    def group(self, selector: str, key: str) -> Group:
+    def group(self, selector: str, key: str) -> PlacedGroup:
         """Return all that a selector means, as one group."""
         if selector not in self._groups:
-            self._groups[selector] = Group(self.spots(selector, key), self.sizes)
+            self._groups[selector] = PlacedGroup(self.spots(selector, key), self.sizes)
         return self._groups[selector]
 
-    def partner(self, entry: Entry, index: int) -> Group:
+    def partner(self, entry: PlacementEntry, index: int) -> PlacedGroup:
         """Return what one copy is placed in relation to: the copy of its number, if brackets name several.
 
         Raises:
@@ -99,10 +99,10 @@ class Targets:
                 key,
                 "pairs",
             )
-        return Group([spots[index]], self.sizes)
+        return PlacedGroup([spots[index]], self.sizes)
 
 
-def arrange(entry: Entry, targets: Targets) -> list[Spot]:
+def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
     """Return the copies of a body where they start.
 
     Raises:
@@ -136,22 +136,22 @@ def _step(off: float, before: float, step: float) -> float:
     return min(max(off / min(max(gain, 0.2), 5.0), -1.0), 1.0)
 
 
-def _pairs(entry: Entry, selector: str) -> bool:
+def _pairs(entry: PlacementEntry, selector: str) -> bool:
     """Whether copies are paired with what a selector with brackets means."""
     chosen = parse_selector(selector)
     one = chosen.first is not None and chosen.last == chosen.first + 1
     return entry.repeat is not None and chosen.indexed and not one
 
 
-def _ringed(entry: Entry) -> bool:
+def _ringed(entry: PlacementEntry) -> bool:
     """Whether copies surround something together, instead of each going round it."""
     together = not entry.alone and not _pairs(entry, entry.model.place.target)
     return together and isinstance(entry.repeat, Ring | Spiral)
 
 
-def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
+def _oriented(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
     """Return the copies at the origin, oriented by their poses and places."""
-    found: list[Spot] = []
+    found: list[CopySpot] = []
     before, quat = None, IDENTITY
     rings = entry.model.place is not None and entry.model.place.around is not None and not _ringed(entry)
     for index, model in enumerate(entry.models):
@@ -169,11 +169,11 @@ def _oriented(entry: Entry, targets: Targets) -> list[Spot]:
                 quat = quat_multiply(leaning, quat_from_yaw(math.radians(flush)))
             if rings and place is not None and place.quat is None and place.euler_deg is None:
                 quat = along_axis(targets.partner(entry, index))
-        found.append(Spot(ORIGIN, quat, getattr(model, "shape", None), model))
+        found.append(CopySpot(ORIGIN, quat, getattr(model, "shape", None), model))
     return found
 
 
-def _arranged(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
+def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:
     model, repeat = entry.model, entry.repeat
     place: Place | None = model.place
     if place is None:
@@ -198,23 +198,23 @@ def _arranged(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
         lean = quat_between((0.0, 0.0, 1.0), goal.upward())
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
-    shift = settle(place, Group(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
+    shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
     return [_moved(spot, shift) for spot in spots]
 
 
-def _one_by_one(entry: Entry, spots: list[Spot], targets: Targets) -> list[Spot]:
+def _one_by_one(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:
     found = []
     for index, spot in enumerate(spots):
         goal = targets.partner(entry, index)
         try:
-            shift = settle(spot.model.place, Group([spot], targets.sizes), goal, ORIGIN)
+            shift = settle(spot.model.place, PlacedGroup([spot], targets.sizes), goal, ORIGIN)
         except PlaceError as error:
             raise PlaceError(f"copy {index}: {error}", error.key, error.rule, error.hint) from None
         found.append(_moved(spot, shift))
     return found
 
 
-def _off(entry: Entry, placed: list[Spot], targets: Targets) -> list[float]:
+def _off(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTargets) -> list[float]:
     """Return the angles [rad] about the vertical by which copies must turn to face their targets; none if nothing."""
     if entry.model.place is None or entry.model.place.facing is None:
         return []
@@ -234,10 +234,10 @@ def _off(entry: Entry, placed: list[Spot], targets: Targets) -> list[float]:
     return found
 
 
-def _shift(place: Place, spots: list[Spot], goal: Group, middle: Vec) -> Vec:
-    return settle(place, Group(spots, goal.sizes), goal, middle)
+def _shift(place: Place, spots: list[CopySpot], goal: PlacedGroup, middle: Vec) -> Vec:
+    return settle(place, PlacedGroup(spots, goal.sizes), goal, middle)
 
 
-def _moved(spot: Spot, shift: Vec) -> Spot:
+def _moved(spot: CopySpot, shift: Vec) -> CopySpot:
     (x, y, z), (a, b, c) = spot.pos, shift
     return spot._replace(pos=(x + a, y + b, z + c))

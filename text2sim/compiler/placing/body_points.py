@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.regions import RegionError, region_middle
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply
-from text2sim.compiler.shapes.skin import Skin, skin_of
+from text2sim.compiler.shapes.skin import SurfaceSkin, skin_of
 from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links, tree_pieces
 from text2sim.spec_schema.models.regions import BodyRegion
 
@@ -27,7 +27,7 @@ class BodyPoints:
     def __init__(self, trees: dict[str, Tree], folder: Path) -> None:
         self.trees, self.folder = trees, folder
         # Copies share their shapes, and controls their regions: objects are kept, so that their ids stay their own.
-        self._skins: dict[int, tuple[Any, Skin]] = {}
+        self._skins: dict[int, tuple[Any, SurfaceSkin]] = {}
         self._middles: dict[tuple[int, int], tuple[Any, Any, Vec]] = {}
 
     def on_link(self, copy: Copy, part: str | None, point: Vec | BodyRegion | None) -> Vec | None:

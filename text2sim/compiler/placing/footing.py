@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
-from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.shapes.regions import RegionError, region_middle
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate, vector_dot, vector_times
@@ -20,7 +20,7 @@ _FREE = 1e-6
 """Gap [m] that is left to a wall, so that it can still fall."""
 
 
-def region_point(target: Group, region: BodyRegion, key: str) -> Vec:
+def region_point(target: PlacedGroup, region: BodyRegion, key: str) -> Vec:
     """Return the middle [m] of a region of one body, in the world.
 
     Args:
@@ -44,7 +44,7 @@ def region_point(target: Group, region: BodyRegion, key: str) -> Vec:
 
 
 def footing(
-    place: Place, subject: Group, target: Group, middle: Vec, height: Callable[[float, float], float]
+    place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, height: Callable[[float, float], float]
 ) -> tuple[float, float]:
     """Return the shift in x and y [m] to a region of the target.
 
@@ -124,7 +124,7 @@ def _flush(place: Place, mine: tuple[Vec, Vec], theirs: tuple[Vec, Vec], signs: 
     return shift
 
 
-def slide(place: Place, subject: Group, target: Group, start: Vec) -> Vec:
+def slide(place: Place, subject: PlacedGroup, target: PlacedGroup, start: Vec) -> Vec:
     """Return the shift [m] of a subject that is lifted a little and pushed against walls from the inside.
 
     Args:
@@ -147,7 +147,7 @@ def slide(place: Place, subject: Group, target: Group, start: Vec) -> Vec:
     return (x, y, z)
 
 
-def _pushes(place: Place, target: Group) -> list[tuple[Vec, float, str]]:
+def _pushes(place: Place, target: PlacedGroup) -> list[tuple[Vec, float, str]]:
     """Level directions in which the subject is pushed, the gap that is left, and the word that says so."""
     region = place.at
     if region is None:

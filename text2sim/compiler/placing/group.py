@@ -13,20 +13,20 @@ from text2sim.compiler.shapes.rotation import (
     quat_multiply,
     quat_rotate,
 )
-from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot
+from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes
 from text2sim.compiler.shapes.solid import Solid
 
 SMOOTH = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
 """Shapes that touch exactly where their bounds are; others touch by flat pieces, which lie within."""
 
 
-class Group:
+class PlacedGroup:
     """One body, or several copies: their bounds, and their pieces where they are."""
 
-    def __init__(self, spots: Iterable[Spot], sizes: Sizes) -> None:
+    def __init__(self, spots: Iterable[CopySpot], sizes: Sizes) -> None:
         self.sizes = sizes
-        self.members: list[Spot] = []
-        self.planes: list[Spot] = []
+        self.members: list[CopySpot] = []
+        self.planes: list[CopySpot] = []
         for spot in spots:
             plane = spot.shape is not None and spot.shape.kind == "plane"
             (self.planes if plane else self.members).append(spot)
@@ -55,7 +55,7 @@ class Group:
         """Return the lowest coordinate [m] along a unit vector at which any copy can touch something."""
         return min(self._lowest(spot, axis) for spot in self.members)
 
-    def _lowest(self, spot: Spot, axis: Vec) -> float:
+    def _lowest(self, spot: CopySpot, axis: Vec) -> float:
         kind = None if spot.shape is None else spot.shape.kind
         upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
         if upright and kind not in (None, "compound", "sculpt"):

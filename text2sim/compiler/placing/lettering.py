@@ -6,7 +6,7 @@ from typing import Any
 
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
-from text2sim.compiler.shapes.sizes import Spot
+from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.repeat import Glyphs
@@ -50,7 +50,7 @@ def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
     return counts, problems
 
 
-def lettered(spots: Sequence[Spot], folder: Path) -> list[Spot]:
+def lettered(spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:
     """Return the copies, each with its own part of the shape, where that stands.
 
     Raises:

@@ -23,7 +23,7 @@ SINGLE: Variables = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0
 
 
 @dataclass(frozen=True)
-class Slot:
+class PatternSlot:
     """Where a copy stands in its pattern."""
 
     offset: Vec
@@ -74,11 +74,11 @@ def copy_variables(repeat: Repeat, letters: Rows = ()) -> list[Variables]:
     ]
 
 
-def pattern_slots(repeat: Line | Grid | Ring | Spiral) -> list[Slot]:
+def pattern_slots(repeat: Line | Grid | Ring | Spiral) -> list[PatternSlot]:
     """Return the place of every copy in a pattern that does not depend on the copies' size."""
     if isinstance(repeat, Line):
         x, y, z = repeat.step
-        return [Slot((i * x, i * y, i * z)) for i in range(repeat.count)]
+        return [PatternSlot((i * x, i * y, i * z)) for i in range(repeat.count)]
     if isinstance(repeat, Grid):
         return _grid_slots(repeat)
     return _ring_slots(repeat) if isinstance(repeat, Ring) else _spiral_slots(repeat)
@@ -92,19 +92,19 @@ def pattern_middle(repeat: Repeat) -> Vec:
     return (0.0, 0.0, 0.0)
 
 
-def _grid_slots(grid: Grid) -> list[Slot]:
+def _grid_slots(grid: Grid) -> list[PatternSlot]:
     nx, ny, nz = (*grid.counts, 1)[:3]
     spacing = grid.spacing
     sx, sy, sz = (spacing,) * 3 if isinstance(spacing, float | int) else (*spacing, spacing[-1])[:3]
     return [
-        Slot(((i - (nx - 1) / 2) * sx, (j - (ny - 1) / 2) * sy, k * sz))
+        PatternSlot(((i - (nx - 1) / 2) * sx, (j - (ny - 1) / 2) * sy, k * sz))
         for k in range(nz)
         for j in range(ny)
         for i in range(nx)
     ]
 
 
-def _ring_slots(ring: Ring) -> list[Slot]:
+def _ring_slots(ring: Ring) -> list[PatternSlot]:
     # A whole circle must not end where it began.
     gaps = ring.count if ring.arc_deg >= 360 else max(ring.count - 1, 1)
     step = math.radians(ring.arc_deg) / gaps
@@ -112,11 +112,11 @@ def _ring_slots(ring: Ring) -> list[Slot]:
     for i in range(ring.count):
         angle = math.radians(ring.start_deg) + i * step
         offset = (ring.radius * math.cos(angle), ring.radius * math.sin(angle), 0.0)
-        slots.append(Slot(offset, quat_from_yaw(angle) if ring.turn else IDENTITY))
+        slots.append(PatternSlot(offset, quat_from_yaw(angle) if ring.turn else IDENTITY))
     return slots
 
 
-def _spiral_slots(spiral: Spiral) -> list[Slot]:
+def _spiral_slots(spiral: Spiral) -> list[PatternSlot]:
     """Copies at equal lengths of an Archimedean spiral r = inner + b angle; their y axis lies along it."""
     b = spiral.pitch / (2 * math.pi)
 
@@ -134,7 +134,9 @@ def _spiral_slots(spiral: Spiral) -> list[Slot]:
                 break
         angle = (r - spiral.inner_radius) / b
         # The curve leaves the circle outwards by atan(b / r): dominoes follow it exactly.
-        slots.append(Slot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r))))
+        slots.append(
+            PatternSlot((r * math.cos(angle), r * math.sin(angle), 0.0), quat_from_yaw(angle - math.atan2(b, r)))
+        )
     return slots if spiral.outward else slots[::-1]
 
 
@@ -142,7 +144,7 @@ def _row_count(bond: RunningBond, row: int) -> int:
     return bond.columns + 1 if bond.ends == "half" and row % 2 else bond.columns
 
 
-def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
+def bond_slots(bond: RunningBond, box: Box) -> list[PatternSlot]:
     """Return the place of every box of a wall in the body's axes; the middle of the lowest row is the origin.
 
     `gap` separates the boxes of a row; rows lie on each other, because a wall that is built with gaps
@@ -164,12 +166,14 @@ def bond_slots(bond: RunningBond, box: Box) -> list[Slot]:
         z = row * height
         if bond.ends == "open":
             shift = (length + gap) / 4 * (0 if bond.rows == 1 else 1 if row % 2 else -1)
-            slots += [Slot((left + shift + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns)]
+            slots += [PatternSlot((left + shift + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns)]
         elif row % 2 == 0:
-            slots += [Slot((left + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns)]
+            slots += [PatternSlot((left + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns)]
         else:
             short = (half, depth, height)
-            slots.append(Slot((left + half / 2, 0.0, z), size=short))
-            slots += [Slot((left + half + gap + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns - 1)]
-            slots.append(Slot((-left - half / 2, 0.0, z), size=short))
+            slots.append(PatternSlot((left + half / 2, 0.0, z), size=short))
+            slots += [
+                PatternSlot((left + half + gap + length / 2 + k * (length + gap), 0.0, z)) for k in range(columns - 1)
+            ]
+            slots.append(PatternSlot((-left - half / 2, 0.0, z), size=short))
     return slots

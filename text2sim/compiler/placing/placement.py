@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.compiler.placing.arrangement import OWN, Entry, Targets, arrange
+from text2sim.compiler.placing.arrangement import OWN, PlacementEntry, PlacementTargets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.extents import TreeExtents
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
-from text2sim.compiler.shapes.sizes import MAX_PIECES, SizeError, Sizes, Spot, TreePieces
+from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes, TreePieces
 from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
@@ -74,7 +74,7 @@ class _UnplacedError(Exception):
 class _Placer:
     def __init__(self, loaded: LoadedCase, sizes: Sizes) -> None:
         self.loaded = loaded
-        self.targets = Targets(self._find, sizes)
+        self.targets = PlacementTargets(self._find, sizes)
         self.problems: list[Problem] = []
         self.copies: dict[str, list[Copy]] = {}
         self.failed: set[str] = set()
@@ -83,7 +83,7 @@ class _Placer:
         """Copies that are to be placed."""
 
     def place_all(self) -> tuple[dict[str, list[Copy]], list[Problem]]:
-        entries: dict[str, Entry] = {}
+        entries: dict[str, PlacementEntry] = {}
         for name, static in self.loaded.case.scene.statics.items():
             entries[name] = self._entry(name, ("scene", "statics", name), static, self.loaded.static_copy)
         for name, body in self.loaded.case.bodies.items():
@@ -100,17 +100,17 @@ class _Placer:
     ) -> None:
         self.problems.append(self.loaded.problem(where, str(error), rule=rule, hint=hint))
 
-    def _entry(self, name: str, root: tuple[str, ...], model: Any, copy: Callable[..., Any]) -> Entry:
+    def _entry(self, name: str, root: tuple[str, ...], model: Any, copy: Callable[..., Any]) -> PlacementEntry:
         if model.pose is not None and model.place is not None:
             self._report(root, "give either pose or place, not both", "inconsistent")
         if model.repeat is None:
-            return Entry(name, root, model, None, [SINGLE], [model])
+            return PlacementEntry(name, root, model, None, [SINGLE], [model])
         try:
             letters = letter_rows(model, self.loaded.folder) if isinstance(model.repeat, Glyphs) else ()
         except (PatternError, AssetError) as error:
             where = error.where if isinstance(error, PatternError) else ("shape",)
             self._report((*root, *where), error, "asset" if isinstance(error, AssetError) else "placement")
-            return Entry(name, root, model, None, [SINGLE], [model])
+            return PlacementEntry(name, root, model, None, [SINGLE], [model])
         count = copy_count(model.repeat, letters)
         if count > MAX_COPIES:
             self._report(
@@ -118,17 +118,17 @@ class _Placer:
                 f"makes {count} copies; at most {MAX_COPIES} are possible",
                 "too-many-copies",
             )
-            return Entry(name, root, model, None, [SINGLE], [model])
+            return PlacementEntry(name, root, model, None, [SINGLE], [model])
         self.total += count
         if self.total > MAX_PIECES:
             # Each copy is a piece at least: there is no need to place them all to know it.
             if self.total - count <= MAX_PIECES:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
                 self.problems.append(self.loaded.problem(root, message, key=True, rule="too-many"))
-            return Entry(name, root, model, None, [SINGLE], [model])
+            return PlacementEntry(name, root, model, None, [SINGLE], [model])
         variables = copy_variables(model.repeat, letters)
         if not self.loaded.varies(root):
-            return Entry(name, root, model, model.repeat, variables, [model] * count)
+            return PlacementEntry(name, root, model, model.repeat, variables, [model] * count)
         models = []
         for one in variables:
             try:
@@ -139,9 +139,9 @@ class _Placer:
                 models += [model] * (count - len(models))
                 break
         alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *OWN))
-        return Entry(name, root, model, model.repeat, variables, models, alone)
+        return PlacementEntry(name, root, model, model.repeat, variables, models, alone)
 
-    def _order(self, entries: dict[str, Entry]) -> Iterator[str]:
+    def _order(self, entries: dict[str, PlacementEntry]) -> Iterator[str]:
         """Names in such an order that everything comes after what it is placed in relation to, or faces."""
         needs: dict[str, set[str]] = {}
         for name, entry in entries.items():
@@ -165,9 +165,9 @@ class _Placer:
                 for one in cycle:
                     needs[one] -= set(cycle)
 
-    def _place(self, entry: Entry) -> list[Copy]:
+    def _place(self, entry: PlacementEntry) -> list[Copy]:
         model, root, name = entry.model, entry.root, entry.name
-        spots = [Spot(ORIGIN, IDENTITY, getattr(one, "shape", None), one) for one in entry.models]
+        spots = [CopySpot(ORIGIN, IDENTITY, getattr(one, "shape", None), one) for one in entry.models]
         self.failed.add(name)
         try:
             spots = [self._laid(spot) for spot in arrange(entry, self.targets)]
@@ -191,7 +191,7 @@ class _Placer:
             for i, (variables, spot) in enumerate(zip(entry.variables, spots, strict=True))
         ]
 
-    def _laid(self, spot: Spot) -> Spot:
+    def _laid(self, spot: CopySpot) -> CopySpot:
         if getattr(spot.model, "along", None) is None:
             return spot
         from text2sim.compiler.placing.rope_path import laid  # needs arrays, which most cases do without
@@ -199,7 +199,7 @@ class _Placer:
         model = laid(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
         return spot._replace(model=model)
 
-    def _find(self, selector: str, key: str) -> list[Spot]:
+    def _find(self, selector: str, key: str) -> list[CopySpot]:
         """The copies that a selector means."""
         chosen = parse_selector(selector)
         name = chosen.body
@@ -217,4 +217,4 @@ class _Placer:
             copies = copies[chosen.first : chosen.last]
         if not copies:
             raise PlaceError(f"`{selector}` is none of the {len(self.copies[name])} copies of `{name}`", key)
-        return [Spot(c.pos, c.quat, c.shape, c.model) for c in copies]
+        return [CopySpot(c.pos, c.quat, c.shape, c.model) for c in copies]

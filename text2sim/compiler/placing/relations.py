@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 from text2sim.compiler.placing.around import surround
 from text2sim.compiler.placing.footing import footing, slide
-from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import stand_beside, touch
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
-from text2sim.compiler.shapes.sizes import Spot
+from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.compiler.shapes.sweep import TOLERANCE, sweep
 from text2sim.spec_schema.models.place_rules import STANDING, contradictions
 from text2sim.spec_schema.models.placement import Place
@@ -26,11 +26,11 @@ _ROUND = 16
 _LIFT = 1e-5
 """Height [m] above the floor at which walls are looked for."""
 
-Height = Callable[[Place, Group, Group, float, float], float]
+Height = Callable[[Place, PlacedGroup, PlacedGroup, float, float], float]
 """Shift in z [m] of a subject that is shifted by so much in x and y."""
 
 
-def settle(place: Place, subject: Group, target: Group, middle: Vec, *, ringed: bool = False) -> Vec:
+def settle(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, *, ringed: bool = False) -> Vec:
     """Return the shift [m] that brings a group into relation with another.
 
     Args:
@@ -57,7 +57,7 @@ def settle(place: Place, subject: Group, target: Group, middle: Vec, *, ringed: 
     return (x + dx, y + dy, z + dz)
 
 
-def _stand(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+def _stand(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> Vec:
     if place.relation == "inside":
         return _stand_inside(place, subject, target, middle)
     height: Height = {"on": _on, "above": _above, "below": _below}[place.relation]
@@ -69,7 +69,7 @@ def _stand(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
     return (x + dx, y + dy, height(place, subject, target, x + dx, y + dy) + dz)
 
 
-def _stand_inside(place: Place, subject: Group, target: Group, middle: Vec) -> Vec:
+def _stand_inside(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> Vec:
     dx, dy, dz = place.offset
     if place.align is None and not isinstance(place.at, BodyRegion):
         x, y = _level(place, subject, target, middle)
@@ -88,12 +88,12 @@ def _blamed(place: Place) -> str:
     return "offset" if any(place.offset[:2]) else "at" if place.at is not None else place.relation
 
 
-def _over(subject: Group, target: Group) -> tuple[float, float]:
+def _over(subject: PlacedGroup, target: PlacedGroup) -> tuple[float, float]:
     here, there = subject.middle(), target.middle()
     return there[0] - here[0], there[1] - here[1]
 
 
-def _level(place: Place, subject: Group, target: Group, middle: Vec) -> tuple[float, float]:
+def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> tuple[float, float]:
     """Shift in x and y: to `at`, or to the middles or ends that line up."""
     if place.at is not None:
         assert not isinstance(place.at, BodyRegion)
@@ -112,7 +112,7 @@ def _level(place: Place, subject: Group, target: Group, middle: Vec) -> tuple[fl
     return shift[0], shift[1]
 
 
-def _plane_height(plane: Spot, subject: Group, x: float, y: float, gap: float, relation: str) -> float:
+def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap: float, relation: str) -> float:
     """Shift in z that brings the subject to the plane, from above or (`below`) from below."""
     nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
     if nz < 1e-6:
@@ -126,7 +126,7 @@ def _plane_height(plane: Spot, subject: Group, x: float, y: float, gap: float, r
     return (edge - nx * x - ny * y) / nz
 
 
-def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+def _on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     gap = place.clearance
     heights = [_plane_height(plane, subject, x, y, gap, "on") for plane in target.planes]
     if target.members:
@@ -140,7 +140,7 @@ def _on(place: Place, subject: Group, target: Group, x: float, y: float) -> floa
     return max(heights)
 
 
-def _falls_past(place: Place, subject: Group, target: Group, x: float, y: float) -> str:
+def _falls_past(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> str:
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     beside = next((k for k, s in enumerate((x, y)) if high[k] + s <= bottom[k] or low[k] + s >= top[k]), None)
     there = f"`{place.target}` is nowhere under it, and it would fall past"
@@ -154,7 +154,7 @@ def _falls_past(place: Place, subject: Group, target: Group, x: float, y: float)
     return f"{there}: along {'xy'[beside]} it would reach from {mine}, and `{place.target}` reaches from {its}"
 
 
-def _flat_top(subject: Group, target: Group, x: float, y: float, gap: float) -> float | None:
+def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
     """The height over an upright box that is the target's highest part and carries the whole subject."""
     low, high = subject.bounds()
     top = target.bounds()[1][2]
@@ -169,7 +169,7 @@ def _flat_top(subject: Group, target: Group, x: float, y: float, gap: float) -> 
     return None
 
 
-def _drop(subject: Group, target: Group, x: float, y: float, gap: float) -> float | None:
+def _drop(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
     """The height to which the subject falls on the target, from above it; None if it falls past."""
     bottom, top = target.bounds()[0][2], target.bounds()[1][2]
     flat = top - subject.bounds()[0][2] + gap
@@ -178,31 +178,31 @@ def _drop(subject: Group, target: Group, x: float, y: float, gap: float) -> floa
     return flat if z is not None and abs(z - flat) < 2 * TOLERANCE else z
 
 
-def _fall(subject: Group, target: Group, start: Vec, gap: float) -> float | None:
+def _fall(subject: PlacedGroup, target: PlacedGroup, start: Vec, gap: float) -> float | None:
     way = sweep(subject.solids(), target.solids(), _DOWN, gap=gap, start=start)
     return None if way is None else start[2] - way
 
 
-def _above(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+def _above(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     heights = [_plane_height(plane, subject, x, y, place.clearance, "above") for plane in target.planes]
     if target.members:
         heights.append(target.bounds()[1][2] - subject.bounds()[0][2] + place.clearance)
     return max(heights)
 
 
-def _below(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+def _below(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     heights = [_plane_height(plane, subject, x, y, place.clearance, "below") for plane in target.planes]
     if target.members:
         heights.append(target.bounds()[0][2] - subject.bounds()[1][2] - place.clearance)
     return min(heights)
 
 
-def _walled(subject: Group, target: Group, there: Vec) -> bool:
+def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
     """Whether walls stand round a subject on more than half of its sides: on those it cannot leave on the level.
 
     A lone wall, as long as it may be, is on half of them at most.
     """
-    movers, others = Group(subject.members[:1], subject.sizes).solids(), target.solids()
+    movers, others = PlacedGroup(subject.members[:1], subject.sizes).solids(), target.solids()
     x, y, z = there
     start = (x, y, z + _LIFT)
     blocked = 0
@@ -217,7 +217,7 @@ def _walled(subject: Group, target: Group, there: Vec) -> bool:
     return False
 
 
-def _inside(place: Place, subject: Group, target: Group, x: float, y: float) -> float:
+def _inside(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
 
     It falls until it touches, and is lifted by the clearance then: a gap on all sides would keep it out of a narrow

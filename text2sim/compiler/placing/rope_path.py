@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     vector_unit,
 )
-from text2sim.compiler.shapes.sizes import Spot
+from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.spec_schema.models.bodies import HingeMount
 from text2sim.spec_schema.models.soft_bodies import Rope, Round
 
@@ -123,7 +123,7 @@ class _Path:
         return np.array(found)
 
 
-def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[Spot]]) -> Rope:
+def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
     """Return a rope with `along` as the places [m] of its joints and its length, in its own frame.
 
     Args:
@@ -164,7 +164,7 @@ def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[
     return rope.model_copy(update={"along": own, "length": length * rope.segments})
 
 
-def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str], Sequence[Spot]]) -> _Wheel:
+def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str], Sequence[CopySpot]]) -> _Wheel:
     spots = find(item.round)
     if len(spots) != 1:
         raise PatternError(f"goes round one body, and `{item.round}` means {len(spots)}", *key)

@@ -3,7 +3,7 @@
 import math
 
 from text2sim.compiler.placing.footing import region_point
-from text2sim.compiler.placing.group import Group
+from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.shapes.rotation import Vec, quat_from_yaw, quat_rotate, vector_dot, vector_unit
 from text2sim.compiler.shapes.sweep import sweep
@@ -12,7 +12,7 @@ from text2sim.spec_schema.models.placement import End, Place
 from text2sim.spec_schema.models.regions import BodyRegion
 
 
-def stand_beside(place: Place, subject: Group, target: Group) -> Vec:
+def stand_beside(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     """Return the shift [m] to a side: the planes across the direction that just hold the two are `clearance` apart.
 
     Across, their middles agree, in height their lowest points, unless `align` says otherwise.
@@ -43,7 +43,7 @@ def stand_beside(place: Place, subject: Group, target: Group) -> Vec:
     return (x, y, shift[2])
 
 
-def lined_up(subject: Group, target: Group, axis: int, end: End) -> float:
+def lined_up(subject: PlacedGroup, target: PlacedGroup, axis: int, end: End) -> float:
     """Return the shift [m] along an axis of the world that brings two ends, or the middles, to the same level.
 
     Args:
@@ -58,7 +58,7 @@ def lined_up(subject: Group, target: Group, axis: int, end: End) -> float:
     return bottom[axis] - low[axis] if end == "min" else top[axis] - high[axis]
 
 
-def touch(place: Place, subject: Group, target: Group) -> Vec:
+def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     """Return the shift [m] of a subject that comes from far away on the side `direction`, until it touches.
 
     It comes straight, its middle towards the target's middle, or towards the middle of a region of it.

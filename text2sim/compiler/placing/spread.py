@@ -8,13 +8,13 @@ from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, pattern_slots
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_multiply, quat_rotate, vector_plus
-from text2sim.compiler.shapes.sizes import Sizes, Spot
+from text2sim.compiler.shapes.sizes import CopySpot, Sizes
 from text2sim.compiler.shapes.space import SpaceError
 from text2sim.spec_schema.models.repeat import Glyphs, Line, Packing, Repeat, RunningBond, Stack
 from text2sim.spec_schema.models.shapes import Box
 
 
-def spread(repeat: Repeat, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+def spread(repeat: Repeat, spots: Sequence[CopySpot], sizes: Sizes) -> list[CopySpot]:
     """Return the copies at their places in a pattern.
 
     Args:
@@ -48,9 +48,9 @@ def _turned(turn: Quaternion, quat: Quaternion) -> Quaternion:
     return quat if turn == IDENTITY else quat_multiply(turn, quat)
 
 
-def _stacked(stack: Stack, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+def _stacked(stack: Stack, spots: Sequence[CopySpot], sizes: Sizes) -> list[CopySpot]:
     """Each copy keeps its own x and y; the first one its own height, too."""
-    found: list[Spot] = []
+    found: list[CopySpot] = []
     top = None
     for spot in spots:
         low, high = sizes.of(spot)
@@ -60,7 +60,7 @@ def _stacked(stack: Stack, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
     return found
 
 
-def _bonded(bond: RunningBond, spots: Sequence[Spot]) -> list[Spot]:
+def _bonded(bond: RunningBond, spots: Sequence[CopySpot]) -> list[CopySpot]:
     box = spots[0].shape
     if not isinstance(box, Box):
         raise PatternError("a running bond is made of boxes", "shape")
@@ -81,7 +81,7 @@ def _bonded(bond: RunningBond, spots: Sequence[Spot]) -> list[Spot]:
     return found
 
 
-def _packed(packing: Packing, spots: Sequence[Spot], sizes: Sizes) -> list[Spot]:
+def _packed(packing: Packing, spots: Sequence[CopySpot], sizes: Sizes) -> list[CopySpot]:
     if any(any(spot.pos) for spot in spots):
         raise PatternError("a packing lies in its region, which is in the world; leave out `pos`", "pose", "pos")
     grains = [grain_of(None if s.shape is None else s.shape.kind, sizes.of(s, IDENTITY)) for s in spots]

@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.distances import Array
 from text2sim.spec_schema.models.sculpts import Sculpt
 
 if TYPE_CHECKING:
-    from text2sim.compiler.shapes.levelset import Placed
+    from text2sim.compiler.shapes.levelset import PlacedPart
 
 MOST = 40
 """Pieces of a shape; beyond that they follow the surface less closely."""
@@ -21,7 +21,7 @@ WAYS = 80
 
 def convex_pieces(
     shape: Sculpt,
-    parts: "list[Placed]",
+    parts: "list[PlacedPart]",
     vertices: Array,
     faces: Array,
     field: Callable[[Array], Array],

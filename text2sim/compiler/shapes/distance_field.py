@@ -37,7 +37,7 @@ PAIRS = 1_000_000
 
 
 @dataclass(frozen=True)
-class Field:
+class DistanceField:
     """The grid of a mesh."""
 
     cell: float
@@ -68,7 +68,7 @@ class Field:
         )
 
 
-def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) -> Field:
+def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) -> DistanceField:
     """Choose the grid of a closed mesh.
 
     Args:
@@ -89,10 +89,10 @@ def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) ->
     longest, wall = max(a, b, c), wall_of(vertices, faces)
     if cell is None:
         cell = min(max(wall / 2, longest / (FINE - 1)), longest / (COARSE - 1))
-    made = Field(cell, (a, b, c), wall)
+    made = DistanceField(cell, (a, b, c), wall)
     if math.prod(made.nodes) > MOST_NODES:
         least = max((a * b * c / MOST_NODES) ** (1 / 3), cell)
-        while math.prod(Field(least, (a, b, c), wall).nodes) > MOST_NODES:
+        while math.prod(DistanceField(least, (a, b, c), wall).nodes) > MOST_NODES:
             least *= 1.02
         x, y, z = made.nodes
         raise AssetError(

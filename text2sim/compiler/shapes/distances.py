@@ -42,7 +42,7 @@ class Bit:
 
 
 @dataclass(frozen=True)
-class Form:
+class PartUnion:
     """A part in its own frame: the union of its bits."""
 
     bits: list[Bit]
@@ -52,17 +52,17 @@ class Form:
     """Points (k, 3) of convex pieces of it; of neighbours, neighbours in the list."""
 
 
-def form_of(part: SculptEllipsoid | SculptBox | SculptLimb | SculptRevolve | SculptLoft) -> Form:
+def form_of(part: SculptEllipsoid | SculptBox | SculptLimb | SculptRevolve | SculptLoft) -> PartUnion:
     """Return the geometry of a part."""
     if isinstance(part, SculptEllipsoid):
         radii = np.array(part.radii)
         ball = _ball() * radii
-        return Form([Bit(lambda p: _ellipsoid(p, radii), -radii, radii)], 2 * float(radii.min()), [ball])
+        return PartUnion([Bit(lambda p: _ellipsoid(p, radii), -radii, radii)], 2 * float(radii.min()), [ball])
     if isinstance(part, SculptBox):
         half, rounding = np.array(part.size) / 2, part.rounding
         corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (half - rounding)
         atom = (corners[:, None] + rounding * _ball()[None]).reshape(-1, 3) if rounding else corners
-        return Form([Bit(lambda p: _box(p, half, rounding), -half, half)], 2 * float(half.min()), [atom])
+        return PartUnion([Bit(lambda p: _box(p, half, rounding), -half, half)], 2 * float(half.min()), [atom])
     if isinstance(part, SculptLimb):
         return _limb(part)
     return _revolve(part) if isinstance(part, SculptRevolve) else _loft(part)
@@ -156,7 +156,7 @@ def monotone(at: Array, values: Array) -> Curve:
     return follow
 
 
-def _limb(part: SculptLimb) -> Form:
+def _limb(part: SculptLimb) -> PartUnion:
     points = np.array(part.points)
     radii = np.array(part.radii) if isinstance(part.radii, list) else np.full(len(points), part.radii)
     line, bar = curve(points, radii, smooth=part.smooth and len(points) > 2)
@@ -165,7 +165,7 @@ def _limb(part: SculptLimb) -> Form:
         low, high = np.minimum(a - r, b - s), np.maximum(a + r, b + s)
         bits.append(Bit(lambda p, a=a, b=b, r=float(r), s=float(s): round_cone(p, a, b, r, s), low, high))
         atoms.append(np.concatenate([a + r * ball, b + s * ball]))
-    return Form(bits, 2 * max(float(radii.min()), ENDS * float(radii.max())), atoms)
+    return PartUnion(bits, 2 * max(float(radii.min()), ENDS * float(radii.max())), atoms)
 
 
 def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
@@ -197,7 +197,7 @@ def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
 # --- turned profiles --------------------------------------------------------------------------------------------
 
 
-def _revolve(part: SculptRevolve) -> Form:
+def _revolve(part: SculptRevolve) -> PartUnion:
     from scipy.ndimage import map_coordinates
 
     points = np.array(part.profile)
@@ -234,7 +234,7 @@ def _revolve(part: SculptRevolve) -> Form:
         for a, b in zip(line, line[1:], strict=False)
         if a[1] != b[1]
     ]
-    return Form([Bit(distance, np.array([-wide, -wide, low[1]]), np.array([wide, wide, high[1]]))], thin, atoms)
+    return PartUnion([Bit(distance, np.array([-wide, -wide, low[1]]), np.array([wide, wide, high[1]]))], thin, atoms)
 
 
 def _polygon(p: Array, ring: Array) -> Array:
@@ -255,7 +255,7 @@ def _polygon(p: Array, ring: Array) -> Array:
 # --- lofts ------------------------------------------------------------------------------------------------------
 
 
-def _loft(part: SculptLoft) -> Form:
+def _loft(part: SculptLoft) -> PartUnion:
     axis = "xyz".index(part.axis)
     u, v = OTHERS[part.axis]
     at = np.array([one.at for one in part.sections])
@@ -303,7 +303,7 @@ def _loft(part: SculptLoft) -> Form:
 
     places = np.unique(np.concatenate([at, (at[1:] + at[:-1]) / 2]))
     atoms = [np.concatenate([outline(a), outline(b)]) for a, b in zip(places, places[1:], strict=False)]
-    return Form([Bit(distance, low, high)], thin, atoms)
+    return PartUnion([Bit(distance, low, high)], thin, atoms)
 
 
 def _straight(at: Array, rows: Array, s: Array) -> Array:

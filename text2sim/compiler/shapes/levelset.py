@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from text2sim.compiler.shapes.distances import Bit, Form, form_of
+from text2sim.compiler.shapes.distances import Bit, PartUnion, form_of
 from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import AnySculptPart, Sculpt
@@ -39,12 +39,12 @@ FAR = 1e30
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPart:
     """A part in the frame of the shape."""
 
     name: str
     part: AnySculptPart
-    form: Form
+    form: PartUnion
     blend: float
 
     @cached_property
@@ -80,16 +80,16 @@ class Placed:
             yield [(atom @ turn.T + pos) * signs for atom in self.form.atoms]
 
 
-def placed_parts(shape: Sculpt) -> list[Placed]:
+def placed_parts(shape: Sculpt) -> list[PlacedPart]:
     """Return the parts of a shape where they are."""
     return [
-        Placed(name, part, form_of(part), shape.blend if part.blend is None else part.blend)
+        PlacedPart(name, part, form_of(part), shape.blend if part.blend is None else part.blend)
         for name, part in shape.parts.items()
     ]
 
 
 @dataclass(frozen=True)
-class Grid:
+class LevelSetGrid:
     """Nodes on which the field lives."""
 
     low: Array
@@ -116,7 +116,7 @@ class Grid:
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
-def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
+def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     """Choose the grid of a shape, as fine as its thinnest part wants it and the limits allow.
 
     Raises:
@@ -127,14 +127,14 @@ def grid_of(shape: Sculpt, parts: list[Placed]) -> Grid:
     boxes = [(bit, one.blend) for one in parts for bit in one.bits()]
     size = float((high - low).max())
 
-    def made(cell: float) -> tuple[Grid, float, float]:
+    def made(cell: float) -> tuple[LevelSetGrid, float, float]:
         pad = (PAD + 0.5) * cell
         counts = np.ceil((high - low + 2 * pad) / cell).astype(float) + 1
         nodes = float(counts.prod())
         if nodes > MAX_NODES or counts.max() > MAX_ALONG:
-            return Grid(low, cell, (0, 0, 0)), math.inf, 0.0
+            return LevelSetGrid(low, cell, (0, 0, 0)), math.inf, 0.0
         # Not on round numbers, where flat sides would lie on nodes.
-        grid = Grid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
+        grid = LevelSetGrid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
         work = sum(_size(grid.box(bit.low, bit.high, blend + PAD * cell)) for bit, blend in boxes)
         return grid, nodes, float(work)
 
@@ -191,7 +191,7 @@ def fillet(a: Array, b: Array, radius: float) -> Array:
     return np.maximum(radius, np.minimum(a, b)) - np.hypot(np.maximum(radius - a, 0), np.maximum(radius - b, 0))
 
 
-def field_of(parts: list[Placed], grid: Grid) -> Array:
+def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
     """Return the distances at the nodes: exact near the surface, some large number far from every part."""
     field = np.full(grid.counts, FAR)
     for one in [one for one in parts if one.part.op == "add"] + [one for one in parts if one.part.op == "cut"]:
@@ -259,14 +259,14 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
 
-def _sampled(values: Array, grid: Grid, p: Array) -> Array:
+def _sampled(values: Array, grid: LevelSetGrid, p: Array) -> Array:
     """The field at points (n, 3), between its nodes; beyond them, large."""
     from scipy.ndimage import map_coordinates
 
     return map_coordinates(values, ((p - grid.low) / grid.cell).T, order=1, mode="constant", cval=8 * grid.cell)
 
 
-def _slopes(values: Array, grid: Grid, p: Array) -> Array:
+def _slopes(values: Array, grid: LevelSetGrid, p: Array) -> Array:
     step = 0.75 * grid.cell
     found = np.stack(
         [_sampled(values, grid, p + step * way) - _sampled(values, grid, p - step * way) for way in np.eye(3)], 1
@@ -274,7 +274,7 @@ def _slopes(values: Array, grid: Grid, p: Array) -> Array:
     return found / np.maximum(np.linalg.norm(found, axis=1, keepdims=True), 1e-12)
 
 
-def _bordered(parts: list[Placed], vertices: Array, faces: Array, grid: Grid) -> tuple[Array, Array, Array]:
+def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: LevelSetGrid) -> tuple[Array, Array, Array]:
     """Cut triangles along the borders of looks; return vertices, the look of each triangle, triangles.
 
     A border goes where two parts are equally near, or where what paints or cuts ends.
@@ -343,7 +343,7 @@ def _bordered(parts: list[Placed], vertices: Array, faces: Array, grid: Grid) ->
 
 
 def _simpler(
-    vertices: Array, faces: Array, looks: Array, cell: float, parts: list[Placed]
+    vertices: Array, faces: Array, looks: Array, cell: float, parts: list[PlacedPart]
 ) -> tuple[Array, Array, Array]:
     """Melt triangles together where the surface is flat; borders of looks stay."""
     from manifold3d import Manifold, Mesh64

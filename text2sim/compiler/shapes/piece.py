@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from text2sim.compiler.shapes.distance_field import Field
+from text2sim.compiler.shapes.distance_field import DistanceField
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
@@ -50,7 +50,7 @@ class Piece:
     """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, and its convex hull counts."""
     collision: str = "hull"
     """Of a mesh: `hull`, `decompose` (touches by several convex pieces) or `exact` (by its surface)."""
-    field: Field | None = None
+    field: DistanceField | None = None
     """Of an exact mesh: the grid of its distances."""
     part: str | None = None
     """Of a compound: name of the part."""

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.compiler.shapes.skin import Skin
+from text2sim.compiler.shapes.skin import SurfaceSkin
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -44,7 +44,7 @@ def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     return found
 
 
-def region_middle(region: BodyRegion, skin: Skin) -> Vec:
+def region_middle(region: BodyRegion, skin: SurfaceSkin) -> Vec:
     """Return the middle [m] of a region of a surface, in the body's own frame.
 
     Of a side, an edge or a corner it lies on that side, half way along what there is of it; of a box or a ball it is

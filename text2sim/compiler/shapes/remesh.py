@@ -228,24 +228,26 @@ def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarra
     """Return the place of each vertex in the picture, or None and how many have several."""
     path, root = mesh_path(file, folder)
     stat = path.stat()
-    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, Rows(vertices))
+    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, FileVertices(vertices))
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class FileVertices:
     """Vertices of a file that was read: for the same file they are the same."""
 
     vertices: "np.ndarray"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Rows) and other.vertices is self.vertices
+        return isinstance(other, FileVertices) and other.vertices is self.vertices
 
     def __hash__(self) -> int:
         return id(self.vertices)
 
 
 @lru_cache(maxsize=16)
-def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: Rows) -> "tuple[np.ndarray | None, int]":
+def _read_places(
+    path: Path, root: Path, _mtime: int, _size: int, rows: FileVertices
+) -> "tuple[np.ndarray | None, int]":
     if path.suffix.lower() not in WHOLE:
         return confined(_find_places, path, root, rows.vertices)
     import numpy as np

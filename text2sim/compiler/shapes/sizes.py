@@ -18,7 +18,7 @@ TreePieces = Callable[[Any, Path], list[tuple[Piece, Vec, Quaternion]]]
 """Pieces of a body that is a tree of links, each with the pose [m] of its link in the body's frame."""
 
 
-class Spot(NamedTuple):
+class CopySpot(NamedTuple):
     """Where one copy of a body or static is."""
 
     pos: Vec
@@ -46,7 +46,7 @@ class Sizes:
         self._lowest: dict[tuple[int, Quaternion, Vec], tuple[Any, float]] = {}
         self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
 
-    def of(self, spot: Spot, quat: Quaternion | None = None) -> Bounds:
+    def of(self, spot: CopySpot, quat: Quaternion | None = None) -> Bounds:
         """Return the bounds [m] about the copy's origin, turned by its orientation (or by `quat`).
 
         Raises:
@@ -68,7 +68,7 @@ class Sizes:
             found = self._known[key] = (thing, bounds)
         return found[1]
 
-    def lowest(self, spot: Spot, axis: Vec) -> float:
+    def lowest(self, spot: CopySpot, axis: Vec) -> float:
         """Return the lowest coordinate [m] of a copy's pieces along a unit vector, about the copy's origin."""
         thing = spot.model if spot.shape is None else spot.shape
         key = (id(thing), spot.quat, axis)
@@ -78,7 +78,7 @@ class Sizes:
             found = self._lowest[key] = (thing, least)
         return found[1]
 
-    def pieces(self, spot: Spot) -> list[tuple[Piece, Vec, Quaternion]]:
+    def pieces(self, spot: CopySpot) -> list[tuple[Piece, Vec, Quaternion]]:
         """Return the convex pieces of a copy, each with the pose [m] of its frame in the copy's frame.
 
         A tree of links whose pieces nobody knows counts as its bounds.
@@ -97,7 +97,7 @@ class Sizes:
             found = self._trees[id(spot.model)] = (spot.model, made)
         return found[1]
 
-    def solids(self, spot: Spot) -> list[Solid]:
+    def solids(self, spot: CopySpot) -> list[Solid]:
         """Return the convex pieces of a copy where it is."""
         if spot.shape is not None:
             return solids(pieces(spot.shape, self.folder), spot.pos, spot.quat)

@@ -25,7 +25,7 @@ _BOX = (
 
 
 @dataclass(frozen=True, eq=False)
-class Skin:
+class SurfaceSkin:
     """A surface in its body's frame."""
 
     triangles: "np.ndarray"
@@ -66,7 +66,7 @@ class Skin:
         return found[best], float(apart[best])
 
 
-def skin_of(pieces: Iterable[tuple[Piece, Vec, Quaternion]]) -> Skin:
+def skin_of(pieces: Iterable[tuple[Piece, Vec, Quaternion]]) -> SurfaceSkin:
     """Return the surface of pieces, each with the pose [m] of its frame in the body's."""
     import numpy as np
 
@@ -75,7 +75,7 @@ def skin_of(pieces: Iterable[tuple[Piece, Vec, Quaternion]]) -> Skin:
         own = np.array(quat_to_rows(piece.quat)).T, np.array(piece.pos)
         outer = np.array(quat_to_rows(quat)).T, np.array(pos)
         found.append((_triangles(piece) @ own[0] + own[1]) @ outer[0] + outer[1])
-    return Skin(np.concatenate(found))
+    return SurfaceSkin(np.concatenate(found))
 
 
 def _triangles(piece: Piece) -> "np.ndarray":

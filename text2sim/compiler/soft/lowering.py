@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import EntityPlan, SoftFacts, Surface
+from text2sim.compiler.plan import EntityPlan, SoftRecord, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.shapes.tets import tet_options
@@ -62,7 +62,7 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftFacts(model.kind, solver, spacing, copy.pos, copy.quat, weight),
+            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)

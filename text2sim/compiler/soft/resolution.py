@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import hypot
 
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.files import Files
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
@@ -49,7 +49,7 @@ def soft_settings(
     placed: dict[str, list[Copy]],
     lowering: SoftLowering | None,
     bodies: tuple[Group, ...],
-    rows: Rows,
+    rows: ControlRows,
 ) -> SoftSettings | None:
     """Return the settings of the solvers of deformable bodies; None if there are none.
 

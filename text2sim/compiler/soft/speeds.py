@@ -9,7 +9,7 @@ from math import hypot, sqrt
 from pathlib import Path
 from typing import Any
 
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
@@ -33,7 +33,7 @@ PART = 4.0
 def speed_limit(
     scene: Scene,
     controls: Iterable[Control],
-    rows: Rows,
+    rows: ControlRows,
     placed: dict[str, list[Copy]],
     masses: dict[str, float],
     folder: Path,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import dist
 
-from text2sim.compiler.controls import Rows
+from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import largest, value_at
@@ -40,7 +40,7 @@ class Travel:
 
 
 def travel(
-    rows: Rows,
+    rows: ControlRows,
     controls: Iterable[Control],
     placed: dict[str, list[Copy]],
     masses: dict[str, float],

@@ -11,7 +11,7 @@ from text2sim.assets.mechanism import Mechanism
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.distance_field import LEAST_NODES, Field
+from text2sim.compiler.shapes.distance_field import LEAST_NODES, DistanceField
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.sculpting import MARK, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
@@ -54,7 +54,7 @@ def count_pieces(tree: Tree) -> int:
     return sum(PIECES_OF_A_MESH if geom.piece.collision == "decompose" else 1 for geom in geoms)
 
 
-def _exact(fields: dict[str, Field | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
+def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Keyword arguments of the engine's material for the fields of meshes, by file, and what is to be said of them."""
     made = {file: field for file, field in fields.items() if field is not None}
     if not made:

@@ -15,7 +15,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
 )
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import Effort, inside, overlap_of
 from text2sim.lint.words import length
@@ -86,7 +86,7 @@ def _fixtures(facts: Facts, mover: Copy) -> Iterator[Copy]:
             yield copy
 
 
-def _depth(copy: Copy, parts: list[Part], moment: Moment, others: list[Part], effort: Effort) -> float:
+def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[StandingPart], effort: Effort) -> float:
     """How deep [m] a copy is in another at a moment."""
     moved = _moved(copy, parts, moment)
     pairs = [(a, b) for a in moved for b in others if inside(a, b)]
@@ -95,7 +95,7 @@ def _depth(copy: Copy, parts: list[Part], moment: Moment, others: list[Part], ef
     return overlap_of(moved, others, pairs[:4], effort).depth
 
 
-def _moved(copy: Copy, parts: list[Part], moment: Moment) -> list[Part]:
+def _moved(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
     """The pieces of a copy at a moment."""
     _, (x, y, z), turn = moment
     found = []
@@ -105,7 +105,7 @@ def _moved(copy: Copy, parts: list[Part], moment: Moment) -> list[Part]:
             p, q, r = copy.pos
             d, e, f = quat_rotate(turn, (a - p, b - q, c - r))
             (a, b, c), quat = (p + d, q + e, r + f), quat_multiply(turn, quat)
-        found.append(Part(part.piece, (a + x, b + y, c + z), quat, part.moves, part.link, part.mesh))
+        found.append(StandingPart(part.piece, (a + x, b + y, c + z), quat, part.moves, part.link, part.mesh))
     return found
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows, vector_unit
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.text.document import Path
 
 
@@ -35,7 +35,7 @@ def grip(facts: Facts) -> float:
     return max(facts.substep, max(settings.timeconst, 2 * facts.substep) / math.e)
 
 
-def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, float, float]:
+def hardest(parts: list[StandingPart], target: StandingPart, velocity: Vec) -> tuple[float, float, float]:
     """Return the speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first.
 
     Args:
@@ -53,12 +53,12 @@ def hardest(parts: list[Part], target: Part, velocity: Vec) -> tuple[float, floa
     return best
 
 
-def width(parts: list[Part], axis: Vec) -> float:
+def width(parts: list[StandingPart], axis: Vec) -> float:
     """Return the largest width [m] of one of the pieces along an axis."""
     return max(high - low for low, high in (part.solid.span(axis) for part in parts))
 
 
-def _normals(part: Part, velocity: Vec) -> list[Vec]:
+def _normals(part: StandingPart, velocity: Vec) -> list[Vec]:
     """Directions across which something may pass a piece."""
     turn = quat_multiply(part.quat, part.piece.quat)
     columns: list[Vec] = list(zip(*quat_to_rows(turn), strict=True))  # type: ignore[arg-type]

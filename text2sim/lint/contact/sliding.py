@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Velocity
+from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, vector_cross
 from text2sim.compiler.shapes.sweep import sweep
@@ -27,7 +27,7 @@ class _Slide(NamedTuple):
 
     copy: Copy
     support: Copy
-    row: Velocity
+    row: StartVelocity
     slip: float
     """Speed [m/s] of its lowest point along what it stands on."""
     friction: float
@@ -68,7 +68,7 @@ def _rolling(slide: _Slide) -> str:
     return f", or let it roll: `angular: {vector((-y / shape.radius, x / shape.radius, 0.0))}`"
 
 
-def _slide(facts: Facts, row: Velocity, up: Vec) -> _Slide | None:
+def _slide(facts: Facts, row: StartVelocity, up: Vec) -> _Slide | None:
     copy = facts.copies[row.entity]
     if is_soft(copy.model):  # the friction cone is that of rigid contacts
         return None

@@ -10,7 +10,7 @@ from text2sim.compiler.shapes.boxes import Bounds, apart, grown, swept
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_times, vector_unit
 from text2sim.lint.contact.passing import Pass, grip, hardest
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.motion import Spin
 
@@ -48,7 +48,7 @@ def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
                         break
 
 
-def _motions(copy: Copy, part: Part) -> Iterator[tuple[Vec, Bounds]]:
+def _motions(copy: Copy, part: StandingPart) -> Iterator[tuple[Vec, Bounds]]:
     """Highest velocities [m/s] of a piece of a driven body, each with the box that is swept meanwhile."""
     motion = copy.model.motion
     if isinstance(motion, Spin):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
-from text2sim.lint.film.shots import Shot, shot, taken
+from text2sim.lint.film.shots import ShotView, shot, taken
 from text2sim.lint.film.subjects import Balls, drawn, middle_of, subjects
 from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
@@ -23,23 +23,23 @@ EARLY = 0.1
 """A film that starts later [s] than this shows bodies where they have gone."""
 
 
-def _views(facts: Facts) -> list[Shot]:
+def _views(facts: Facts) -> list[ShotView]:
     """The author's cameras that film the start; none if the camera is derived."""
     return [shot(facts, name, 0.0) for name, pictures in taken(facts).items() if pictures and pictures[0].t <= EARLY]
 
 
-def _share_inside(shot: Shot, balls: Balls) -> float:
+def _share_inside(shot: ShotView, balls: Balls) -> float:
     """Part of the balls, by their area, whose middle is in the picture."""
     area = sum(radius**2 for _, radius in balls)
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
 
-def blamed(facts: Facts, views: list[Shot]) -> Path:
+def blamed(facts: Facts, views: list[ShotView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
 
-def _none(views: list[Shot]) -> str:
+def _none(views: list[ShotView]) -> str:
     return f"camera `{views[0].name}` does not see" if len(views) == 1 else "no camera sees"
 
 
@@ -60,7 +60,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("unseen-subject", blamed(facts, views), text, key=True)
 
 
-def _way_in(shot: Shot, balls: Balls) -> str:
+def _way_in(shot: ShotView, balls: Balls) -> str:
     """Why a subject is not in the picture of a camera, and what would bring it there."""
     middle = middle_of(balls)
     needed = shot.needed(middle)
@@ -114,7 +114,7 @@ def _cut_off(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("cut-off-subject", ("render", "cameras", view.name), text, key=True)
 
 
-def _step_back(shot: Shot, balls: Balls) -> str:
+def _step_back(shot: ShotView, balls: Balls) -> str:
     needed = [shot.needed(center) for center, _ in balls]
     if None in needed:
         return "move the camera back: a part is behind it"

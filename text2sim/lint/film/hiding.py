@@ -2,14 +2,14 @@
 
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.shots import Shot
+from text2sim.lint.film.shots import ShotView
 from text2sim.lint.film.subjects import Balls
 
 RAYS = 6
 """Points of a subject that are looked at."""
 
 
-def maybe_hidden(facts: Facts, shot: Shot, name: str, balls: Balls) -> bool:
+def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
     """Return whether from all points of a subject the way to the camera goes through the box of something else.
 
     Args:
@@ -37,7 +37,7 @@ def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
     return first < last
 
 
-def hidden_behind(facts: Facts, seeing: list[Shot], name: str) -> str:
+def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
     """Say what hides a subject from all these cameras; nothing if something of it is seen.
 
     Args:

@@ -19,7 +19,7 @@ def _still(name: str, t: float) -> Vec:
 
 
 @dataclass(frozen=True)
-class Shot:
+class ShotView:
     """A camera at a moment."""
 
     name: str
@@ -74,7 +74,7 @@ class Shot:
         return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tall))
 
 
-def shots(facts: Facts, t: float, offset: Offset = _still) -> list[Shot]:
+def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
     """Return all cameras at a time [s] of the simulation.
 
     Args:
@@ -118,7 +118,7 @@ def films(facts: Facts, name: str, t: float) -> bool:
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> Shot:
+def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> ShotView:
     """Return a camera of the plan at a time [s]; what `offset` does not know of is where it starts.
 
     Args:
@@ -136,7 +136,7 @@ def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float
     right, up, ahead = basis(pos, target, camera["up"])
     tall = math.tan(math.radians(camera["fov"]) / 2)
     wide = tall * render["resolution"][0] / render["resolution"][1]
-    return Shot(name, pos, target, right, up, ahead, tall, wide)
+    return ShotView(name, pos, target, right, up, ahead, tall, wide)
 
 
 class _Known:

@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
 from text2sim.lint.film.shots import shot, some, taken
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length
@@ -31,7 +31,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
         if view.name in told:
             continue
         where = ("render", "cameras", view.name)
-        eye = Part(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
+        eye = StandingPart(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
         for ground in facts.planes:
             below = ground.level - sum(u * p for u, p in zip(ground.up, view.pos, strict=True))
             if below > 0 and ground.beside(view.pos) < 0:
@@ -55,7 +55,7 @@ def _when(t: float) -> str:
     return f" after {t:.2g} s" if t > EARLY else " at the start"
 
 
-def _solid(part: Part) -> bool:
+def _solid(part: StandingPart) -> bool:
     """Whether a piece is what is drawn: a mesh touches by its hull, and a camera may be in its hollow."""
     return part.piece.kind != "mesh" or part.mesh is not None
 

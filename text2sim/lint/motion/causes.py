@@ -30,12 +30,12 @@ from text2sim.spec_schema.models.motion import Sine, Steps
 LEVER = 4.0
 """How many times as fast as its middle the far end of a body may be after a push beside the middle."""
 
-Cause = tuple[float, str, "Push | None"]
+Cause = tuple[float, str, "MotionCause | None"]
 """When [s], what the case calls it, and how strong it is, if that is known."""
 
 
 @dataclass(frozen=True)
-class Push:
+class MotionCause:
     """A known cause: from `start` to `end` [s] it adds up to `speed` [m/s] to some body."""
 
     start: float
@@ -48,7 +48,7 @@ class Causes:
     """When a scene is set in motion, and how strongly; see `causes_of`."""
 
     facts: Facts
-    pushes: list[Push] = field(default_factory=list)
+    pushes: list[MotionCause] = field(default_factory=list)
     unknown: float = inf
     """Time [s] of the first cause whose strength is not known."""
     first: str = ""
@@ -120,7 +120,7 @@ class Causes:
             far = dist(*box) if box is not None else 0.0
             speed = norm(row.linear) + norm(row.angular) * far
             if speed > 0.0:
-                yield 0.0, row.control, Push(0.0, 0.0, speed)
+                yield 0.0, row.control, MotionCause(0.0, 0.0, speed)
 
     def _wrenches(self) -> Iterator[Cause]:
         facts = self.facts
@@ -138,9 +138,9 @@ class Causes:
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)
                 gain *= max(0.0, end - row.start) * max(map(abs, extremes(control.scale)))
-                yield row.start, row.control, Push(row.start, max(end, row.start), gain)
+                yield row.start, row.control, MotionCause(row.start, max(end, row.start), gain)
             else:
-                yield row.start, row.control, Push(row.start, row.start, gain)
+                yield row.start, row.control, MotionCause(row.start, row.start, gain)
 
     def _others(self) -> Iterator[Cause]:
         """Drives, driven bodies, what is let go, and what leaves the scene."""
@@ -157,10 +157,10 @@ class Causes:
                     yield sets_out(copy.model.motion), body, None
         for weld in facts.rows.welds:
             if not weld.on:
-                yield weld.at, weld.control, Push(weld.at, weld.at, 0.0)
+                yield weld.at, weld.control, MotionCause(weld.at, weld.at, 0.0)
         for removal in facts.rows.removals:
             at = 0.0 if removal.at is None else removal.at  # an event may come at any time
-            yield at, removal.control, Push(at, at, 0.0)
+            yield at, removal.control, MotionCause(at, at, 0.0)
 
 
 def causes_of(facts: Facts) -> Causes:

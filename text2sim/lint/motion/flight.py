@@ -13,7 +13,7 @@ from text2sim.compiler.shapes.boxes import Bounds, apart, moved, union
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, Part
+from text2sim.lint.parts import Ground, StandingPart
 
 RESTING = 0.002
 """What has something so near [m] below it does not fall."""
@@ -30,7 +30,7 @@ class Meeting:
     """What a body comes to first."""
 
     other: Copy
-    part: Part | None
+    part: StandingPart | None
     """The piece that is met; None for a plane."""
     time: float
     """[s]"""
@@ -163,7 +163,7 @@ class _Flights:
 
     def _leg(
         self,
-        parts: list[Part],
+        parts: list[StandingPart],
         box: Bounds,
         near: list[tuple[Copy, Bounds]],
         touching: set[str],
@@ -179,7 +179,7 @@ class _Flights:
             return None
         direction: Vec = (step[0] / length, step[1] / length, step[2] / length)
         swept = union((moved(box, a), moved(box, b)))
-        best: tuple[float, Copy, Part] | None = None
+        best: tuple[float, Copy, StandingPart] | None = None
         for other, its in near:
             if swept is None or apart(swept, its):
                 continue
@@ -200,7 +200,7 @@ class _Flights:
         return Meeting(best[1], best[2], time, _velocity(v, g, time))
 
 
-def _landing(ground: Ground, copy: Copy, parts: list[Part], v: Vec, g: Vec, duration: float) -> Meeting | None:
+def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: Vec, duration: float) -> Meeting | None:
     """When a body comes to a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
     fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)

@@ -14,7 +14,7 @@ from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.flight import RESTING
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.start.escape import upright
 
 MAX_BODIES = 300
@@ -89,7 +89,7 @@ def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
     return True
 
 
-def _stands(facts: Facts, copy: Copy, tops: list[Part]) -> bool:
+def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
     parts = facts.parts(copy)
     if not parts or any(part.mesh is not None for part in parts):
         return False
@@ -109,7 +109,7 @@ def _stands(facts: Facts, copy: Copy, tops: list[Part]) -> bool:
     return bool(carried) and _holds(_around(carried), cx, cy)
 
 
-def _corners(part: Part) -> list[tuple[float, float, float]]:
+def _corners(part: StandingPart) -> list[tuple[float, float, float]]:
     """Points of a piece that are lowest as it leans by a hair to any side."""
     found = []
     for x, y in _WAYS:

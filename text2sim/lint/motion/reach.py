@@ -19,7 +19,7 @@ SOFT = 1.05
 """Joints and their limits give a little."""
 
 
-class Reach:
+class LinkReach:
     """Balls that links never leave, worked out when they are asked for; see `reach_of`."""
 
     def __init__(self, facts: Facts) -> None:
@@ -59,9 +59,9 @@ class Reach:
         return found + ([] if part or what else self.facts.balls(copy) * bool(tree.fixtures))
 
 
-def reach_of(facts: Facts) -> Reach:
+def reach_of(facts: Facts) -> LinkReach:
     """Return how far the bodies of a case can get, worked out once."""
-    return facts.own(Reach)
+    return facts.own(LinkReach)
 
 
 def never_meet(a: list[Ball] | None, b: list[Ball] | None) -> bool:

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.distance_field import FINE, Field
+from text2sim.compiler.shapes.distance_field import FINE, DistanceField
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.soft.solvers import is_soft
@@ -227,7 +227,7 @@ def _needless(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("convex-exact", (*use.where, "collision"), text)
 
 
-def _exact(facts: Facts) -> Iterator[tuple[_Use, Field]]:
+def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
     """Yield the meshes that touch by their surface, with their fields."""
     for use in _uses(facts):
         if use.shape.collision == "exact" and not use.filled:

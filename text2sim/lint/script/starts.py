@@ -6,7 +6,7 @@ from statistics import pstdev
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Velocity
+from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.rotation import Vec, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.script.targets import Target, targets_of
@@ -81,7 +81,7 @@ def _reduced(measure: Any, values: list[float]) -> float | None:
     return min(values) if measure.stat == "min" else max(values)
 
 
-class _Rows(dict[str, list[Velocity]]):
+class _Rows(dict[str, list[StartVelocity]]):
     """Initial velocities by copy."""
 
     def __init__(self, facts: Facts) -> None:
@@ -89,7 +89,7 @@ class _Rows(dict[str, list[Velocity]]):
             self.setdefault(row.entity, []).append(row)
 
 
-def velocities_of(facts: Facts, copy: Copy) -> list[Velocity]:
+def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
     """Return the start velocities that the case gives a copy; the last one counts."""
     return facts.own(_Rows).get(copy.name, [])
 

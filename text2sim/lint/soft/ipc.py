@@ -7,7 +7,7 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.sagging import SHEET
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
 from text2sim.lint.soft.gaps import Gaps
@@ -112,7 +112,7 @@ def _linked(facts: Facts) -> Iterator[Problem]:
                 break
 
 
-def _link(part: Part) -> str:
+def _link(part: StandingPart) -> str:
     return "what the world holds" if part.link is None else f"`{part.link}`"
 
 

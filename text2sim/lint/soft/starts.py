@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING
@@ -69,7 +69,7 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
         return None
     if apart(box, its):
         return None
-    pairs: list[tuple[Part, Part]] = []
+    pairs: list[tuple[StandingPart, StandingPart]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
     for one in facts.parts(body.copy):
         pairs += [(one, other) for other in others if effort.spend() and inside(one, other)]

@@ -6,7 +6,7 @@ from typing import Any
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 
 ROUGH = 0.05
 """The engine's convex pieces may stand out of the surface by this part of the mesh's size: its CoACD works to a
@@ -15,7 +15,7 @@ HALVINGS = 14
 """Precision of a way out: the far end of it, halved so often."""
 
 
-def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
+def inside(a: StandingPart, b: StandingPart, step: Vec = (0.0, 0.0, 0.0)) -> bool:
     """Whether two pieces, of which one is such a mesh, overlap when `a` is moved by `step` [m].
 
     Args:
@@ -33,7 +33,7 @@ def inside(a: Part, b: Part, step: Vec = (0.0, 0.0, 0.0)) -> bool:
     return _encloses(a, pos, _point(b, b.pos)) or _encloses(b, b.pos, _point(a, pos))
 
 
-def way_out(a: Part, b: Part, direction: Vec) -> float:
+def way_out(a: StandingPart, b: StandingPart, direction: Vec) -> float:
     """Return a way [m] along a direction after which two pieces that overlap do so no longer.
 
     Args:
@@ -50,14 +50,14 @@ def way_out(a: Part, b: Part, direction: Vec) -> float:
     return high
 
 
-def roughness(*parts: Part) -> float:
+def roughness(*parts: StandingPart) -> float:
     """Return how far [m] the engine's pieces may stand out of the surfaces of these."""
     rough = [part for part in parts if part.piece.collision == "decompose"]
     sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in rough]
     return ROUGH * max(sizes, default=0.0)
 
 
-def _object(part: Part, pos: Vec) -> Any:
+def _object(part: StandingPart, pos: Vec) -> Any:
     import fcl
     import numpy as np
 
@@ -92,13 +92,13 @@ def _surface(mesh: MeshFile, scale: float) -> Any:
     return model
 
 
-def _point(part: Part, pos: Vec) -> Vec:
+def _point(part: StandingPart, pos: Vec) -> Vec:
     """Return a point of a piece that is at `pos`; the middle of a mesh may be in its hole."""
     own = part.piece.vertices[0] if part.piece.vertices else (0.0, 0.0, 0.0)
     return frame_apply(pos, part.quat, frame_apply(part.piece.pos, part.piece.quat, own))
 
 
-def _encloses(part: Part, pos: Vec, point: Vec) -> bool:
+def _encloses(part: StandingPart, pos: Vec, point: Vec) -> bool:
     """Whether a point is inside a mesh: its surface goes round it (van Oosterom and Strackee 1983, solid angles)."""
     import numpy as np
 

@@ -8,7 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import RESTING
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import more_copies
@@ -65,17 +65,17 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("on-edge", ("bodies", name), text, key=True)
 
 
-def _single_box(facts: Facts, copy: Copy) -> Part | None:
+def _single_box(facts: Facts, copy: Copy) -> StandingPart | None:
     parts = facts.parts(copy)
     return parts[0] if len(parts) == 1 and parts[0].piece.kind == "box" else None
 
 
-def _axes(part: Part) -> list[Vec]:
+def _axes(part: StandingPart) -> list[Vec]:
     turn = quat_multiply(part.quat, part.piece.quat)
     return [quat_rotate(turn, axis) for axis in _AXES]
 
 
-def _tilt(facts: Facts, box: Part, support: Copy) -> float:
+def _tilt(facts: Facts, box: StandingPart, support: Copy) -> float:
     """Angle [deg] between the nearest faces of a box and of what carries it; 0 where that is no face."""
     axes = _axes(box)
     for ground in facts.planes:
@@ -107,7 +107,7 @@ def _tilt(facts: Facts, box: Part, support: Copy) -> float:
     return _angle(axes, best[1])
 
 
-def _middle(part: Part) -> Vec:
+def _middle(part: StandingPart) -> Vec:
     offset = quat_rotate(part.quat, part.piece.pos)
     return part.pos[0] + offset[0], part.pos[1] + offset[1], part.pos[2] + offset[2]
 

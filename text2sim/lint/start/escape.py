@@ -19,7 +19,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_times,
 )
 from text2sim.compiler.shapes.sweep import sweep
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.start import concave
 
 AXES: dict[Vec, str] = {
@@ -84,13 +84,13 @@ class Overlap:
     """How deep [m] the deepest pair of convex pieces is: what the engine takes for a compressed contact."""
     thickness: float
     """Thickness [m] of the thinner piece of that pair."""
-    pair: tuple[Part, Part]
+    pair: tuple[StandingPart, StandingPart]
     """That pair: a piece of the first body, and one of the second."""
     ways: list[Way]
     """Ways out of the first body as a whole, the shortest first."""
 
 
-def inside(a: Part, b: Part) -> bool:
+def inside(a: StandingPart, b: StandingPart) -> bool:
     """Whether two pieces overlap."""
     if apart(a.box, b.box, SKIN):
         return False
@@ -101,7 +101,7 @@ def inside(a: Part, b: Part) -> bool:
     return distance(a.solid, b.solid) == 0.0
 
 
-def upright(part: Part) -> bool:
+def upright(part: StandingPart) -> bool:
     """Whether a piece fills the box around it."""
     if part.piece.kind != "box":
         return False
@@ -110,7 +110,10 @@ def upright(part: Part) -> bool:
 
 
 def overlap_of(
-    movers: Sequence[Part], others: Sequence[Part], pairs: list[tuple[Part, Part]], effort: Effort
+    movers: Sequence[StandingPart],
+    others: Sequence[StandingPart],
+    pairs: list[tuple[StandingPart, StandingPart]],
+    effort: Effort,
 ) -> Overlap:
     """Return how bodies overlap of which some pieces are inside each other.
 
@@ -148,7 +151,7 @@ def plain(ways: Sequence[Way]) -> list[Way]:
 
 
 def _way_out(
-    movers: Sequence[Part], others: Sequence[Part], direction: Vec, way: float, effort: Effort
+    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, way: float, effort: Effort
 ) -> float | None:
     """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
     for _ in range(ROUNDS):
@@ -172,14 +175,14 @@ def _way_out(
     return None
 
 
-def _cost(pairs: list[tuple[Part, Part]]) -> int:
+def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
     """Steps that it takes to find how pieces leave each other behind."""
     return sum(ROUND_EXIT if a.piece.kind in ROUND or b.piece.kind in ROUND else EXIT for a, b in pairs)
 
 
-def moved_part(part: Part, way: Way) -> Part:
+def moved_part(part: StandingPart, way: Way) -> StandingPart:
     """Return a piece at the end of a way."""
-    return Part(
+    return StandingPart(
         part.piece,
         vector_plus(part.pos, vector_times(way.direction, way.length + SKIN)),
         part.quat,
@@ -189,7 +192,7 @@ def moved_part(part: Part, way: Way) -> Part:
     )
 
 
-def _still_inside(a: Part, b: Part, step: Vec, effort: Effort) -> bool:
+def _still_inside(a: StandingPart, b: StandingPart, step: Vec, effort: Effort) -> bool:
     if not effort.spend():
         return False
     if a.mesh is not None or b.mesh is not None:
@@ -197,7 +200,7 @@ def _still_inside(a: Part, b: Part, step: Vec, effort: Effort) -> bool:
     return distance(a.solid, b.solid, step) == 0.0
 
 
-def _exit(one: Part, other: Part, direction: Vec) -> float:
+def _exit(one: StandingPart, other: StandingPart, direction: Vec) -> float:
     """Way [m] along a direction after which one piece has left another behind."""
     if one.mesh is not None or other.mesh is not None:
         return concave.way_out(one, other, direction)
@@ -207,7 +210,7 @@ def _exit(one: Part, other: Part, direction: Vec) -> float:
     return 0.0 if back is None else far - back
 
 
-def _directions(pairs: list[tuple[Part, Part]]) -> list[Vec]:
+def _directions(pairs: list[tuple[StandingPart, StandingPart]]) -> list[Vec]:
     """Along the axes, along the lines between the middles, and across the faces of boxes and ends of cylinders."""
     found = dict.fromkeys(AXES)
     for a, b in pairs[:3]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.concave import roughness
 from text2sim.lint.start.escape import GLANCES, Effort, Overlap, Way, inside, moved_part, overlap_of, plain
@@ -79,13 +79,15 @@ def push_speed(facts: Facts, depth: float) -> float:
     return depth / settings.bounce_time if settings.bounce_time else PUSH * depth / settings.timeconst
 
 
-def _pieces_inside(facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests: Effort) -> list[tuple[Part, Part]]:
+def _pieces_inside(
+    facts: Facts, a: Copy, b: Copy, welded: set[frozenset], tests: Effort
+) -> list[tuple[StandingPart, StandingPart]]:
     """Return the pieces of two copies that are inside each other, where the engine lets them touch."""
     around_a, around_b = facts.box(a), facts.box(b)
     assert around_a is not None
     assert around_b is not None
     others = [part for part in facts.parts(b) if not apart(part.box, around_a, LEAST)]
-    pairs: list[tuple[Part, Part]] = []
+    pairs: list[tuple[StandingPart, StandingPart]] = []
     tests.spend(len(facts.parts(a)) * len(others) // GLANCES)
     for one in facts.parts(a):
         if not others or apart(one.box, around_b, LEAST):

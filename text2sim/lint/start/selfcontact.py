@@ -7,7 +7,7 @@ from itertools import combinations
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Part
+from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import Effort, inside, overlap_of
 from text2sim.lint.start.overlap import LEAST, STEPS, push_speed
@@ -67,7 +67,7 @@ def _strangers(tree: Tree) -> set[tuple[str, str]]:
 def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tuple[str, str], float]:
     """Return the pairs of links that overlap at the start positions of a tree, with the depth [m], deepest first."""
     parts = {
-        link.name: [Part(geom.piece, pos, quat, True, link.name) for geom in link.geoms]
+        link.name: [StandingPart(geom.piece, pos, quat, True, link.name) for geom in link.geoms]
         for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)
     }
     found, effort = {}, Effort(STEPS)

@@ -7,9 +7,9 @@ from typing import Any
 from text2sim.spec_schema.changes.operation import Operation, split_pointer
 from text2sim.spec_schema.text.canonical import dump_layout
 from text2sim.spec_schema.text.document import Document
-from text2sim.spec_schema.text.layout import Entry, plain_data, plain_layout, written_layout
+from text2sim.spec_schema.text.layout import LayoutEntry, plain_data, plain_layout, written_layout
 
-Origin = Callable[[tuple[str, ...]], Entry | None]
+Origin = Callable[[tuple[str, ...]], LayoutEntry | None]
 """Where an entry that is added may come from with its comments, by its path."""
 
 
@@ -17,7 +17,7 @@ ORDERED = (("shots",), ("cameras",))
 """Mappings whose order means something: what replaces one brings its own."""
 
 
-class Amendment:
+class DocumentLayout:
     """The layout of a document that is changed in place.
 
     Attributes:
@@ -51,7 +51,7 @@ class Amendment:
             else:
                 self.put(path, self.fresh(path, operation["value"]))
 
-    def find(self, path: Sequence[str]) -> Entry:
+    def find(self, path: Sequence[str]) -> LayoutEntry:
         """Return the entry at a path."""
         entry = self.root
         for step in path:
@@ -59,7 +59,7 @@ class Amendment:
             assert entry is not None
         return entry
 
-    def fresh(self, path: tuple[str, ...], value: Any) -> Entry:
+    def fresh(self, path: tuple[str, ...], value: Any) -> LayoutEntry:
         """Return a new entry for a value, with the comments of its origin if that says the same."""
         entry = self.origin(path) if self.origin is not None else None
         if entry is None or not identical(plain_data(entry), value):
@@ -68,7 +68,7 @@ class Amendment:
         entry.before = [row for row in entry.before if row]
         return _loose(entry)
 
-    def put(self, path: Sequence[str], entry: Entry) -> None:
+    def put(self, path: Sequence[str], entry: LayoutEntry) -> None:
         """Put an entry, with its comments, where a path says; what a key had before is replaced."""
         parent = self.find(path[:-1])
         entry.parent = parent
@@ -85,7 +85,7 @@ class Amendment:
         else:
             self.set(old, plain_data(entry), tuple(path))
 
-    def detach(self, path: Sequence[str]) -> Entry:
+    def detach(self, path: Sequence[str]) -> LayoutEntry:
         """Remove the entry at a path, and return it."""
         entry = self.find(path)
         assert entry.parent is not None
@@ -105,7 +105,7 @@ class Amendment:
         moved.before = [row for row in moved.before if row]
         self.put(path, _loose(moved))
 
-    def set(self, entry: Entry, value: Any, path: tuple[str, ...]) -> None:
+    def set(self, entry: LayoutEntry, value: Any, path: tuple[str, ...]) -> None:
         """Give an entry another value; what is the same in both stays as it is written.
 
         Args:
@@ -136,7 +136,7 @@ class Amendment:
             for child in entry.value if isinstance(entry.value, list) else ():
                 child.parent = entry
 
-    def _set_items(self, entry: Entry, value: list[Any], path: tuple[str, ...]) -> None:
+    def _set_items(self, entry: LayoutEntry, value: list[Any], path: tuple[str, ...]) -> None:
         """Items at both ends that are equal stay; between them each takes the next value."""
         now = [plain_data(child) for child in entry.value]
         least = min(len(now), len(value))
@@ -153,14 +153,14 @@ class Amendment:
             entry.value.insert(index, item)
 
 
-def _value(operation: Operation, amendment: Amendment) -> Any:
+def _value(operation: Operation, amendment: DocumentLayout) -> Any:
     op = operation["op"]
     if op in ("add", "replace"):
         return operation["value"]
     return plain_data(amendment.find(split_pointer(operation["from"])))
 
 
-def _child(entry: Entry, step: str) -> Entry | None:
+def _child(entry: LayoutEntry, step: str) -> LayoutEntry | None:
     if entry.mapping:
         return next((child for child in entry.value if child.key == step), None)
     return entry.value[int(step)]
@@ -177,7 +177,7 @@ def identical(a: Any, b: Any) -> bool:
     return a == b
 
 
-def _loose(entry: Entry) -> Entry:
+def _loose(entry: LayoutEntry) -> LayoutEntry:
     """A copy of an entry, and of those inside it, that no text knows."""
     if isinstance(entry.value, list):
         entry.value = [_loose(copy.copy(child)) for child in entry.value]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from text2sim.spec_schema.changes.amendment import Amendment, Origin, identical
+from text2sim.spec_schema.changes.amendment import DocumentLayout, Origin, identical
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import apply_operations
 from text2sim.spec_schema.text.document import parse_document
@@ -39,12 +39,12 @@ def edit_source(source: Source, operations: Sequence[Operation], origin: Origin 
     wanted = apply_operations(document.data, operations)
     if not operations:
         return source.text
-    amendment = Amendment(document, origin)
+    amendment = DocumentLayout(document, origin)
     amendment.apply(operations)
     return write_amended(source, amendment, wanted)
 
 
-def write_amended(source: Source, amendment: Amendment, wanted: Any) -> str:
+def write_amended(source: Source, amendment: DocumentLayout, wanted: Any) -> str:
     """Return an amended text in canonical form, with its comments.
 
     Args:

@@ -7,14 +7,14 @@ from difflib import SequenceMatcher
 from itertools import takewhile
 from typing import Any
 
-from text2sim.spec_schema.changes.amendment import Amendment
+from text2sim.spec_schema.changes.amendment import DocumentLayout
 from text2sim.spec_schema.changes.diff import NOTHING, operations
 from text2sim.spec_schema.changes.edit import edit_source, write_amended
 from text2sim.spec_schema.changes.merge import Conflict, merge
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.reuse.migration import steps_for
 from text2sim.spec_schema.text.document import Path, parse_document, pointer
-from text2sim.spec_schema.text.layout import Entry, written_layout
+from text2sim.spec_schema.text.layout import LayoutEntry, written_layout
 from text2sim.spec_schema.text.source import Source
 
 Steps = tuple[str, ...]
@@ -79,9 +79,9 @@ def _migrated(source: Source) -> Source:
     return replace(source, text=edit_source(source, steps)) if steps else source
 
 
-def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, Entry], base: Source) -> str:
+def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, LayoutEntry], base: Source) -> str:
     """Our text with their changes and their comments."""
-    amendment = Amendment(parse_document(ours), theirs.get)
+    amendment = DocumentLayout(parse_document(ours), theirs.get)
     written = {entry for _, entry in _entries(amendment.root)}
     amendment.apply(steps)
     known = dict(_entries(written_layout(parse_document(base))[0])) if base.text.strip() else {}
@@ -113,7 +113,7 @@ def _listed(trail: str | None) -> list[str]:
     return [trail] if trail else []
 
 
-def _entries(entry: Entry, path: Steps = ()) -> Iterator[tuple[Steps, Entry]]:
+def _entries(entry: LayoutEntry, path: Steps = ()) -> Iterator[tuple[Steps, LayoutEntry]]:
     for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else str(index))
         yield inner, child

@@ -17,7 +17,7 @@ from text2sim.spec_schema.models.sweep_models import Sweep
 from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
 from text2sim.spec_schema.vocabulary.slot_path import ROOTS
 from text2sim.spec_schema.vocabulary.slots import ENTRY, meant
-from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, is_model, kinds_of, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, bounds_of, fields_of, is_model, kinds_of, slot_of
 
 Schema = dict[str, Any]
 
@@ -89,7 +89,7 @@ class _Maker:
             "additionalProperties": False,
         }
 
-    def slot(self, slot: Slot, hint: str) -> Schema:
+    def slot(self, slot: LanguageSlot, hint: str) -> Schema:
         if slot.discriminator is not None:
             union = self.union(slot, hint)
             return self.or_use(union) if slot == ENTRY else union
@@ -125,7 +125,7 @@ class _Maker:
             return {"anyOf": [{"enum": list(arguments)}, {"type": "string", "pattern": EXPRESSION}]}
         return {"enum": list(arguments)} if arguments else {}
 
-    def union(self, slot: Slot, hint: str) -> Schema:
+    def union(self, slot: LanguageSlot, hint: str) -> Schema:
         """One of several kinds. The kind decides, so that an editor offers, and finds fault with, what is meant."""
         kinds = slot.models
         docs = [model_doc(model).partition(". ")[0] for model in kinds.values()]

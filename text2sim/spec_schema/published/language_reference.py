@@ -19,7 +19,7 @@ from text2sim.spec_schema.models.bodies import Joint
 from text2sim.spec_schema.models.colors import NAMED, PALETTES
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
-from text2sim.spec_schema.published.reference_sections import SECTIONS, Section
+from text2sim.spec_schema.published.reference_sections import SECTIONS, ReferenceSection
 from text2sim.spec_schema.reuse.prefabs import MAX_DEPTH as NESTED
 from text2sim.spec_schema.reuse.prefabs import MAX_USES
 from text2sim.spec_schema.text.document import parse_document
@@ -27,7 +27,15 @@ from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.text.writing import scalar
 from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
 from text2sim.spec_schema.vocabulary.slots import meant
-from text2sim.spec_schema.vocabulary.words import Slot, carried_by, describe, fields_of, is_model, magnitudes, slot_of
+from text2sim.spec_schema.vocabulary.words import (
+    LanguageSlot,
+    carried_by,
+    describe,
+    fields_of,
+    is_model,
+    magnitudes,
+    slot_of,
+)
 
 GREATER = " greater than 0"
 _HEADER = """\
@@ -61,7 +69,7 @@ def load_examples() -> dict[str, dict[str, str]]:
     return parse_document(read_source(Path(__file__).with_name("examples.yaml"))).data
 
 
-def section_text(section: Section) -> str:
+def section_text(section: ReferenceSection) -> str:
     """Return the text of one section."""
     lines = [f"{'#' * section.level} {section.title}", ""]
     if section.intro:
@@ -126,7 +134,7 @@ def field_rows(model: type[BaseModel], without: Collection[type[BaseModel]] = ()
     return rows
 
 
-def _type(slot: Slot) -> str:
+def _type(slot: LanguageSlot) -> str:
     """What a field takes, with links to what has a section of its own."""
     if slot.base is Any:
         return "anything that an expression can use"
@@ -141,7 +149,7 @@ def _type(slot: Slot) -> str:
     return _with_magnitudes(slot, describe(slot))
 
 
-def _with_magnitudes(slot: Slot, said: str) -> str:
+def _with_magnitudes(slot: LanguageSlot, said: str) -> str:
     """Say which magnitudes a quantity with a unit, or every number of several, may have."""
     inner = [slot_of(item) for item in get_args(slot.base)] if get_origin(slot.base) in (tuple, list) else []
     found = next((carried for one in (slot, *inner) if (carried := carried_by(one)) is not None), None)
@@ -150,7 +158,7 @@ def _with_magnitudes(slot: Slot, said: str) -> str:
     return f"{said.removesuffix(GREATER)} {magnitudes(found)}"
 
 
-def _link(slot: Slot) -> str:
+def _link(slot: LanguageSlot) -> str:
     models = set(slot.models.values())
     for section in SECTIONS:
         if not isinstance(section.models, tuple) and models <= set(section_kinds(section.models).values()):

@@ -43,7 +43,7 @@ from text2sim.spec_schema.published.reference_prose import (
 
 
 @dataclass(frozen=True)
-class Section:
+class ReferenceSection:
     """A part of the reference."""
 
     title: str
@@ -58,25 +58,27 @@ class Section:
 
 
 SECTIONS = (
-    Section("The case", "case", 2, (Case,)),
-    Section("`scene`: the stage", "scene", 2, (scene.Scene,)),
-    Section("Statics", "static", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."),
-    Section(
+    ReferenceSection("The case", "case", 2, (Case,)),
+    ReferenceSection("`scene`: the stage", "scene", 2, (scene.Scene,)),
+    ReferenceSection(
+        "Statics", "static", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."
+    ),
+    ReferenceSection(
         "Settings of the scene",
         "setting",
         3,
         (scene.Contact, scene.PairFriction, scene.Solver, scene.Record, scene.Domain),
         "In `contact`, `solver`, `record`, `domain`.",
     ),
-    Section(
+    ReferenceSection(
         "Solvers of deformable bodies",
         "solver",
         3,
         (solvers.Mpm, solvers.Pbd, solvers.Fem, solvers.Ipc, solvers.SolverBounds),
         "In `mpm`, `pbd`, `fem`, `ipc` and `bounds`.",
     ),
-    Section("`bodies`: the actors", "body", 2, bodies.Body, "By name in `bodies`.", "bodies"),
-    Section(
+    ReferenceSection("`bodies`: the actors", "body", 2, bodies.Body, "By name in `bodies`.", "bodies"),
+    ReferenceSection(
         "Mounts",
         "mount",
         3,
@@ -84,21 +86,25 @@ SECTIONS = (
         "In `mount` of a rigid body; joints of an articulated body have the same fields.",
         "mounts",
     ),
-    Section(
+    ReferenceSection(
         "Parts of articulated bodies and chains",
         "part",
         3,
         (bodies.Link, bodies.Loop, bodies.JointOverride, bodies.Payload),
         "In `links`, `loops`, `joints`, `payload`. All links but the root have a `joint`, much like a mount.",
     ),
-    Section("What a rope goes round", "pulley", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
-    Section("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
-    Section("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
-    Section("Shapes of cloth", "shape of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes"),
-    Section("Parts of a compound", "part", 3, (shapes.Part,), "In `parts`."),
-    Section("Parts of a sculpt", "part", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts"),
-    Section("Cross-sections", "section", 3, (sculpts.Section,), "In `sections` of a loft."),
-    Section(
+    ReferenceSection(
+        "What a rope goes round", "pulley", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."
+    ),
+    ReferenceSection("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
+    ReferenceSection("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
+    ReferenceSection(
+        "Shapes of cloth", "shape of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes"
+    ),
+    ReferenceSection("Parts of a compound", "part", 3, (shapes.Part,), "In `parts`."),
+    ReferenceSection("Parts of a sculpt", "part", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts"),
+    ReferenceSection("Cross-sections", "section", 3, (sculpts.Section,), "In `sections` of a loft."),
+    ReferenceSection(
         "Poses and places",
         "pose",
         2,
@@ -106,7 +112,7 @@ SECTIONS = (
         PLACES,
         "places",
     ),
-    Section(
+    ReferenceSection(
         "Regions on bodies",
         "region",
         3,
@@ -114,8 +120,8 @@ SECTIONS = (
         BODY_REGIONS,
         "body_regions",
     ),
-    Section("Copies", "pattern", 2, repeat.Repeat, "In `repeat`.", "repeats"),
-    Section(
+    ReferenceSection("Copies", "pattern", 2, repeat.Repeat, "In `repeat`.", "repeats"),
+    ReferenceSection(
         "Regions of space",
         "region of space",
         3,
@@ -123,7 +129,7 @@ SECTIONS = (
         "In `region` of a packing, a measure or an event.",
         "regions",
     ),
-    Section(
+    ReferenceSection(
         "Materials, joints and looks",
         "material",
         2,
@@ -140,7 +146,7 @@ SECTIONS = (
         "In `material`, `joint`, `actuator`, `look`, `vary`. Mounts have the fields of a joint as well.",
         "surfaces",
     ),
-    Section(
+    ReferenceSection(
         "Materials of deformable bodies",
         "material",
         3,
@@ -153,9 +159,9 @@ SECTIONS = (
         ),
         "In `material` of a soft body, a cloth, grains, a liquid, snow.",
     ),
-    Section("`actions`: the script", "script", 2, (actions.Actions,)),
-    Section("Controls", "control", 3, controls.Control, "What acts on the bodies.", "controls"),
-    Section(
+    ReferenceSection("`actions`: the script", "script", 2, (actions.Actions,)),
+    ReferenceSection("Controls", "control", 3, controls.Control, "What acts on the bodies.", "controls"),
+    ReferenceSection(
         "Schedules",
         "schedule",
         3,
@@ -164,7 +170,7 @@ SECTIONS = (
         "force with `during`; of a drive with `on`, from its event.",
         "schedules",
     ),
-    Section(
+    ReferenceSection(
         "Measures",
         "measure",
         3,
@@ -172,7 +178,7 @@ SECTIONS = (
         "Numbers over time. Where `of` means several copies, `stat` says how they become one number.",
         "measures",
     ),
-    Section(
+    ReferenceSection(
         "Events",
         "event",
         3,
@@ -180,11 +186,11 @@ SECTIONS = (
         "Moments. Physics has to decide about them: what is driven cannot be their subject.",
         "events",
     ),
-    Section("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),
-    Section("`render`: the film", "film", 2, (render.Render,), FILM),
-    Section("Shots and overlays", "shot", 3, (render.Shot, render.Overlay, Bounds), SHOTS),
-    Section("Cameras", "camera", 3, cameras.Camera, "By name in `render.cameras`.", "cameras"),
-    Section("Lights", "light", 3, lights.Light, LIGHTS, "lights"),
-    Section("Reuse: prefabs", "prefab", 2, (Prefab, PrefabParam, Use), PREFABS),
-    Section("Variants and sweeps", "sweep", 2, (Sweep,), VARIANTS),
+    ReferenceSection("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),
+    ReferenceSection("`render`: the film", "film", 2, (render.Render,), FILM),
+    ReferenceSection("Shots and overlays", "shot", 3, (render.Shot, render.Overlay, Bounds), SHOTS),
+    ReferenceSection("Cameras", "camera", 3, cameras.Camera, "By name in `render.cameras`.", "cameras"),
+    ReferenceSection("Lights", "light", 3, lights.Light, LIGHTS, "lights"),
+    ReferenceSection("Reuse: prefabs", "prefab", 2, (Prefab, PrefabParam, Use), PREFABS),
+    ReferenceSection("Variants and sweeps", "sweep", 2, (Sweep,), VARIANTS),
 )

@@ -8,8 +8,8 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.reuse.arguments import Argument, Unfit, check_value, describe_param, is_open, locate, names_in
 from text2sim.spec_schema.reuse.library import Definition
-from text2sim.spec_schema.reuse.substitution import Bound, bind
-from text2sim.spec_schema.reuse.trees import Tree
+from text2sim.spec_schema.reuse.substitution import BoundParameter, bind
+from text2sim.spec_schema.reuse.trees import LocatedValue
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path
 from text2sim.spec_schema.text.nodes import Derived
 from text2sim.spec_schema.vocabulary.words import show
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.filling import Filler
 
 
-class Refused(Exception):
+class RefusedUse(Exception):
     """A use that cannot be expanded, and all that is wrong with it."""
 
     def __init__(self, problems: list[Problem]) -> None:
@@ -30,12 +30,12 @@ class Refused(Exception):
 class Binding:
     """Parameters with their values."""
 
-    values: dict[str, Bound] = field(default_factory=dict)
+    values: dict[str, BoundParameter] = field(default_factory=dict)
     arguments: list[Argument] = field(default_factory=list)
     """Those whose value is not known before the case's own parameters are."""
 
 
-def bind_all(document: Document, entry: Tree, definition: Definition, path: Path, filler: "Filler") -> Binding:
+def bind_all(document: Document, entry: LocatedValue, definition: Definition, path: Path, filler: "Filler") -> Binding:
     """Bind every parameter of a prefab.
 
     Args:
@@ -46,14 +46,14 @@ def bind_all(document: Document, entry: Tree, definition: Definition, path: Path
         filler: Counts what is put together.
 
     Raises:
-        Refused: If an argument is unknown, missing, or not what the parameter takes.
+        RefusedUse: If an argument is unknown, missing, or not what the parameter takes.
     """
     use = entry.child("use")
-    given = entry.child("with") if entry.data.get("with") is not None else Tree({}, use.node)
+    given = entry.child("with") if entry.data.get("with") is not None else LocatedValue({}, use.node)
     params, binding, problems = definition.model.params, Binding(), list[Problem]()
     if not isinstance(given.data, dict):
         message = f"needs a mapping of parameters (got {show(given.data)})"
-        raise Refused([locate(document, (*path, "with"), given.node, message, rule="type")])
+        raise RefusedUse([locate(document, (*path, "with"), given.node, message, rule="type")])
     for name in given.data:
         if name not in params:
             takes = f"takes {', '.join(params)}" if params else "has no parameters"
@@ -80,7 +80,7 @@ def bind_all(document: Document, entry: Tree, definition: Definition, path: Path
             message = f"`{definition.name}` needs the parameter `{name}` ({what})"
             problems.append(locate(document, path, use.node, message, rule="missing-param"))
     if problems:
-        raise Refused(problems)
+        raise RefusedUse(problems)
     _bind_defaults(document, definition, path, use.node, binding, filler)
     return binding
 
@@ -108,11 +108,11 @@ def _bind_defaults(
             binding.values[name] = bind(value)
         except Unfit as error:
             message = f"the default of `{name}` {error}"
-            raise Refused([locate(document, path, node, message, rule=error.rule, hint=error.hint)]) from None
+            raise RefusedUse([locate(document, path, node, message, rule=error.rule, hint=error.hint)]) from None
         except ExpressionError as error:
             # The message says already where in the prefab it is.
             plain = Node(use.line, use.column)
-            raise Refused([locate(document, path, plain, str(error), rule=error.rule, hint=error.hint)]) from None
+            raise RefusedUse([locate(document, path, plain, str(error), rule=error.rule, hint=error.hint)]) from None
 
 
 def _at(node: Node, key: str) -> Node:

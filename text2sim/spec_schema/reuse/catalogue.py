@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from text2sim.spec_schema.models.prefab_models import PrefabParam
 from text2sim.spec_schema.reuse.arguments import describe_param
-from text2sim.spec_schema.reuse.library import Definition, Library
+from text2sim.spec_schema.reuse.library import Definition, PrefabLibrary
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, read_source
 from text2sim.spec_schema.text.writing import flow_text
@@ -35,9 +35,9 @@ class ParamRow(NamedTuple):
     doc: str
 
 
-def library(folder: Path | None = None) -> Library:
+def library(folder: Path | None = None) -> PrefabLibrary:
     """Return what can be used in a case's folder, or in any."""
-    return Library(parse_document(Source("text2sim: 2\n", "case.yaml")), folder or Path("/nowhere"))
+    return PrefabLibrary(parse_document(Source("text2sim: 2\n", "case.yaml")), folder or Path("/nowhere"))
 
 
 @cache

@@ -4,7 +4,7 @@ from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.substitution import bind, fill
-from text2sim.spec_schema.reuse.trees import Tree, put
+from text2sim.spec_schema.reuse.trees import LocatedValue, put
 from text2sim.spec_schema.text.canonical import dump_case
 
 
@@ -14,7 +14,7 @@ def expanded_text(loaded: LoadedCase) -> str:
     Loaded from the same folder it is the same case. Expressions that became longer than a written one can be have
     the values of parameters in them.
     """
-    tree = Tree(loaded.raw, loaded.document.root)
+    tree = LocatedValue(loaded.raw, loaded.document.root)
     values = loaded.data.get("params") or {}
     for path in loaded.document.roomy:
         text = loaded.document.sites[path]
@@ -22,5 +22,5 @@ def expanded_text(loaded: LoadedCase) -> str:
             parse_interpolation(text)
         except ExpressionError:
             value, _ = fill(text, {name: bind(value) for name, value in values.items()})
-            tree = put(tree, path, Tree(value, loaded.document.root))
+            tree = put(tree, path, LocatedValue(value, loaded.document.root))
     return dump_case(tree.data)

@@ -6,8 +6,8 @@ from typing import Any
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.arithmetic.values import ExpressionError
-from text2sim.spec_schema.reuse.substitution import Bound, bind, fill
-from text2sim.spec_schema.reuse.trees import Tree, count, mapping, moved
+from text2sim.spec_schema.reuse.substitution import BoundParameter, bind, fill
+from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved
 from text2sim.spec_schema.text.document import Node, Origin, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 
@@ -25,8 +25,12 @@ class Filler:
         """As many characters of expressions."""
 
     def fill(
-        self, tree: Tree, values: Mapping[str, Bound], place: tuple[int, int], origin: Callable[[Node], Origin]
-    ) -> Tree:
+        self,
+        tree: LocatedValue,
+        values: Mapping[str, BoundParameter],
+        place: tuple[int, int],
+        origin: Callable[[Node], Origin],
+    ) -> LocatedValue:
         """Put arguments in the place of parameters.
 
         Args:
@@ -47,19 +51,19 @@ class Filler:
         if isinstance(data, list):
             items = [self.fill(tree.child(index), values, place, origin) for index in range(len(data))]
             node.children = [item.node for item in items]
-            return Tree([item.data for item in items], node)
+            return LocatedValue([item.data for item in items], node)
         if not isinstance(data, str) or "${" not in data:
-            return Tree(data, node)
+            return LocatedValue(data, node)
         try:
             value, given = fill(data, values, self._spend)
         except ExpressionError as error:
             raise ExpressionError(f"{error} ({node.origin})", error.hint, error.rule) from None
         if given is not None:
-            return self._given(Tree(value, given), node)
+            return self._given(LocatedValue(value, given), node)
         self._count(count(value))
         return _listed(value, node)
 
-    def _given(self, tree: Tree, node: Derived) -> Tree:
+    def _given(self, tree: LocatedValue, node: Derived) -> LocatedValue:
         """An argument that stands alone: at its own place, but from where it went."""
         self._count(count(tree.data))
         origin = node.origin
@@ -77,7 +81,7 @@ class Filler:
             raise ExpressionError("the expressions of prefabs become too long", rule="too-large")
 
 
-def settle(tree: Tree) -> Tree:
+def settle(tree: LocatedValue) -> LocatedValue:
     """Give a body without copies the values that copy variables have for one: it uses none of its own.
 
     Only what came from a prefab is touched: what the case itself says is for its author to put right.
@@ -87,7 +91,7 @@ def settle(tree: Tree) -> Tree:
     return _settled(tree)
 
 
-def _settled(tree: Tree) -> Tree:
+def _settled(tree: LocatedValue) -> LocatedValue:
     data = tree.data
     if isinstance(data, dict):
         parts = {key: _settled(tree.child(key)) for key in data}
@@ -96,7 +100,7 @@ def _settled(tree: Tree) -> Tree:
         items = [_settled(tree.child(index)) for index in range(len(data))]
         node = tree.node.copy()
         node.children = [item.node for item in items]
-        return Tree([item.data for item in items], node)
+        return LocatedValue([item.data for item in items], node)
     if isinstance(data, str) and "${" in data and tree.node.origin is not None:
         try:
             if parse_interpolation(data, True).names & COPY_VARIABLES.keys():
@@ -106,9 +110,9 @@ def _settled(tree: Tree) -> Tree:
     return tree
 
 
-def _listed(value: Any, node: Node) -> Tree:
+def _listed(value: Any, node: Node) -> LocatedValue:
     """A value that was worked out, all of it at one place."""
     found = node.copy()
     if isinstance(value, list):
         found.children = [_listed(item, node).node for item in value]
-    return Tree(value, found)
+    return LocatedValue(value, found)

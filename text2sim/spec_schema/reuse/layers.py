@@ -8,10 +8,10 @@ from text2sim.spec_schema.arithmetic.resolution import Resolver
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.paths import parse_dotted
 from text2sim.spec_schema.reuse.multiples import multiply
-from text2sim.spec_schema.reuse.overlay import SECTIONS, Overlay, uses_prefabs
+from text2sim.spec_schema.reuse.overlay import SECTIONS, CaseOverlay, uses_prefabs
 from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
 from text2sim.spec_schema.reuse.sections import multiplies
-from text2sim.spec_schema.reuse.trees import Tree, mapping, merge, moved, put
+from text2sim.spec_schema.reuse.trees import LocatedValue, mapping, merge, moved, put
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 from text2sim.spec_schema.text.source import Source, check_source
@@ -19,7 +19,7 @@ from text2sim.spec_schema.vocabulary.slot_path import ROOTS, Face, Faces, NoSuch
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.arguments import Argument
-    from text2sim.spec_schema.reuse.library import Library
+    from text2sim.spec_schema.reuse.library import PrefabLibrary
 
 
 @dataclass
@@ -59,7 +59,7 @@ class Layers:
         return any(path[: len(root)] == root for root in blamed) and self.document.origin(path) is not None
 
 
-def build(document: Document, folder: FilePath, overlay: Overlay) -> Layers:
+def build(document: Document, folder: FilePath, overlay: CaseOverlay) -> Layers:
     """Lay everything over a case.
 
     Args:
@@ -100,13 +100,13 @@ class _Faces:
 
     def __init__(self, document: Document, folder: FilePath) -> None:
         self.document, self.folder = document, folder
-        self.library: Library | None = None
+        self.library: PrefabLibrary | None = None
 
     def __call__(self, use: Any) -> Face:
         if self.library is None:
-            from text2sim.spec_schema.reuse.library import Library
+            from text2sim.spec_schema.reuse.library import PrefabLibrary
 
-            self.library = Library(self.document, self.folder)
+            self.library = PrefabLibrary(self.document, self.folder)
         return self.library.face(use)
 
 
@@ -129,7 +129,7 @@ def _check_sections(document: Document, faces: Faces) -> list[Problem]:
 # --- what is asked for ----------------------------------------------------------------------------------------
 
 
-def overlaid(document: Document, folder: FilePath, overlay: Overlay) -> Document:
+def overlaid(document: Document, folder: FilePath, overlay: CaseOverlay) -> Document:
     """Lay everything over a case whose prefabs stay as they are used; see `_lay_over`.
 
     Args:
@@ -143,13 +143,13 @@ def overlaid(document: Document, folder: FilePath, overlay: Overlay) -> Document
     return _lay_over(document, overlay, _Faces(document, folder))
 
 
-def _lay_over(document: Document, overlay: Overlay, faces: Faces) -> Document:
+def _lay_over(document: Document, overlay: CaseOverlay, faces: Faces) -> Document:
     """Lay variants, a point and single values over a case.
 
     Raises:
         SpecError: If one is not there, or leads nowhere.
     """
-    tree, problems = Tree(document.data, document.root), list[Problem]()
+    tree, problems = LocatedValue(document.data, document.root), list[Problem]()
     for number, name in enumerate(overlay.variants):
         over = _named(tree, ("variants",), name)
         if over is None:
@@ -175,7 +175,7 @@ def _lay_over(document: Document, overlay: Overlay, faces: Faces) -> Document:
     return replace(document, data=tree.data, root=tree.node, sites=sites_of(tree.data))
 
 
-def _named(tree: Tree, section: tuple[str, ...], name: str) -> Tree | None:
+def _named(tree: LocatedValue, section: tuple[str, ...], name: str) -> LocatedValue | None:
     for step in (*section, name):
         if not isinstance(tree.data, dict) or step not in tree.data:
             return None
@@ -183,7 +183,7 @@ def _named(tree: Tree, section: tuple[str, ...], name: str) -> Tree | None:
     return tree
 
 
-def _only(over: Tree) -> Tree:
+def _only(over: LocatedValue) -> LocatedValue:
     """A variant without what it must not change, which is reported elsewhere."""
     return mapping(over.node, {key: over.child(key) for key in over.data if key in ROOTS})
 
@@ -195,7 +195,7 @@ def _unknown(document: Document, option: str, number: int, name: str, what: str,
     return Problem("", message, number + 1, 1, option, nearest(name, names), f"unknown-{what}")
 
 
-def _set(tree: Tree, words: str, source: Source, start: int, faces: Faces) -> Tree:
+def _set(tree: LocatedValue, words: str, source: Source, start: int, faces: Faces) -> LocatedValue:
     """Set one value, said as `path=value`."""
 
     def wrong(offset: int, message: str, rule: str, hint: str | None = None) -> SpecError:
@@ -232,7 +232,7 @@ def _set(tree: Tree, words: str, source: Source, start: int, faces: Faces) -> Tr
     return put(tree, path, None)
 
 
-def _value(text: str, wrong: Any, offset: int) -> Tree:
+def _value(text: str, wrong: Any, offset: int) -> LocatedValue:
     """Read a value that was given on the command line."""
     if not text.strip():
         raise wrong(offset, "there is no value after `=` (null takes a value away)", "form")
@@ -245,4 +245,4 @@ def _value(text: str, wrong: Any, offset: int) -> Tree:
         lines = text.split("\n")
         before = sum(len(line) + 1 for line in lines[: first.line - 1]) + first.column - 1
         raise wrong(min(offset + before, offset + len(text)), first.message, first.rule, first.hint) from None
-    return Tree(found.data, found.root)
+    return LocatedValue(found.data, found.root)

@@ -14,7 +14,7 @@ from text2sim.spec_schema.models.prefab_models import Prefab, PrefabFile
 from text2sim.spec_schema.reuse.definition_check import check_definition
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay_check import check_names
-from text2sim.spec_schema.reuse.trees import Tree
+from text2sim.spec_schema.reuse.trees import LocatedValue
 from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
@@ -43,7 +43,7 @@ class Definition:
     model: Prefab
 
     @property
-    def bodies(self) -> dict[str | None, Tree]:
+    def bodies(self) -> dict[str | None, LocatedValue]:
         """Its bodies by name of the part; None is the name of an only one."""
         tree = self._tree
         if self.model.body is not None:
@@ -51,21 +51,21 @@ class Definition:
         bodies = tree.child("bodies")
         return {name: bodies.child(name) for name in bodies.data}
 
-    def default(self, param: str) -> Tree | None:
+    def default(self, param: str) -> LocatedValue | None:
         """Return the default of a parameter, if it has one."""
         if self.model.params[param].default is None:
             return None
         return self._tree.child("params").child(param).child("default")
 
     @property
-    def _tree(self) -> Tree:
-        tree = Tree(self.document.data, self.document.root)
+    def _tree(self) -> LocatedValue:
+        tree = LocatedValue(self.document.data, self.document.root)
         for step in self.root:
             tree = tree.child(step)
         return tree
 
 
-class Missing(Exception):
+class MissingPrefab(Exception):
     """A prefab that is not there.
 
     Attributes:
@@ -79,13 +79,13 @@ class Missing(Exception):
         self.problems = problems
 
 
-class Library:
+class PrefabLibrary:
     """The prefabs that a case can use."""
 
     def __init__(self, document: Document, folder: FilePath) -> None:
         self.document = document
         self.folder = folder
-        self._found: dict[str, Definition | Missing] = {}
+        self._found: dict[str, Definition | MissingPrefab] = {}
         self._read_so_far = 0
 
     def find(self, name: str) -> Definition:
@@ -97,10 +97,10 @@ class Library:
         if name not in self._found:
             try:
                 self._found[name] = self._look_up(name)
-            except Missing as missing:
+            except MissingPrefab as missing:
                 self._found[name] = missing
         found = self._found[name]
-        if isinstance(found, Missing):
+        if isinstance(found, MissingPrefab):
             raise found
         return found
 
@@ -108,7 +108,7 @@ class Library:
         """Return what can be changed of a prefab; nothing is known of one that is not there."""
         try:
             found = self.find(use) if isinstance(use, str) else None
-        except Missing:
+        except MissingPrefab:
             return Face()
         if found is None:
             return Face()
@@ -140,7 +140,7 @@ class Library:
         for name in check_names(self.document, "prefabs", problems):
             try:
                 self.find(name)
-            except Missing as missing:
+            except MissingPrefab as missing:
                 problems += missing.problems
         return problems
 
@@ -156,7 +156,7 @@ class Library:
                     return self._read(name, path, label)
         known = self.names()
         listed = f"; there are {', '.join(known)}" if known else ""
-        raise Missing(f"there is no prefab `{name[:60]}`{listed}", nearest(name, known))
+        raise MissingPrefab(f"there is no prefab `{name[:60]}`{listed}", nearest(name, known))
 
     def _folders(self) -> list[tuple[FilePath, str]]:
         """Folders with prefabs, and what messages call them."""
@@ -174,17 +174,17 @@ class Library:
         except (OSError, RuntimeError):
             inside = False
         if not inside:
-            raise Missing(f"the prefab `{name}` is a link that leads out of its folder ({place})")
+            raise MissingPrefab(f"the prefab `{name}` is a link that leads out of its folder ({place})")
         try:
             source = read_source(path)
             self._read_so_far += len(source.text)
             if self._read_so_far > MAX_BYTES:
-                raise Missing(
+                raise MissingPrefab(
                     f"with `{name}`, the prefabs are larger than {MAX_BYTES // 1_000_000} MB in all ({place})"
                 )
             document = _parse(source)
         except SpecError as error:
-            raise Missing(f"the prefab `{name}` is broken", problems=tuple(error.problems)) from None
+            raise MissingPrefab(f"the prefab `{name}` is broken", problems=tuple(error.problems)) from None
         return _define(name, place, document, (), PrefabFile)
 
 
@@ -196,7 +196,7 @@ def prefab_problems(source: Source) -> list[Problem]:
         _define(name if isinstance(name, str) else "", source.file, document, (), PrefabFile)
     except SpecError as error:
         return error.problems
-    except Missing as missing:
+    except MissingPrefab as missing:
         return list(missing.problems)
     return []
 
@@ -234,7 +234,7 @@ def _define(name: str, place: str, document: Document, root: Path, model: type[P
     if found is not None:
         problems += check_definition(document, root, found)
     if problems or found is None:
-        raise Missing(f"the prefab `{name}` is broken", problems=tuple(problems))
+        raise MissingPrefab(f"the prefab `{name}` is broken", problems=tuple(problems))
     return Definition(name, place, document, root, found)
 
 

@@ -15,7 +15,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import MAX_MULTIPLE
 from text2sim.spec_schema.reuse.sections import repeated, sections
 from text2sim.spec_schema.reuse.substitution import bind, fill
-from text2sim.spec_schema.reuse.trees import Tree, count, mapping, moved, put
+from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved, put
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 
@@ -29,7 +29,7 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
 
     An entry whose number is none is left as it is: what is wrong with that is found where its form is checked.
     """
-    tree, problems = Tree(document.data, document.root), list[Problem]()
+    tree, problems = LocatedValue(document.data, document.root), list[Problem]()
     resolver = Resolver(document)
     resolver.params.evaluate_all()
     if NUMBER in resolver.params:
@@ -59,9 +59,9 @@ def told_once(problems: list[Problem]) -> list[Problem]:
 
 
 def _section(
-    document: Document, resolver: Resolver, section: Tree, path: Path, problems: list[Problem], room: int
-) -> tuple[Tree, int]:
-    parts: dict[str, Tree] = {}
+    document: Document, resolver: Resolver, section: LocatedValue, path: Path, problems: list[Problem], room: int
+) -> tuple[LocatedValue, int]:
+    parts: dict[str, LocatedValue] = {}
     keys: dict[str, tuple[int, int]] = {}
     several = set(repeated(section.data))
     for name in section.data:
@@ -100,21 +100,21 @@ def _number(resolver: Resolver, path: Path, value: Any) -> int | None:
     return value if type(value) is int and 1 <= value <= MAX_MULTIPLE else None
 
 
-def _rooted(link: Tree, name: str) -> Tree:
+def _rooted(link: LocatedValue, name: str) -> LocatedValue:
     """A link without parent and joint, if it is the first of a row in which each hangs on the one before."""
     if link.data.get("parent") != f"{name}_-1":
         return link
     return mapping(link.node, {key: link.child(key) for key in link.data if key not in ("parent", "joint")})
 
 
-def _filled(tree: Tree, name: str, number: int) -> Tree:
+def _filled(tree: LocatedValue, name: str, number: int) -> LocatedValue:
     """The entry with its number put in."""
     known, origin = {NUMBER: bind(number)}, Origin(f"`{name}`, number {number}")
 
     def at(node: Node) -> Node:
         return Derived(node.line, node.column, origin)
 
-    def filled(part: Tree) -> Tree:
+    def filled(part: LocatedValue) -> LocatedValue:
         data = part.data
         if isinstance(data, dict):
             items = {key: _in_turn(key, part.child(key), number) for key in data}
@@ -122,24 +122,24 @@ def _filled(tree: Tree, name: str, number: int) -> Tree:
         if isinstance(data, list):
             items, node = [filled(part.child(index)) for index in range(len(data))], at(part.node)
             node.children = [item.node for item in items]
-            return Tree([item.data for item in items], node)
+            return LocatedValue([item.data for item in items], node)
         if not isinstance(data, str) or "${" not in data:
-            return Tree(data, at(part.node))
+            return LocatedValue(data, at(part.node))
         return moved(_listed(fill(data, known)[0], part.node), at)
 
     return filled(tree)
 
 
-def _in_turn(key: str, value: Tree, number: int) -> Tree:
+def _in_turn(key: str, value: LocatedValue, number: int) -> LocatedValue:
     """Of colours in a list, as copies of bodies may have them, the one of this number."""
     if key == "color" and isinstance(value.data, list) and all(isinstance(item, str) for item in value.data):
         return value.child(number % len(value.data)) if value.data else value
     return value
 
 
-def _listed(value: Any, node: Node) -> Tree:
+def _listed(value: Any, node: Node) -> LocatedValue:
     """A value that was worked out, all of it at one place."""
     found = node.copy()
     if isinstance(value, list):
         found.children = [_listed(item, node).node for item in value]
-    return Tree(value, found)
+    return LocatedValue(value, found)

@@ -12,7 +12,7 @@ _ODD = re.compile(r"[^A-Za-z0-9.+]+")
 
 
 @dataclass(frozen=True)
-class Overlay:
+class CaseOverlay:
     """Changes to a case, in the order in which they are made. Falsy if there are none."""
 
     variants: tuple[str, ...] = ()
@@ -40,17 +40,17 @@ class Overlay:
         names = [_ODD.sub("_", word).replace("__", "_").strip("_.")[:24] for word in words]
         return "-".join(name for name in names if name)[:LABEL].rstrip("-_.")
 
-    def __add__(self, other: "Overlay") -> "Overlay":
-        return Overlay(self.variants + other.variants, self.sets + other.sets, other.point or self.point)
+    def __add__(self, other: "CaseOverlay") -> "CaseOverlay":
+        return CaseOverlay(self.variants + other.variants, self.sets + other.sets, other.point or self.point)
 
 
-NOTHING = Overlay()
+NOTHING = CaseOverlay()
 
 SECTIONS = ("prefabs", "variants", "sweeps")
 """Sections of a case that its expanded form no longer has."""
 
 
-def needs_layers(data: dict[str, Any], overlay: Overlay) -> bool:
+def needs_layers(data: dict[str, Any], overlay: CaseOverlay) -> bool:
     """Whether a case is more than a plain one."""
     plain = not overlay and not any(section in data for section in SECTIONS)
     return not plain or uses_prefabs(data) or multiplies(data)

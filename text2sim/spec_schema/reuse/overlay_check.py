@@ -21,7 +21,7 @@ from text2sim.spec_schema.vocabulary.slot_path import (
     root_slots,
     slot_entry,
 )
-from text2sim.spec_schema.vocabulary.words import Slot, bounds_of, fields_of, noun_of, show, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, bounds_of, fields_of, noun_of, show, slot_of
 
 _NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
 _WORD = re.compile(r"[A-Za-z_]\w*")
@@ -103,7 +103,7 @@ class _Walk:
         where = (*self.at, *path[self.skipped :])
         self.problems.append(self.document.problem(where, message, key=key, rule=rule, hint=hint))
 
-    def mapping(self, slots: list[Slot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
+    def mapping(self, slots: list[LanguageSlot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Look at the keys of a mapping that is laid over others."""
         own = [over] if isinstance(over.get("kind"), str) or "use" in over else []
         found = mapping_slots(slots, own or [over, *bases], path, self.faces)
@@ -159,7 +159,7 @@ def _inside(bases: list[Any], key: str) -> list[Any]:
     return [first, *(other for other in others if other is not None)]
 
 
-def _whole(slots: list[Slot], value: Any, path: Path) -> bool:
+def _whole(slots: list[LanguageSlot], value: Any, path: Path) -> bool:
     """Whether a value could stand under a new name: it says all that is required."""
     if not isinstance(value, dict):
         return False

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.reuse.arguments import Argument
-from text2sim.spec_schema.reuse.binding import Refused, bind_all
+from text2sim.spec_schema.reuse.binding import RefusedUse, bind_all
 from text2sim.spec_schema.reuse.filling import Filler, settle
-from text2sim.spec_schema.reuse.library import Definition, Library, Missing, named
+from text2sim.spec_schema.reuse.library import Definition, MissingPrefab, PrefabLibrary, named
 from text2sim.spec_schema.reuse.selector_names import renamed
-from text2sim.spec_schema.reuse.substitution import Bound
-from text2sim.spec_schema.reuse.trees import Tree, count, mapping, merge, put
+from text2sim.spec_schema.reuse.substitution import BoundParameter
+from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, merge, put
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, pointer, sites_of
 from text2sim.spec_schema.vocabulary.words import show
 
@@ -42,7 +42,7 @@ def expand(layers: "Layers", folder: FilePath) -> None:
 
     What is wrong is added to their problems; an entry that cannot be expanded is left out.
     """
-    work = _Expansion(layers.document, Library(layers.document, folder))
+    work = _Expansion(layers.document, PrefabLibrary(layers.document, folder))
     tree = work.run()
     layers.problems += work.problems
     layers.arguments += work.arguments
@@ -67,7 +67,7 @@ class Site:
 @dataclass
 class _Expansion:
     document: Document
-    library: Library
+    library: PrefabLibrary
     problems: list[Problem] = field(default_factory=list)
     arguments: list[Argument] = field(default_factory=list)
     failed: bool = False
@@ -79,14 +79,16 @@ class _Expansion:
     def __post_init__(self) -> None:
         self.filler = Filler(min(MAX_VALUES, MAX_NODES - count(self.document.data)), MAX_TEXT)
 
-    def run(self) -> Tree:
-        tree = Tree(self.document.data, self.document.root)
+    def run(self) -> LocatedValue:
+        tree = LocatedValue(self.document.data, self.document.root)
         self.problems += self.library.own()
         for section in (("scene", "statics"), ("bodies",)):
             inner = tree
             for step in section:
                 inner = (
-                    inner.child(step) if isinstance(inner.data, dict) and step in inner.data else Tree(None, inner.node)
+                    inner.child(step)
+                    if isinstance(inner.data, dict) and step in inner.data
+                    else LocatedValue(None, inner.node)
                 )
             if isinstance(inner.data, dict) and any(isinstance(e, dict) and "use" in e for e in inner.data.values()):
                 tree = put(tree, section, self._section(inner, section))
@@ -102,8 +104,8 @@ class _Expansion:
             found |= sites_of(value, root).keys()
         return frozenset(found)
 
-    def _section(self, section: Tree, path: Path) -> Tree:
-        parts: dict[str, Tree] = {}
+    def _section(self, section: LocatedValue, path: Path) -> LocatedValue:
+        parts: dict[str, LocatedValue] = {}
         keys: dict[str, tuple[int, int]] = {}
         taken = {name for name, entry in section.data.items() if not (isinstance(entry, dict) and "use" in entry)}
         for name in section.data:
@@ -126,12 +128,12 @@ class _Expansion:
         file = self.document.source.file
         self.problems.append(Problem(pointer(site.path), message, site.node.line, site.node.column, file, hint, rule))
 
-    def _entry(self, entry: Tree, site: Site) -> dict[str, Tree]:
+    def _entry(self, entry: LocatedValue, site: Site) -> dict[str, LocatedValue]:
         """Bodies that an entry becomes, by name; none if something is wrong with it."""
         first = len(self.arguments)
         try:
             made = self._use(entry, site, (), static=site.path[0] == "scene")
-        except Refused as refused:
+        except RefusedUse as refused:
             self.problems += refused.problems
             self.failed = True
             del self.arguments[first:]
@@ -140,7 +142,9 @@ class _Expansion:
         self.arguments[first:] = [replace(argument, roots=roots) for argument in self.arguments[first:]]
         return {name: settle(body) for name, body in made.items()}
 
-    def _use(self, entry: Tree, site: Site, outer: tuple[str, ...], *, static: bool = False) -> dict[str, Tree]:
+    def _use(
+        self, entry: LocatedValue, site: Site, outer: tuple[str, ...], *, static: bool = False
+    ) -> dict[str, LocatedValue]:
         """Expand one use, and those inside it.
 
         Args:
@@ -166,7 +170,14 @@ class _Expansion:
             raise self._refused(use, site.path, _SEVERAL)
         return self._several({str(part): body for part, body in bodies.items()}, over, site, inside)
 
-    def _filled(self, body: Tree, definition: Definition, values: Mapping[str, Bound], use: Tree, path: Path) -> Tree:
+    def _filled(
+        self,
+        body: LocatedValue,
+        definition: Definition,
+        values: Mapping[str, BoundParameter],
+        use: LocatedValue,
+        path: Path,
+    ) -> LocatedValue:
         """A body of a prefab with arguments in the place of parameters, at the place of its use."""
         node = use.node
 
@@ -177,12 +188,12 @@ class _Expansion:
             return self.filler.fill(body, values, (node.line, node.column), place)
         except ExpressionError as error:
             # The message says already where in the prefab it is.
-            plain = Tree(use.data, Node(node.line, node.column))
+            plain = LocatedValue(use.data, Node(node.line, node.column))
             raise self._refused(plain, path, str(error), error.rule, error.hint) from None
 
     def _single(
-        self, body: Tree, over: Tree, site: Site, inside: tuple[str, ...], *, static: bool = False
-    ) -> dict[str, Tree]:
+        self, body: LocatedValue, over: LocatedValue, site: Site, inside: tuple[str, ...], *, static: bool = False
+    ) -> dict[str, LocatedValue]:
         if "use" in body.data:
             made = self._use(body, site, inside)
             if set(made) != {site.name}:
@@ -194,15 +205,19 @@ class _Expansion:
             body = self._still(body, site, over)
         return {site.name: merge(body, over, site.path) if over.data else body}
 
-    def _several(self, bodies: dict[str, Tree], over: Tree, site: Site, inside: tuple[str, ...]) -> dict[str, Tree]:
+    def _several(
+        self, bodies: dict[str, LocatedValue], over: LocatedValue, site: Site, inside: tuple[str, ...]
+    ) -> dict[str, LocatedValue]:
         names = {part: f"{site.name}_{part}" for part in bodies}
-        made: dict[str, Tree] = {}
+        made: dict[str, LocatedValue] = {}
         for part, body in bodies.items():
             inner = replace(site, path=(*site.path[:-1], names[part]))
             made |= self._single(renamed(body, names), mapping(over.node, {}), inner, inside)
         return self._laid_over_parts(made, over, site)
 
-    def _laid_over_parts(self, made: dict[str, Tree], over: Tree, site: Site) -> dict[str, Tree]:
+    def _laid_over_parts(
+        self, made: dict[str, LocatedValue], over: LocatedValue, site: Site
+    ) -> dict[str, LocatedValue]:
         """Lay what stands beside a use over the bodies that it became: each key is the name of a part."""
         known = [name.removeprefix(f"{site.name}_") for name in made]
         problems = []
@@ -220,16 +235,16 @@ class _Expansion:
             else:
                 made[name] = merge(made[name], over.child(key), (*site.path[:-1], name))
         if problems:
-            raise Refused(problems)
+            raise RefusedUse(problems)
         return made
 
-    def _still(self, body: Tree, site: Site, over: Tree) -> Tree:
+    def _still(self, body: LocatedValue, site: Site, over: LocatedValue) -> LocatedValue:
         """A body as a static: without what is only said of what moves."""
         kind = body.data.get("kind")
         if kind != "rigid":
             found = f"`kind: {kind}`" if isinstance(kind, str) else show(kind)
             message = f"a static can use a prefab whose body is `kind: rigid` (this one is {found})"
-            raise Refused([self._problem(over.node, site.path, message, "static")])
+            raise RefusedUse([self._problem(over.node, site.path, message, "static")])
         kept = {key: body.child(key) for key in body.data if key not in ("kind", "mount")}
         material = kept.get("material")
         if material is not None and isinstance(material.data, dict):
@@ -237,7 +252,7 @@ class _Expansion:
             kept["material"] = mapping(material.node, rest)
         return mapping(body.node, kept)
 
-    def _definition(self, use: Tree, site: Site, outer: tuple[str, ...]) -> Definition:
+    def _definition(self, use: LocatedValue, site: Site, outer: tuple[str, ...]) -> Definition:
         self.uses += 1
         if self.uses > MAX_USES:
             raise self._refused(use, site.path, f"with this, prefabs are used more than {MAX_USES} times", "too-large")
@@ -252,18 +267,20 @@ class _Expansion:
             raise self._refused(use, site.path, f"prefabs use each other more than {MAX_DEPTH} deep", "too-deep")
         try:
             return self.library.find(use.data)
-        except Missing as missing:
+        except MissingPrefab as missing:
             if missing.problems:
                 own = missing.problems[0].file == self.document.source.file
                 user = f"`{site.name}`"
                 # What is wrong with a prefab of the case itself is reported whether it is used or not.
                 told = own or use.data in self.told
                 self.told.add(use.data)
-                raise Refused([] if told else named(missing.problems, user)) from None
+                raise RefusedUse([] if told else named(missing.problems, user)) from None
             raise self._refused(use, (*site.path, "use"), str(missing), "unknown-prefab", missing.hint) from None
 
-    def _refused(self, tree: Tree, path: Path, message: str, rule: str = "prefab", hint: str | None = None) -> Refused:
-        return Refused([self._problem(tree.node, path, message, rule, hint)])
+    def _refused(
+        self, tree: LocatedValue, path: Path, message: str, rule: str = "prefab", hint: str | None = None
+    ) -> RefusedUse:
+        return RefusedUse([self._problem(tree.node, path, message, rule, hint)])
 
     def _problem(self, node: Node, path: Path, message: str, rule: str, hint: str | None = None) -> Problem:
         if node.origin is not None:

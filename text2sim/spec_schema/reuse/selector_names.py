@@ -5,15 +5,15 @@ from collections.abc import Mapping
 from typing import Any, get_args, get_origin
 
 from text2sim.spec_schema.models.base import Selector
-from text2sim.spec_schema.reuse.trees import Tree, mapping
+from text2sim.spec_schema.reuse.trees import LocatedValue, mapping
 from text2sim.spec_schema.vocabulary.slot_path import mapping_slots, slot_entry
-from text2sim.spec_schema.vocabulary.words import Slot, noun_of, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, noun_of, slot_of
 
 _NOUN = noun_of(slot_of(Selector))
 _FIRST = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?=$|[.\[])")
 
 
-def renamed(body: Tree, names: Mapping[str, str]) -> Tree:
+def renamed(body: LocatedValue, names: Mapping[str, str]) -> LocatedValue:
     """Return a body of a prefab whose selectors call the other bodies of it by their names in the case.
 
     Args:
@@ -23,7 +23,7 @@ def renamed(body: Tree, names: Mapping[str, str]) -> Tree:
     return _renamed(body, slot_entry(), names)
 
 
-def _renamed(tree: Tree, slots: list[Slot], names: Mapping[str, str]) -> Tree:
+def _renamed(tree: LocatedValue, slots: list[LanguageSlot], names: Mapping[str, str]) -> LocatedValue:
     data = tree.data
     if isinstance(data, dict):
         found = mapping_slots(slots, [data], ())
@@ -34,16 +34,16 @@ def _renamed(tree: Tree, slots: list[Slot], names: Mapping[str, str]) -> Tree:
     if isinstance(data, str) and any(_takes_selector(slot) for slot in slots):
         first = _FIRST.match(data)
         if first is not None and first[0] in names:
-            return Tree(names[first[0]] + data[first.end() :], tree.node)
+            return LocatedValue(names[first[0]] + data[first.end() :], tree.node)
     return tree
 
 
-def _takes_selector(slot: Slot) -> bool:
+def _takes_selector(slot: LanguageSlot) -> bool:
     return any(
         noun_of(member) == _NOUN or (get_origin(member.base) is list and _takes_selector(slot_of(_item(member))))
         for member in slot.members
     )
 
 
-def _item(slot: Slot) -> Any:
+def _item(slot: LanguageSlot) -> Any:
     return get_args(slot.base)[0]

@@ -16,7 +16,7 @@ _ATOMS = (ast.Constant, ast.Name, ast.List, ast.Call, ast.Subscript)
 
 
 @dataclass(frozen=True)
-class Bound:
+class BoundParameter:
     """What stands for a parameter."""
 
     data: Any
@@ -27,20 +27,20 @@ class Bound:
     """The same inside a larger expression, with parentheses where it needs them; None if it can only stand alone."""
 
 
-def bind(data: Any, node: Node | None = None) -> Bound:
+def bind(data: Any, node: Node | None = None) -> BoundParameter:
     """Prepare a value for standing in the place of a parameter.
 
     Raises:
         ExpressionError: If an expression in it is not arithmetic.
     """
-    return Bound(data, node, _code(data))
+    return BoundParameter(data, node, _code(data))
 
 
 Spend = Callable[[int], None]
 """Told the size of every text before it is made."""
 
 
-def fill(text: str, known: Mapping[str, Bound], spend: Spend = lambda size: None) -> tuple[Any, Node | None]:
+def fill(text: str, known: Mapping[str, BoundParameter], spend: Spend = lambda size: None) -> tuple[Any, Node | None]:
     """Put values in the place of names in a scalar with expressions in it.
 
     Args:
@@ -77,7 +77,7 @@ def fill(text: str, known: Mapping[str, Bound], spend: Spend = lambda size: None
     return filled, None
 
 
-def _worked_out(expression: Expression, known: Mapping[str, Bound], spend: Spend) -> Any:
+def _worked_out(expression: Expression, known: Mapping[str, BoundParameter], spend: Spend) -> Any:
     """Value of an expression with values in the place of names, or its text in `${…}` if names are left."""
     code = _replaced(expression, known, spend)
     made = parse_expression(code, True)
@@ -98,7 +98,7 @@ def _clean(value: Any) -> Any:
     return float(f"{value:.12g}") if isinstance(value, float) else value
 
 
-def _replaced(expression: Expression, known: Mapping[str, Bound], spend: Spend) -> str:
+def _replaced(expression: Expression, known: Mapping[str, BoundParameter], spend: Spend) -> str:
     """Text of an expression with values in the place of names. Its size is known before it is made."""
     # Positions in a tree count bytes of the text that was parsed.
     text = " ".join(expression.text.split()).encode()
@@ -120,7 +120,7 @@ def _replaced(expression: Expression, known: Mapping[str, Bound], spend: Spend) 
     return b"".join([*pieces, text[done:]]).decode()
 
 
-def _places(node: ast.AST, known: Mapping[str, Bound]) -> Iterator[tuple[int, int, str, str | None]]:
+def _places(node: ast.AST, known: Mapping[str, BoundParameter]) -> Iterator[tuple[int, int, str, str | None]]:
     """Start, end and name of each parameter in a tree, and what goes there; an item of a list goes by itself."""
     if isinstance(node, ast.Name):
         if node.id in known:

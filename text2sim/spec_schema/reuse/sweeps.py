@@ -9,7 +9,7 @@ from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS, Sweep
 from text2sim.spec_schema.paths import parse_dotted
 from text2sim.spec_schema.reuse.migration import migrate
-from text2sim.spec_schema.reuse.overlay import Overlay
+from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
 from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import Source, check_source
@@ -60,7 +60,7 @@ def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces)
     return []
 
 
-def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
+def runs_of(written: Document, name: str) -> list[tuple[str, CaseOverlay]]:
     """Return the runs of a sweep: a label, and what is laid over the case.
 
     Args:
@@ -78,20 +78,20 @@ def runs_of(written: Document, name: str) -> list[tuple[str, Overlay]]:
         raise SpecError([Problem("", message, 1, 1, "--sweep", nearest(name, known), "unknown-sweep")])
     sweep = Sweep.model_validate(sweeps[name], by_alias=True, by_name=False)
     if sweep.points is not None:
-        return [(point, Overlay(point=(name, point))) for point in sweep.points]
+        return [(point, CaseOverlay(point=(name, point))) for point in sweep.points]
     if sweep.variants is not None:
-        return [(variant, Overlay(variants=(variant,))) for variant in sweep.variants]
+        return [(variant, CaseOverlay(variants=(variant,))) for variant in sweep.variants]
     return grid_runs({path: [flow_text(value) for value in values] for path, values in (sweep.grid or {}).items()})
 
 
-def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, Overlay]]:
+def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, CaseOverlay]]:
     """Return the runs of a grid: values, as text, by path."""
     short = _short_names(list(grid))
     runs = []
     for values in product(*grid.values()):
         label = ", ".join(f"{name}={value[:30]}" for name, value in zip(short, values, strict=True))
         sets = tuple(f"{path}={value}" for path, value in zip(grid, values, strict=True))
-        runs.append((label, Overlay(sets=sets)))
+        runs.append((label, CaseOverlay(sets=sets)))
     return runs
 
 

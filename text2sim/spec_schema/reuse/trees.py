@@ -6,19 +6,19 @@ from typing import Any, NamedTuple
 from text2sim.spec_schema.text.document import Node, Path
 
 
-class Tree(NamedTuple):
+class LocatedValue(NamedTuple):
     """A value and its node."""
 
     data: Any
     node: Node
 
-    def child(self, step: str | int) -> "Tree":
+    def child(self, step: str | int) -> "LocatedValue":
         """Return a part of it, which is there."""
         children: Any = self.node.children
-        return Tree(self.data[step], children[step])
+        return LocatedValue(self.data[step], children[step])
 
 
-def merge(base: Tree, over: Tree, path: Path = ()) -> Tree:
+def merge(base: LocatedValue, over: LocatedValue, path: Path = ()) -> LocatedValue:
     """Lay one value over another: mappings key by key, null takes away, anything else is replaced (RFC 7396).
 
     Where both have a `kind` (or a `use`), and not the same, the mapping is replaced as a whole: what was said about a
@@ -45,16 +45,16 @@ def merge(base: Tree, over: Tree, path: Path = ()) -> Tree:
             continue
         upper = over.child(key)
         if isinstance(value, dict) and isinstance(data.get(key), dict):
-            upper = merge(Tree(data[key], children[key]), upper, (*path, key))
+            upper = merge(LocatedValue(data[key], children[key]), upper, (*path, key))
         else:
             upper = without_nulls(upper)
             keys[key] = over.node.keys[key]
         data[key], children[key] = upper
     node.children, node.keys = children, keys
-    return Tree(data, node)
+    return LocatedValue(data, node)
 
 
-def without_nulls(tree: Tree) -> Tree:
+def without_nulls(tree: LocatedValue) -> LocatedValue:
     """Return the value without the keys that take something away: there is nothing below it."""
     if not isinstance(tree.data, dict) or not _has_null(tree.data):
         return tree
@@ -62,7 +62,7 @@ def without_nulls(tree: Tree) -> Tree:
     return mapping(tree.node, kept)
 
 
-def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]] | None = None) -> Tree:
+def mapping(like: Node, parts: dict[str, LocatedValue], keys: dict[str, tuple[int, int]] | None = None) -> LocatedValue:
     """Return a mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says.
 
     Args:
@@ -74,10 +74,10 @@ def mapping(like: Node, parts: dict[str, Tree], keys: dict[str, tuple[int, int]]
     places = like.keys if keys is None else keys
     node.children = {key: part.node for key, part in parts.items()}
     node.keys = {key: places.get(key, (part.node.line, part.node.column)) for key, part in parts.items()}
-    return Tree({key: part.data for key, part in parts.items()}, node)
+    return LocatedValue({key: part.data for key, part in parts.items()}, node)
 
 
-def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
+def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedValue:
     """Return the value with one part of it set, or taken away; mappings on the way to it are made.
 
     The lists on the way must be there, and long enough.
@@ -97,7 +97,7 @@ def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
         inner = put(tree.child(step), path[1:], value)
         node = tree.node.copy()
         node.children = [*tree.node.children[:step], inner.node, *tree.node.children[step + 1 :]]
-        return Tree([*tree.data[:step], inner.data, *tree.data[step + 1 :]], node)
+        return LocatedValue([*tree.data[:step], inner.data, *tree.data[step + 1 :]], node)
     assert isinstance(step, str)
     parts = {key: tree.child(key) for key in tree.data} if isinstance(tree.data, dict) else {}
     keys = dict(tree.node.keys)
@@ -109,13 +109,13 @@ def put(tree: Tree, path: Path, value: Tree | None) -> Tree:
             return tree
         made = value.node.copy()
         made.children, made.keys = {}, {}
-        parts[step] = Tree({}, made)
+        parts[step] = LocatedValue({}, made)
         keys[step] = (value.node.line, value.node.column)
     parts[step] = put(parts[step], path[1:], value)
     return mapping(tree.node, parts, keys)
 
 
-def moved(tree: Tree, place: Callable[[Node], Node]) -> Tree:
+def moved(tree: LocatedValue, place: Callable[[Node], Node]) -> LocatedValue:
     """Return the same value with each of its nodes replaced by what `place` makes of it."""
     node = place(tree.node)
     if isinstance(tree.data, dict):
@@ -124,7 +124,7 @@ def moved(tree: Tree, place: Callable[[Node], Node]) -> Tree:
         node.keys = {key: (part.node.line, part.node.column) for key, part in inner.items()}
     elif isinstance(tree.data, list):
         node.children = [moved(tree.child(index), place).node for index in range(len(tree.data))]
-    return Tree(tree.data, node)
+    return LocatedValue(tree.data, node)
 
 
 def count(data: Any) -> int:

@@ -12,11 +12,11 @@ from pydantic import BaseModel
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.prefab_models import PrefabFile
 from text2sim.spec_schema.text.document import Path, parse_document
-from text2sim.spec_schema.text.layout import Entry, plain_layout, written_layout
+from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout, written_layout
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import block_lines, key, scalar
 from text2sim.spec_schema.vocabulary.slots import slots_by_key
-from text2sim.spec_schema.vocabulary.words import Slot, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, slot_of
 
 WIDTH = 110
 INDENT = 2
@@ -76,7 +76,7 @@ def dump_case(case: Case | Mapping[str, Any]) -> str:
     return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
 
 
-def dump_layout(root: Entry, head: list[str], foot: list[str]) -> str:
+def dump_layout(root: LayoutEntry, head: list[str], foot: list[str]) -> str:
     """Write a document with the comments above and below everything in canonical form.
 
     Args:
@@ -102,13 +102,13 @@ def _trimmed(lines: list[str]) -> list[str]:
 
 
 class _Writer:
-    def document(self, root: Entry) -> list[str]:
+    def document(self, root: LayoutEntry) -> list[str]:
         """Lines of a whole document."""
         if not isinstance(root.value, list) or not root.value:
             return [_flow(root)]
         return self._block(root, *_root(root), 0)
 
-    def _block(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+    def _block(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
         """Lines of a collection, one or more for each of its entries."""
         margin = " " * indent
         lines: list[str] = []
@@ -124,7 +124,7 @@ class _Writer:
         # A blank line above the first entry would part it from its key.
         return lines[1:] if lines[:1] == [""] else lines
 
-    def _entry(self, entry: Entry, slot: Slot | None, path: Path, indent: int) -> list[str]:
+    def _entry(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
         margin = " " * indent
         lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
         trail = f"  {entry.trail}" if entry.trail else ""
@@ -147,7 +147,7 @@ class _Writer:
             return self._filled(entry, lead, indent, trail)
         return [lead + trail, *self._block(entry, slot, path, indent + INDENT)]
 
-    def _filled(self, entry: Entry, lead: str, indent: int, trail: str) -> list[str]:
+    def _filled(self, entry: LayoutEntry, lead: str, indent: int, trail: str) -> list[str]:
         """A long list of scalars, as many on each line as fit."""
         rows = [lead + " ["]
         words = [scalar(item.value, flow=True) for item in entry.value]
@@ -162,7 +162,7 @@ class _Writer:
         return rows
 
 
-def _flow(entry: Entry, slot: Slot | None = None) -> str:
+def _flow(entry: LayoutEntry, slot: LanguageSlot | None = None) -> str:
     """A value on one line."""
     if not isinstance(entry.value, list):
         return scalar(entry.value, flow=True)
@@ -173,7 +173,7 @@ def _flow(entry: Entry, slot: Slot | None = None) -> str:
     return "{" + ", ".join(f"{key(child.key or '')}: {text}" for child, text in inner) + "}"
 
 
-def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
+def _in_order(entry: LayoutEntry, slot: LanguageSlot | None) -> list[LayoutEntry]:
     """Entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
     if not entry.mapping:
         return entry.value
@@ -181,14 +181,14 @@ def _in_order(entry: Entry, slot: Slot | None) -> list[Entry]:
     return sorted(entry.value, key=lambda child: ranks.get(child.key or "", len(ranks)))
 
 
-def _root(entry: Entry) -> tuple[Slot, Path]:
+def _root(entry: LayoutEntry) -> tuple[LanguageSlot, Path]:
     """What a document is: a case, or a prefab in a file of its own."""
     if entry.mapping and any(child.key == "prefab" for child in entry.value):
         return slot_of(PrefabFile), ("prefabs", ANY)
     return slot_of(Case), ()
 
 
-def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
+def _chosen(slot: LanguageSlot | None, entry: LayoutEntry) -> LanguageSlot | None:
     """The alternative of a union that a collection is written for, None if that cannot be told.
 
     A union itself if the entry says no kind: what is laid over something need not, nor what uses a prefab.
@@ -208,7 +208,7 @@ def _chosen(slot: Slot | None, entry: Entry) -> Slot | None:
     return slot
 
 
-def _inside(slot: Slot | None, child: Entry) -> Slot | None:
+def _inside(slot: LanguageSlot | None, child: LayoutEntry) -> LanguageSlot | None:
     """What the language takes for an entry of a collection."""
     if slot is None:
         return None
@@ -217,7 +217,7 @@ def _inside(slot: Slot | None, child: Entry) -> Slot | None:
     return slots_by_key(slot).get(child.key or "")
 
 
-def _spread(path: Path, entry: Entry) -> bool:
+def _spread(path: Path, entry: LayoutEntry) -> bool:
     return entry.mapping and any(
         len(path) == len(form) and all(want in (ANY, step) for want, step in zip(form, path, strict=True))
         for form in _SPREAD

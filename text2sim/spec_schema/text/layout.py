@@ -12,7 +12,7 @@ from text2sim.spec_schema.text.masking import mask
 
 
 @dataclass(eq=False)
-class Entry:
+class LayoutEntry:
     """A value with its key, or an item of a list."""
 
     value: Any
@@ -30,12 +30,12 @@ class Entry:
     column: int = 0
     end: int = 0
     """Line on which it ends."""
-    parent: "Entry | None" = None
+    parent: "LayoutEntry | None" = None
     flow: bool = False
     """Whether the value is a collection in brackets."""
 
     @property
-    def inner(self) -> list["Entry"]:
+    def inner(self) -> list["LayoutEntry"]:
         """Entries inside it; none of a scalar."""
         return self.value if isinstance(self.value, list) else []
 
@@ -62,20 +62,20 @@ _BLOCKS = ("|", ">")
 """Styles of text on lines of its own."""
 
 
-def plain_layout(data: Any, key: str | None = None) -> Entry:
+def plain_layout(data: Any, key: str | None = None) -> LayoutEntry:
     """Return plain data as an entry without comments."""
     if isinstance(data, dict):
-        entry = Entry([plain_layout(value, str(name)) for name, value in data.items()], key, mapping=True)
+        entry = LayoutEntry([plain_layout(value, str(name)) for name, value in data.items()], key, mapping=True)
     elif isinstance(data, list | tuple):
-        entry = Entry([plain_layout(value) for value in data], key)
+        entry = LayoutEntry([plain_layout(value) for value in data], key)
     else:
-        return Entry(data, key)
+        return LayoutEntry(data, key)
     for child in entry.value:
         child.parent = entry
     return entry
 
 
-def plain_data(entry: Entry) -> Any:
+def plain_data(entry: LayoutEntry) -> Any:
     """Return what an entry says, without comments."""
     if not isinstance(entry.value, list):
         return entry.value
@@ -84,7 +84,7 @@ def plain_data(entry: Entry) -> Any:
     return [plain_data(child) for child in entry.value]
 
 
-def written_layout(document: Document) -> tuple[Entry, list[str], list[str]]:
+def written_layout(document: Document) -> tuple[LayoutEntry, list[str], list[str]]:
     """Return the root entry of a document, and the comments above and below everything."""
     reader = _Reader(document)
     reader.read()
@@ -97,15 +97,15 @@ class _Reader:
 
     def __init__(self, document: Document) -> None:
         self.document = document
-        self.root = Entry(None)
-        self.entries: list[Entry] = []
+        self.root = LayoutEntry(None)
+        self.entries: list[LayoutEntry] = []
         self.comments: list[Comment] = []
         self.scanned = 0
 
     def read(self) -> None:
         text = self.document.source.text
         # Open collections: entry, data, and the keys that are still to come.
-        stack: list[tuple[Entry, Any, Iterator[str]]] = []
+        stack: list[tuple[LayoutEntry, Any, Iterator[str]]] = []
         key: tuple[str, Any] | None = None
         parser = open_parser(mask(text))
         while (event := parser.get_event()) is not None and not isinstance(event, yaml.StreamEndEvent):
@@ -128,9 +128,9 @@ class _Reader:
                 stack.append((entry, data, iter(data)))
         self._scan(self.scanned, len(text))
 
-    def _entry(self, event: Any, data: Any, key: tuple[str, Any] | None, parent: Entry | None) -> Entry:
+    def _entry(self, event: Any, data: Any, key: tuple[str, Any] | None, parent: LayoutEntry | None) -> LayoutEntry:
         collection = isinstance(event, yaml.CollectionStartEvent)
-        entry = Entry([] if collection else data, mapping=isinstance(data, dict), parent=parent)
+        entry = LayoutEntry([] if collection else data, mapping=isinstance(data, dict), parent=parent)
         entry.line, entry.column, entry.end = (
             event.start_mark.line,
             event.start_mark.column,
@@ -169,7 +169,7 @@ class _Reader:
 
 def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     """Give every comment and blank line to an entry; return those above everything."""
-    starts: dict[int, list[Entry]] = {}
+    starts: dict[int, list[LayoutEntry]] = {}
     for entry in reader.entries:
         starts.setdefault(entry.line, []).append(entry)
     for comment in reader.comments:
@@ -186,7 +186,7 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     return _take_head(reader)
 
 
-def _attach_below(reader: _Reader, starts: dict[int, list[Entry]], gap: list[Comment | None], column: int) -> int:
+def _attach_below(reader: _Reader, starts: dict[int, list[LayoutEntry]], gap: list[Comment | None], column: int) -> int:
     """Give the comments that stand deeper than the next entry to the end of the block that they stand in.
 
     Returns:
@@ -228,7 +228,7 @@ def _squeezed(gap: list[Comment | None]) -> list[str]:
     return rows
 
 
-def _attach_trail(reader: _Reader, comment: Comment, starting: list[Entry]) -> None:
+def _attach_trail(reader: _Reader, comment: Comment, starting: list[LayoutEntry]) -> None:
     """A comment beside something goes with the outermost entry that is complete there, or was just begun."""
     complete = [entry for entry in starting if entry.end == comment.line]
     owner = complete[0] if complete else starting[-1] if starting else None

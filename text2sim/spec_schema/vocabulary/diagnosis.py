@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.base import Name
 from text2sim.spec_schema.text.document import Document, Path, Step
 from text2sim.spec_schema.text.syntax import LOOK_ALIKE, taken_for_text
 from text2sim.spec_schema.vocabulary.words import (
-    Slot,
+    LanguageSlot,
     bounds_of,
     carried_by,
     describe,
@@ -73,7 +73,7 @@ class _Place:
     """Where an error leads: the value that it is about, and what the language takes there."""
 
     path: Path
-    slot: Slot
+    slot: LanguageSlot
     data: Any
     rest: list[Step]
     """Steps that lead to something that is not there: a missing or unknown key, a missing item."""
@@ -81,7 +81,7 @@ class _Place:
     """The value fits no alternative of a union, and which one was meant cannot be told."""
 
 
-def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
+def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place | None:
     """Walk along an error's location; None if it is about an alternative that was not meant."""
     path: Path = ()
     while True:
@@ -110,11 +110,11 @@ def _follow(slot: Slot, data: Any, loc: list[Step], kind: str) -> _Place | None:
         slot, data, path = inner, data[step], (*path, step)
 
 
-def _is_as_long(slot: Slot, data: Any) -> bool:
+def _is_as_long(slot: LanguageSlot, data: Any) -> bool:
     return get_origin(slot.base) is tuple and isinstance(data, list) and len(get_args(slot.base)) == len(data)
 
 
-def _inside(slot: Slot, step: Step) -> Slot | None:
+def _inside(slot: LanguageSlot, step: Step) -> LanguageSlot | None:
     base = slot.base
     if is_model(base):
         field = fields_of(base).get(str(step))
@@ -147,7 +147,7 @@ _LABELS = (
 )
 
 
-def _is_label_of(label: str, slot: Slot) -> bool:
+def _is_label_of(label: str, slot: LanguageSlot) -> bool:
     """Whether pydantic's name for an alternative of a union is that of a slot."""
     while found := _FUNCTION.match(label):
         label = label[found.end() :]
@@ -212,7 +212,7 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
     return _Finding(place.path, message, "type", key=data is None)
 
 
-def _range(slot: Slot, data: Any) -> str:
+def _range(slot: LanguageSlot, data: Any) -> str:
     """The bounds that a number breaks: those of the field, or those of what can be carried at all."""
     carried = carried_by(slot)
     if carried is None or data <= 0 or carried.low <= data <= carried.high:
@@ -326,7 +326,7 @@ def _no_alternative(place: _Place) -> _Finding:
     return _Finding(place.path, message, "type", nearest(place.data, words))
 
 
-def _given(data: Any, slot: Slot) -> str:
+def _given(data: Any, slot: LanguageSlot) -> str:
     """What was given instead: `needs 3 numbers (got 3)` would puzzle."""
     number = structure_of(data) == "number" and slot.structure != "number"
     return f"the number {show(data)}" if number else show(data)
@@ -336,7 +336,7 @@ _WITH_UNIT = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?\s*[a-zA-Z°%/]+[23]?")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?")
 
 
-def _meant(data: Any, slot: Slot) -> str:
+def _meant(data: Any, slot: LanguageSlot) -> str:
     """How a number or a mapping is written, to someone who wrote text instead."""
     if not isinstance(data, str):
         return ""

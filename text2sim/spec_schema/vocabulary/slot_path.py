@@ -10,7 +10,7 @@ from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.document import Path
-from text2sim.spec_schema.vocabulary.words import Slot, fields_of, is_model, show, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, show, slot_of
 
 ROOTS = ("prompt", "params", "prefabs", "scene", "bodies", "actions", "render", "waive")
 """What can be changed of a case."""
@@ -47,22 +47,24 @@ class NoSuchSlot(Exception):
 class MappingSlots:
     """What can stand in a mapping."""
 
-    fields: dict[str, list[Slot]] = field(default_factory=dict)
+    fields: dict[str, list[LanguageSlot]] = field(default_factory=dict)
     """By key, if the language gives the keys."""
-    names: list[Slot] = field(default_factory=list)
+    names: list[LanguageSlot] = field(default_factory=list)
     """What stands under any name."""
     anything: bool = False
     """Nothing is known of it."""
     models: list[type[BaseModel]] = field(default_factory=list)
 
-    def inner(self, key: str) -> list[Slot] | None:
+    def inner(self, key: str) -> list[LanguageSlot] | None:
         """Return what can stand under a key; None if it leads nowhere."""
         if key in self.fields:
             return self.fields[key]
         return self.names or ([] if self.anything else None)
 
 
-def mapping_slots(slots: list[Slot], values: list[Any], path: Path, faces: Faces = lambda use: Face()) -> MappingSlots:
+def mapping_slots(
+    slots: list[LanguageSlot], values: list[Any], path: Path, faces: Faces = lambda use: Face()
+) -> MappingSlots:
     """Return what can stand in a mapping that the language has at a place.
 
     Args:
@@ -90,17 +92,17 @@ def is_entry(path: Path) -> bool:
     return (len(path) == 2 and path[0] == "bodies") or (len(path) == 3 and path[:2] == ("scene", "statics"))
 
 
-def slot_entry() -> list[Slot]:
+def slot_entry() -> list[LanguageSlot]:
     """Return what the language takes for a body."""
     return [slot_of(get_args(slot_of(Case.model_fields["bodies"].annotation).base)[1])]
 
 
-def root_slots() -> list[Slot]:
+def root_slots() -> list[LanguageSlot]:
     """Return what the language takes for a case."""
     return [slot_of(Case)]
 
 
-def _open(slot: Slot, values: list[Any], found: MappingSlots) -> None:
+def _open(slot: LanguageSlot, values: list[Any], found: MappingSlots) -> None:
     if slot.discriminator is not None:
         kinds = [v.get("kind") for v in values if isinstance(v, dict)]
         models = [slot.models[kind] for kind in kinds if isinstance(kind, str) and kind in slot.models]
@@ -126,7 +128,7 @@ def _open_model(model: type[BaseModel], found: MappingSlots) -> None:
         found.fields.setdefault(key, []).append(slot)
 
 
-def items_of(slots: list[Slot]) -> list[Slot]:
+def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
     """Return what the language takes for an item of a list."""
     found = []
     for slot in slots:

@@ -11,12 +11,12 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.prefab_models import Prefab, PrefabFile, Use
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sweep_models import Sweep
-from text2sim.spec_schema.vocabulary.words import Slot, fields_of, is_model, slot_of
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, slot_of
 
 ENTRY = slot_of(Body)
 """What stands under a name in `bodies`."""
 
-_MEANT: dict[tuple[type[BaseModel], str], Slot] = {
+_MEANT: dict[tuple[type[BaseModel], str], LanguageSlot] = {
     (Case, "prefabs"): slot_of(dict[Name, Prefab]),
     (Case, "variants"): slot_of(dict[Name, Case]),
     (Case, "sweeps"): slot_of(dict[Name, Sweep]),
@@ -29,7 +29,7 @@ _MEANT: dict[tuple[type[BaseModel], str], Slot] = {
 """Fields that take anything as far as their model goes, because they are checked elsewhere, and what they hold."""
 
 
-def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
+def meant(model: type[BaseModel], key: str, slot: LanguageSlot) -> LanguageSlot:
     """Return what a field of a model really holds, where its type says less.
 
     Args:
@@ -40,7 +40,7 @@ def meant(model: type[BaseModel], key: str, slot: Slot) -> Slot:
     return _MEANT.get((model, key), slot)
 
 
-def slots_by_key(slot: Slot | None) -> dict[str, Slot]:
+def slots_by_key(slot: LanguageSlot | None) -> dict[str, LanguageSlot]:
     """Return what stands under each key of a mapping, in canonical order; nothing if the keys are names.
 
     Args:
@@ -58,8 +58,8 @@ def slots_by_key(slot: Slot | None) -> dict[str, Slot]:
 
 
 @cache
-def _merged(models: tuple[type[BaseModel], ...]) -> dict[str, Slot]:
-    found: dict[str, Slot] = {}
+def _merged(models: tuple[type[BaseModel], ...]) -> dict[str, LanguageSlot]:
+    found: dict[str, LanguageSlot] = {}
     for model in models:
         for key, (_, slot) in fields_of(model).items():
             found.setdefault(key, meant(model, key, slot))

@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.base import Carried, Noun
 
 
 @dataclass(frozen=True)
-class Slot:
+class LanguageSlot:
     """A place of the language: the type that it takes, with its bounds."""
 
     base: Any
@@ -22,7 +22,7 @@ class Slot:
     discriminator: str | None = None
 
     @cached_property
-    def members(self) -> list["Slot"]:
+    def members(self) -> list["LanguageSlot"]:
         """The alternatives of a union; the slot itself otherwise."""
         if get_origin(self.base) in (Union, UnionType):
             return [slot_of(member) for member in get_args(self.base) if member is not NoneType]
@@ -62,7 +62,7 @@ _STRUCTURES: dict[Any, str] = {
 }
 
 
-def fits(slot: Slot, value: object) -> bool:
+def fits(slot: LanguageSlot, value: object) -> bool:
     """Whether a value is written like what a slot takes: a list of numbers for a vector, text for a word."""
     if slot.structure != structure_of(value):
         return False
@@ -76,7 +76,7 @@ def structure_of(value: object) -> str:
     return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
 
 
-def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> Slot:
+def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> LanguageSlot:
     """Take a type hint apart.
 
     Args:
@@ -102,11 +102,11 @@ def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | 
             annotation = rest[0]
         else:
             break
-    return Slot(annotation, tuple(notes), discriminator)
+    return LanguageSlot(annotation, tuple(notes), discriminator)
 
 
 @cache
-def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, Slot]]:
+def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, LanguageSlot]]:
     """Return the fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
     fields = {}
     for attribute in _ordered(model):
@@ -134,7 +134,7 @@ def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
     return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
 
 
-def bounds_of(slot: Slot) -> dict[str, Any]:
+def bounds_of(slot: LanguageSlot) -> dict[str, Any]:
     """Return the bounds of a slot: gt, ge, lt, le, pattern, min_length, max_length."""
     bounds: dict[str, Any] = {}
     for note in slot.metadata:
@@ -145,7 +145,7 @@ def bounds_of(slot: Slot) -> dict[str, Any]:
     return bounds
 
 
-def carried_by(slot: Slot) -> Carried | None:
+def carried_by(slot: LanguageSlot) -> Carried | None:
     """Return the range of magnitudes that is carried here; None where that is no question."""
     return next((note for note in slot.metadata if isinstance(note, Carried)), None)
 
@@ -155,7 +155,7 @@ def magnitudes(carried: Carried) -> str:
     return f"from {carried.low:g} to {carried.high:g} {carried.unit}".rstrip()
 
 
-def describe(slot: Slot) -> str:
+def describe(slot: LanguageSlot) -> str:
     """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
     if slot.discriminator is not None:
         return f"a mapping with a kind ({', '.join(slot.models)})"
@@ -184,7 +184,7 @@ def describe(slot: Slot) -> str:
     return "a mapping"
 
 
-def range_of(slot: Slot) -> str:
+def range_of(slot: LanguageSlot) -> str:
     """Return the bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
     bounds = bounds_of(slot)
     low, high, end = bounds.get("ge"), bounds.get("le"), bounds.get("lt")
@@ -200,7 +200,7 @@ def range_of(slot: Slot) -> str:
     return f" of at most {high:.12g}" if high is not None else ""
 
 
-def _plural(slot: Slot) -> str:
+def _plural(slot: LanguageSlot) -> str:
     if len(slot.members) > 1 or slot.discriminator is not None:
         return "values"
     if slot.base in (int, float):
@@ -215,7 +215,7 @@ def _plural(slot: Slot) -> str:
     return "values"
 
 
-def noun_of(slot: Slot) -> Noun:
+def noun_of(slot: LanguageSlot) -> Noun:
     """Return what a text is called."""
     return next((note for note in slot.metadata if isinstance(note, Noun)), Noun("text", "texts"))
 
