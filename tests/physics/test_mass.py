@@ -118,7 +118,8 @@ def test_a_shape_has_the_mass_centre_and_inertia_of_its_formula(shapes, agree, n
     m, z, *moments = theory(name)
     size = tolerance(name)
     agree(f"{name}: mass / theory", link.mass / (m * DENSITY), 1.0, within=2e-6)
-    agree(f"{name}: centre [m]", link.com, (0, 0, z), within=max(size, 1e-6) * 0.15)
+    # At least ten roundings to single precision (2^-24) of 0.3 m: the engine keeps corners of meshes so, and adds them.
+    agree(f"{name}: centre [m]", link.com, (0, 0, z), within=max(size * 0.15, 1e-6))
     agree(f"{name}: moments / theory", np.diag(link.inertia) / (np.array(moments) * DENSITY), 1.0, within=size)
     off = np.array(link.inertia) - np.diag(np.diag(link.inertia))
     agree(f"{name}: products of inertia / moment", off / (max(moments) * DENSITY), 0.0, within=1e-5)
