@@ -57,7 +57,7 @@ def test_a_film_that_is_stopped_is_made_of_what_is_there(make_run: MakeRun, monk
 def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
     (run / "video.mp4").write_bytes(b"preview")
-    monkeypatch.setattr(Filming, "trace", lambda *_: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(Filming, "trace", lambda *_: signal.raise_signal(signal.SIGTERM))
     film, told = last_film(run, "draft", None, quiet=True)
     assert film == run / "video.mp4"
     assert f"`text2sim render {run}` goes on" in told

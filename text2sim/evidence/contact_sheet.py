@@ -16,6 +16,10 @@ LETTER = 8
 THUMBNAIL = 320
 """Width of a picture [pixels]."""
 COLUMNS = 4
+GAP = 4
+"""Between pictures [pixels]."""
+LINE = 19
+"""Height of a line above a picture [pixels]."""
 MOST = 96
 """Pictures at most."""
 _FRAME = re.compile(r"(?P<camera>\w+)_(?P<number>\d{1,5})\.png\Z")
@@ -65,19 +69,21 @@ def contact_sheet(
         for part in ([row for row in thumbnails if row[0] == camera] for camera in cameras)
         for first in range(0, len(part), columns)
     ]
-    across = max(map(len, rows))
-    gap = 4
-    sheet = Image.new("RGB", (across * (width + gap) + gap, len(rows) * (height + gap) + gap), "#202428")
+    labels = [["\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER))
+               for camera, time, _ in row] for row in rows]  # fmt: skip
+    # Above the picture, so that nothing in it is hidden.
+    above = [LINE * max(label.count("\n") + 1 for label in row) + GAP for row in labels]
+    size = (max(map(len, rows)) * (width + GAP) + GAP, sum(above) + len(rows) * (height + GAP) + GAP)
+    sheet = Image.new("RGB", size, "#202428")
     draw = ImageDraw.Draw(sheet)
     font = ImageFont.load_default(size=15)
-    for y, row in enumerate(rows):
-        for x, (camera, time, small) in enumerate(row):
-            corner = (gap + x * (width + gap), gap + y * (height + gap))
-            sheet.paste(small, corner)
-            label = "\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER))
-            box = draw.textbbox((corner[0] + 6, corner[1] + 4), label, font=font)
-            draw.rectangle((box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3), fill="#202428")
-            draw.text((corner[0] + 6, corner[1] + 4), label, font=font, fill="white")
+    top = GAP
+    for row, said, strip in zip(rows, labels, above, strict=True):
+        for x, ((_, _, small), label) in enumerate(zip(row, said, strict=True)):
+            left = GAP + x * (width + GAP)
+            draw.text((left, top), label, font=font, fill="white", spacing=LINE - 15)
+            sheet.paste(small, (left, top + strip))
+        top += strip + height + GAP
     return sheet
 
 
