@@ -335,8 +335,7 @@ def shapes_of(body: str) -> tuple[str, ...]:
     field = None if model is None else model.model_fields.get("shape")
     if field is None:
         return ()
-    key = field.discriminator if isinstance(field.discriminator, str) else None
-    return tuple(slot_of(field.annotation, field.metadata, key).models)
+    return tuple(slot_of(field.annotation, field.metadata).models)
 
 
 def mount_kinds() -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import (
     Axis,
     Bool,
+    ByKind,
     Fraction,
     Integer,
     Length,
@@ -74,7 +75,7 @@ class BallMount(JointDynamics):
     """The point [m] in the body's frame."""
 
 
-Mount = Annotated[FreeMount | FixedMount | HingeMount | SliderMount | BallMount, Field(discriminator="kind")]
+Mount = Annotated[FreeMount | FixedMount | HingeMount | SliderMount | BallMount, ByKind()]
 
 
 class Rigid(Placed):
@@ -128,7 +129,7 @@ class FixedJoint(Model):
     kind: Literal["fixed"]
 
 
-Joint = Annotated[HingeJoint | SliderJoint | BallJoint | FixedJoint, Field(discriminator="kind")]
+Joint = Annotated[HingeJoint | SliderJoint | BallJoint | FixedJoint, ByKind()]
 
 
 class Link(Model):
@@ -318,7 +319,7 @@ class Ragdoll(Linked):
 
 Body = Annotated[
     Rigid | Driven | Articulated | Chain | Net | Ragdoll | Soft | Cloth | Rope | Granular | Liquid | Snow,
-    Field(discriminator="kind"),
+    ByKind(),
 ]
 LINKED = tuple(
     get_args(model.model_fields["kind"].annotation)[0]

@@ -5,16 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import (
-    Bounds,
-    Direction,
-    Model,
-    Positive,
-    Real,
-    Seconds,
-    Selector,
-    Vec3,
-)
+from text2sim.spec_schema.models.base import Bounds, ByKind, Direction, Model, Positive, Real, Seconds, Selector, Vec3
 from text2sim.spec_schema.models.regions import BodyPoint
 
 Target = Vec3 | Selector | BodyPoint
@@ -191,4 +182,4 @@ class Keyframed(_Camera):
         return self
 
 
-Camera = Annotated[Still | Follow | Orbit | Dolly | Keyframed, Field(discriminator="kind")]
+Camera = Annotated[Still | Follow | Orbit | Dolly | Keyframed, ByKind()]

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
+    ByKind,
     Integer,
     Name,
     NonNegative,
@@ -244,5 +245,5 @@ Control = Annotated[
     | Attraction
     | Vortex
     | Turbulence,
-    Field(discriminator="kind"),
+    ByKind(),
 ]

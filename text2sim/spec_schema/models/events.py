@@ -4,7 +4,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Model, Multiple, Name, NonNegative, Positive, Real, Seconds, Selector
+from text2sim.spec_schema.models.base import (
+    ByKind,
+    Model,
+    Multiple,
+    Name,
+    NonNegative,
+    Positive,
+    Real,
+    Seconds,
+    Selector,
+)
 from text2sim.spec_schema.models.space import Region
 
 
@@ -117,5 +127,5 @@ Event = Annotated[
     | JointLimitEvent
     | ReleasedEvent
     | RemovedEvent,
-    Field(discriminator="kind"),
+    ByKind(),
 ]

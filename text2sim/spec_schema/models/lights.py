@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Direction, Fraction, Model, Positive, Real, Vec3
+from text2sim.spec_schema.models.base import ByKind, Direction, Fraction, Model, Positive, Real, Vec3
 from text2sim.spec_schema.models.cameras import Target
 from text2sim.spec_schema.models.colors import Color
 
@@ -99,4 +99,4 @@ class Environment(Model):
     """Radiance: 1 alone makes a white sheet white."""
 
 
-Light = Annotated[Sun | Softbox | Lamp | Spot | Sky | Environment, Field(discriminator="kind")]
+Light = Annotated[Sun | Softbox | Lamp | Spot | Sky | Environment, ByKind()]

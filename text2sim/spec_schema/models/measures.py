@@ -2,9 +2,9 @@
 
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from text2sim.spec_schema.models.base import AxisName, Real, Selector, Vec3
+from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Vec3
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
@@ -291,5 +291,5 @@ Measure = Annotated[
     | Pieces
     | LargestPiece
     | Leaked,
-    Field(discriminator="kind"),
+    ByKind(),
 ]

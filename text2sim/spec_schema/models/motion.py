@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from text2sim.spec_schema.models.base import Axis, Model, Positive, Real, Seconds, Vec3
+from text2sim.spec_schema.models.base import Axis, ByKind, Model, Positive, Real, Seconds, Vec3
 
 
 class Constant(Model):
@@ -87,7 +87,7 @@ class Sine(Model):
     """Time [s]."""
 
 
-Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, Field(discriminator="kind")]
+Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, ByKind()]
 """A number, or a value that changes with time."""
 
 
@@ -134,4 +134,4 @@ class Oscillate(Model):
     """Cycles per second [Hz]."""
 
 
-Motion = Annotated[Waypoints | Spin | Oscillate, Field(discriminator="kind")]
+Motion = Annotated[Waypoints | Spin | Oscillate, ByKind()]

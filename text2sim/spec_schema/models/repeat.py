@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from text2sim.spec_schema.models.base import Bool, Count, Integer, Length, Model, NonNegative, Real, Vec3
+from text2sim.spec_schema.models.base import Bool, ByKind, Count, Integer, Length, Model, NonNegative, Real, Vec3
 from text2sim.spec_schema.models.space import Region
 
 
@@ -119,4 +119,4 @@ class Glyphs(Model):
     kind: Literal["glyphs"]
 
 
-Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs, Field(discriminator="kind")]
+Repeat = Annotated[Line | Grid | Ring | Spiral | Stack | RunningBond | Packing | Glyphs, ByKind()]

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import (
     AxisName,
     Bool,
+    ByKind,
     Fraction,
     Length,
     Model,
@@ -145,9 +146,7 @@ class SculptLoft(SculptPart):
         return self
 
 
-AnySculptPart = Annotated[
-    SculptEllipsoid | SculptBox | SculptLimb | SculptRevolve | SculptLoft, Field(discriminator="kind")
-]
+AnySculptPart = Annotated[SculptEllipsoid | SculptBox | SculptLimb | SculptRevolve | SculptLoft, ByKind()]
 
 
 class Sculpt(Model):

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
     Bool,
+    ByKind,
     Density,
     Integer,
     Length,
@@ -316,7 +317,7 @@ _Solid = (
     | Text
     | Sketch
 )
-SolidShape = Annotated[_Solid, Field(discriminator="kind")]
+SolidShape = Annotated[_Solid, ByKind()]
 
 
 class Part(Model):
@@ -361,9 +362,9 @@ class Compound(Model):
         return {name: part for name, part in self.parts.items() if not part.decor}
 
 
-Shape = Annotated[_Solid | Sculpt | Compound, Field(discriminator="kind")]
-StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, Field(discriminator="kind")]
+Shape = Annotated[_Solid | Sculpt | Compound, ByKind()]
+StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, ByKind()]
 SoftShape = Shape
 """What deforms as a volume: any solid, and of a compound the union of its parts."""
-ClothShape = Annotated[Sheet | Mesh, Field(discriminator="kind")]
+ClothShape = Annotated[Sheet | Mesh, ByKind()]
 """A sheet, or a mesh that is an open surface."""

@@ -2,9 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
-
-from text2sim.spec_schema.models.base import Axis, Bounds, Model, Positive, Selector, Vec3
+from text2sim.spec_schema.models.base import Axis, Bounds, ByKind, Model, Positive, Selector, Vec3
 
 
 class _Space(Model):
@@ -45,4 +43,4 @@ class SphereRegion(_Space):
     """Radius [m]."""
 
 
-Region = Annotated[BoxRegion | CylinderRegion | SphereRegion, Field(discriminator="kind")]
+Region = Annotated[BoxRegion | CylinderRegion | SphereRegion, ByKind()]

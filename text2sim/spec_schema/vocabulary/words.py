@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from text2sim.spec_schema.models.base import Carried, Noun
+from text2sim.spec_schema.models.base import ByKind, Carried, Noun
 
 
 @dataclass(frozen=True)
@@ -76,25 +76,20 @@ def structure_of(value: object) -> str:
     return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
 
 
-def slot_of(annotation: Any, metadata: Iterable[Any] = (), discriminator: str | None = None) -> LanguageSlot:
+def slot_of(annotation: Any, metadata: Iterable[Any] = ()) -> LanguageSlot:
     """Take a type hint apart.
 
     Args:
         annotation: The type hint.
         metadata: What pydantic has already taken from it.
-        discriminator: Key that tells the members of a union apart.
     """
     notes = list(metadata)
     while True:
+        discriminator = next((note.key for note in notes if isinstance(note, ByKind)), None)
         if get_origin(annotation) is Annotated:
             annotation, *inner = get_args(annotation)
             for note in inner:
-                if isinstance(note, FieldInfo):
-                    notes.extend(note.metadata)
-                    found = note.discriminator
-                    discriminator = discriminator or (found if isinstance(found, str) else None)
-                else:
-                    notes.append(note)
+                notes.extend(note.metadata if isinstance(note, FieldInfo) else [note])
         elif get_origin(annotation) in (Union, UnionType) and discriminator is None:
             rest = [member for member in get_args(annotation) if member is not NoneType]
             if len(rest) > 1:
@@ -112,8 +107,7 @@ def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, LanguageSlot]]:
     for attribute in _ordered(model):
         field = model.model_fields[attribute]
         key = field.alias or attribute
-        discriminator = field.discriminator if isinstance(field.discriminator, str) else None
-        fields[key] = (attribute, slot_of(field.annotation, field.metadata, discriminator))
+        fields[key] = (attribute, slot_of(field.annotation, field.metadata))
     return fields
 
 
