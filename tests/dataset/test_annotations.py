@@ -112,6 +112,17 @@ def test_what_will_be_hidden_is_not_seen_next(item: Item, arrays: dict[str, np.n
     assert 0 < hidden.sum() < 0.2 * known.sum(), "the crate covers floor that was seen before"
 
 
+def test_the_floor_is_seen_next_at_grazing_angles_too(item: Item, arrays: dict[str, np.ndarray]) -> None:
+    """A point of the floor is hidden only where the crate is, at its pixel or beside it, or outside of the picture."""
+    for k in range(len(item.frames) - 1):
+        row, column = np.nonzero((arrays["instances"][k] == 1) & ~arrays["seen_next"][k])
+        at = np.array([column + 0.5, row + 0.5]) + arrays["flow"][k, row, column].T
+        inside = (at >= 0).all(axis=0) & (at[0] < WIDE) & (at[1] < TALL)
+        x, y = at[:, inside].astype(int)
+        wide = np.pad(arrays["instances"][k + 1], 1, constant_values=1)
+        assert (np.max([wide[y + i, x + j] for i in range(3) for j in range(3)], axis=0) > 1).all()
+
+
 def test_recorded_cameras_and_boxes_are_those_of_the_film(item: Item, arrays: dict[str, np.ndarray]) -> None:
     count = len(item.frames)
     for k, frame in enumerate(item.frames):

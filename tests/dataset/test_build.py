@@ -17,6 +17,7 @@ from text2sim.dataset.recipe import parse_recipe
 from text2sim.dataset.simulate import DrawResult
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.text.source import Source
 
 CASE = """
@@ -123,6 +124,29 @@ def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None
             dropped={},
             tell=lambda *_: None,
         )
+
+
+def test_a_warning_that_a_source_refuses_is_drawn_again_without_being_simulated(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ball is 0.1 m wide and the post begins at 0.4 m: at 0.31 m they overlap by a centimetre."""
+
+    def simulated(loaded: LoadedCase, **_: object) -> SimpleNamespace:
+        tried.append(loaded.data["bodies"]["ball"]["pose"]["pos"][0])
+        return SimpleNamespace(evidence=None, state="failed", message="no engine here")
+
+    monkeypatch.setattr(simulate, "run_case", simulated)
+    text = RECIPE.replace("[0.45, 0.0]", "[0.31, 0.0]").replace("{uniform: [0.3, 1.6]}", "{choice: [0.2]}")
+    rows = {}
+    for refuse in ("", "    refuse: [overlap]\n"):
+        tried: list[float] = []
+        recipe, made = parse_recipe(Source(text + refuse, "recipe.yaml")), recipe_folder / f"made{len(rows)}"
+        simulate.make(jobs_of(recipe, recipe_folder, recipe_folder, made)[0])
+        rows[refuse] = {*tried}, json.loads((made / "drops-drop-000.json").read_text())["refused"]
+    (loose, _), (strict, refused) = rows.values()
+    assert (loose, strict) == ({0.31, 0.0}, {0.0})
+    assert {row["stage"] for row in refused} == {"check", "run"}
+    assert all("[overlap]" in row["why"][0] for row in refused if row["stage"] == "check")
 
 
 def test_what_keeps_the_machine_from_running_is_no_reason_to_draw_again(

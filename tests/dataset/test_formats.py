@@ -14,9 +14,11 @@ import yaml
 from crates import Take
 
 from text2sim.dataset.build import Writer
-from text2sim.dataset.recipe import Recipe
+from text2sim.dataset.item import film_of
+from text2sim.dataset.recipe import Film, Recipe
 from text2sim.dataset.simulate import DrawResult
 from text2sim.dataset.tables import ROWS_IN_HAND
+from text2sim.recording.film_record import read_recording
 
 
 def test_tables_are_read_with_pyarrow_alone(dataset: Path) -> None:
@@ -116,6 +118,18 @@ def test_the_loader_of_the_documentation_runs_as_it_stands(
     exec(code.replace("datasets/mine", str(dataset)), {})
     assert "A crate slides. passed" in (said := capsys.readouterr().out)
     assert "a-film1 (8, 36, 64) (9, 3, 3)" in said
+
+
+def test_a_film_of_many_shots_is_shown_to_its_end(take: Take, tmp_path: Path) -> None:
+    """Six shots of 0.1 s, four pictures each: a share of 10 rounds up to two for each, which is too much."""
+    take("a")
+    recording = read_recording(tmp_path / "a" / "case_one", None)
+    shots = [{"camera": "main", "from": k / 10, "to": (k + 1) / 10, "speed": 1.0, "hold": 0.0} for k in range(6)]
+    recording.film["shots"] = shots
+    for most, made in ((10, 6), (6, 6), (4, 4), (100, 24)):
+        told, pictures = film_of(recording, Film(fps=40, frames=most))
+        assert len(pictures) == made and told.film["fps"] <= 40
+        assert made < 6 or pictures[-1].t >= 0.5, "the last shot is there"
 
 
 def test_what_critic_and_judges_gave_the_same_simulation_is_in_its_items(

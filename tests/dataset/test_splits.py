@@ -145,6 +145,15 @@ def test_sources_are_dealt_as_wholes_near_their_shares() -> None:
     assert share["validation"] > 0.05
 
 
+def test_a_few_sources_are_dealt_by_what_they_make() -> None:
+    """12, 4 and 2 items: with any two of them together in train, the others would lack more."""
+    rows = "a: {cases: [c], films: 2, looks: {x: {choice: [1]}}, counterfactuals: {d: {y: {choice: [1]}}}}"
+    text = f"text2sim_dataset: 1\nname: x\nsources: {{{rows}, b: {{cases: [c]}}, c: {{cases: [c]}}}}\n"
+    recipe = parse_recipe(Source(text.replace("{x:", "{bodies.b.look.color:").replace("{y:", "{params.y:"), "r.yaml"))
+    jobs = [("a", "one")] * 3 + [("b", "two")] * 4 + [("c", "three")] * 2
+    assert deal(recipe, jobs) == {"a": "train", "b": "validation", "c": "test"}
+
+
 def test_sources_with_a_case_in_common_stay_together() -> None:
     rows = "a: {cases: [c], split: test}, b: {cases: [c]}, c: {cases: [c]}, d: {cases: [c]}"
     recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources: {{{rows}}}\n", "r.yaml"))

@@ -294,13 +294,29 @@ def _shares(now: Seen, pixels: Array, triangle: Array) -> Array:
 
 
 def _is_seen(now: Seen, points: Array) -> Array:
-    """Whether nothing is in front of points [m], shape (n, 3), at their pixels."""
+    """Whether nothing is in front of points [m], shape (n, 3), at their pixels.
+
+    What a pixel shows is known in its middle. The surface that is seen there is followed to where the point is: at a
+    grazing angle, its depth changes a lot within a pixel.
+    """
     pixels, depth = now.view.pixels(points), -now.view.local(points)[:, 2]
     inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (depth > now.view.near)
     inside &= (np.nan_to_num(pixels, nan=-1) < (now.view.width, now.view.height)).all(axis=1)
-    found = np.zeros(len(points), bool)
+    found = inside.copy()
     column, row = pixels[inside].astype(int).T
-    found[inside] = depth[inside] <= now.depth[row, column] * (1 + AHEAD)
+    shown = now.ids[row, column]
+    hit = shown >= 0
+    which = np.flatnonzero(inside)[hit]
+    corners = now.corners[shown[hit]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    over = np.einsum("nk,nk->n", normal, corners[:, 0] - now.view.origin)
+    under = np.einsum("nk,nk->n", normal, points[which] - now.view.origin)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = depth[which] * over / under
+    # Its plane goes on where the surface does not.
+    ends = -now.view.local(corners.reshape(-1, 3))[:, 2].reshape(-1, 3)
+    ahead = np.where(ahead > 0, np.clip(ahead, ends.min(axis=1), ends.max(axis=1)), now.depth[row, column][hit])
+    found[which] = depth[which] <= ahead * (1 + AHEAD)
     return found
 
 

@@ -56,9 +56,13 @@ def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]
     cameras = {name: camera | {"f_stop": None} for name, camera in recording.film["cameras"].items()}
     told = recording.film | {"resolution": film.size, "fps": film.fps, "motion_blur": 0.0, "cameras": cameras}
     pictures = frames(told, reels(told)[MAIN], recording.last)
-    if len(pictures) > film.frames:
-        told["fps"] = film.fps * film.frames / len(pictures)
-        pictures = frames(told, reels(told)[MAIN], recording.last)[: film.frames]
+    # Every shot rounds, and has one picture at least: what is too much at the end may be several times as much.
+    while len(pictures) > film.frames:
+        before = len(pictures)
+        told["fps"] *= film.frames / before
+        pictures = frames(told, reels(told)[MAIN], recording.last)
+        if len(pictures) == before:  # as few as its shots
+            pictures = pictures[: film.frames]
     return replace(recording, film=told), pictures
 
 

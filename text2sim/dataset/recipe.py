@@ -79,6 +79,8 @@ class CaseSource(Model):
     """Expectations that a draw has to fulfil; it is drawn again otherwise."""
     fails: list[Name] = []
     """Expectations that it has to miss."""
+    refuse: list[str] = []
+    """Rules of the lint whose warnings refuse a draw, as errors do: `overlap`."""
     split: Split | None = None
     """Where all of it goes; by its share if left out."""
 

@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.dataset.draws import draw, generator, overlay_of
 from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
 from text2sim.dataset.splits import deal
+from text2sim.lint.rules import EARLIER, RULES
 from text2sim.service.examined import Examined, case_file, examine, find_cases
 from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -38,12 +39,16 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
         document: Its text.
         root: Folder that its paths are seen from.
     """
-    named = []
+    named, known = [], [*(rule.id for rule in RULES), *EARLIER]
     for key in ("benchmarks", "judged"):
         yield from _missing(document, (key,), getattr(recipe, key), root)
     for name, source in recipe.sources.items():
         where = ("sources", name)
         yield from _missing(document, (*where, "cases"), source.cases, root)
+        for k, rule in enumerate(source.refuse):
+            if rule not in known:
+                message = f"there is no rule `{rule}`; `text2sim check --rules` lists them"
+                yield document.problem((*where, "refuse", k), message, rule="unknown-rule", hint=nearest(rule, known))
         for case in find_cases(root / path for path in source.cases):
             plain = examine(case, plan=False)
             if plain.loaded is not None:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -212,8 +213,8 @@ def _simulated(
 def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], made: DrawResult) -> Any:
     """Simulate a case that the check lets through; None with the reason in `made` if it does not, or if that fails."""
     _heed(job.stop)
-    stage = "check"
-    if row.ok and row.loaded is not None:
+    stage, refuse = "check", job.recipe.sources[job.source].refuse
+    if row.ok and row.loaded is not None and not _unwanted(row, refuse):
         try:
             lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
             result = run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
@@ -227,7 +228,7 @@ def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], mad
             if result.evidence is not None:
                 return result
             row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
-    why = _errors(row)
+    why = _unwanted(row, refuse) or [row.failure]
     made.refused.append({"key": key, "stage": stage, "why": why, "drawn": drawn})
     return None
 
@@ -314,19 +315,19 @@ def _redressed(
             told += _told(group, values)
             sets += overlay_of(values)
         seen = examine(job.case, overlay=row.overlay + sets)
-        why = _errors(seen)
-        if seen.plan is not None and row.plan is not None:
+        why = _unwanted(seen, source.refuse)
+        if not why and seen.plan is not None and row.plan is not None:
             if seen.plan.sim_digest == row.plan.sim_digest:
                 return seen, told
             why = ["what was drawn for the film changes the simulation"]
-        made.refused.append({"key": name, "stage": "check", "why": why, "drawn": told})
+        made.refused.append({"key": name, "stage": "check", "why": why or [seen.failure], "drawn": told})
     return None
 
 
-def _errors(row: Examined) -> list[str]:
-    """What is wrong with a case, without the folder that it lies in: a dataset goes to other people."""
-    problems = [problem for problem in row.problems if problem.severity == "error"]
-    return [str(replace(problem, file=Path(problem.file).name)) for problem in problems] or [row.failure]
+def _unwanted(row: Examined, refuse: Sequence[str]) -> list[str]:
+    """What refuses a case, without the folder that it lies in: a dataset goes to other people."""
+    problems = [problem for problem in row.problems if problem.severity == "error" or problem.rule in refuse]
+    return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
 
 
 def _told(group: str, values: Values) -> list[dict[str, Any]]:

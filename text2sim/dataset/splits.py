@@ -14,11 +14,11 @@ LINKS = ("same_physics_as", "counterfactual_of")
 
 
 def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
-    """Return the split of each source: the largest first, each to where most is missing.
+    """Return the split of each source: the largest first, each to where most is missing, then moved while that helps.
 
     Args:
-        recipe: Says the shares, and the splits of some sources.
-        jobs: Source and case of everything that will be made. Sources that share a case stay together.
+        recipe: Says the shares, the splits of some sources, and how many items a job makes.
+        jobs: Source and case of every job. Sources that share a case stay together.
 
     Raises:
         RunError: if sources that share a case are wanted in different splits.
@@ -26,7 +26,8 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     sizes, cases = Counter[str](), dict[str, str]()
     group = {name: name for name in recipe.sources}
     for source, case in jobs:
-        sizes[source] += 1
+        own = recipe.sources[source]
+        sizes[source] += own.films * (1 + len(own.counterfactuals))
         first, second = group[cases.setdefault(case, source)], group[source]
         group = {name: first if root == second else root for name, root in group.items()}
     found: dict[str, Split] = {}
@@ -36,17 +37,25 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     weight = Counter[str]()
     for name, size in sizes.items():
         weight[group[name]] += size
-    filled: dict[Split, float] = dict.fromkeys(SPLITS, 0.0)
-    for root, split in found.items():
-        filled[split] += weight[root]
     whole, shares = weight.total(), sum(recipe.splits.values())
-    for root in sorted(weight, key=lambda root: (-weight[root], root)):
-        if root not in found:
-            missing: dict[Split, float] = {
-                split: share / shares * whole - filled[split] for split, share in recipe.splits.items() if share
-            }
-            found[root] = max(missing, key=lambda split: missing[split])
-            filled[found[root]] += weight[root]
+    missing: dict[Split, float] = {split: recipe.splits.get(split, 0.0) / shares * whole for split in SPLITS}
+    for root, split in found.items():
+        missing[split] -= weight[root]
+    free = sorted((root for root in weight if root not in found), key=lambda root: (-weight[root], root))
+    wanted: list[Split] = [split for split, share in recipe.splits.items() if share]
+    for root in free:
+        found[root] = max(wanted, key=lambda split: missing[split])
+        missing[found[root]] -= weight[root]
+    moved = True
+    while moved:
+        moved = False
+        for root in free:
+            # A move by w changes the sum of squares of what is missing by 2 w (w + from - to).
+            split: Split = max(wanted, key=lambda split: missing[split])
+            if weight[root] + missing[found[root]] - missing[split] < -1e-9:
+                missing[found[root]] += weight[root]
+                missing[split] -= weight[root]
+                found[root], moved = split, True
     return {name: found[group[name]] for name in sizes}
 
 
