@@ -19,6 +19,8 @@ TAUT_STEP = 1.0
 """Substep times angular frequency of a taut rope: 1.4 still holds, 1.5 does not."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
+TIMECONST = 0.002
+"""Shortest time constant [s] of contacts that is chosen; shorter ones are given."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,7 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
         iterations = 60 if solver == "cg" and traits.loose > CROWD else 50
     timeconst = scene.contact.timeconst
     if timeconst is None:
-        timeconst = max(2 * step, 0.002)
+        timeconst = max(2 * step, TIMECONST)
         why["timeconst"] = "two substeps: the stiffest contact that stays stable"
         if traits.wound and 4 * step < timeconst:
             timeconst = 4 * step

@@ -133,6 +133,24 @@ actions:
     assert not findings(assets, "mass-ratio", crane % 0.5)
 
 
+def test_what_the_way_out_says_is_not_there_already(assets: Path) -> None:
+    """Welds are as stiff as two substeps allow; contacts are not stiffer than 2 ms unless the case says so."""
+    rope = """
+scene: {%s}
+bodies:
+  rope: {kind: rope, length: 1, radius: 0.004, segments: 20, material: {mass: 0.05}, pose: {pos: [0, 0, 2]}}
+  load: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 50}, pose: {pos: [0, 0, 0.88]}}
+actions: {controls: {tie: {kind: attach, body: rope.link_19, to: load}}}
+"""
+    assert not findings(assets, "mass-ratio", rope % "")
+    (found,) = findings(assets, "mass-ratio", rope % "substeps: 8, dt: 0.01")
+    assert "it needs scene.substeps of 18, or" in found.message
+    assert not findings(assets, "mass-ratio", rope % "substeps: 18, dt: 0.01")
+    stack = STACK.format(light=0.001, substeps=50, place="place: {on: tray}")
+    (found,) = findings(assets, "mass-ratio", stack)
+    assert "it needs contact.timeconst of" in found.message
+
+
 def test_what_is_too_light_for_the_solver(assets: Path) -> None:
     case = """
 scene: {solver: {kind: %s}}

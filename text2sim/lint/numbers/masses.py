@@ -5,15 +5,17 @@ that moves. A link lighter than `tolerance x total` (or 0.2 tolerance) is left u
 it builds the scene (`rigid_solver.py`: "too small for the constraint solver to be numerically stable").
 
 Heavy on light: contacts and welds are springs whose softness goes with the inverse mass of what they act on. A body
-of mass m that carries M gives way by about `c g tc^2 M / m`, tc being the contact's time constant. Measured with 1 to
-60 kg on a tray of 0.1 kg, c is 0.002 to 0.004 where flat sides meet; with rings that hang in each other 0.014 to
-0.035; with 1 to 40 kg welded to a hook of 0.05 kg 0.014 to 0.04.
+of mass m that carries M gives way by about `c g tc^2 M / m`, tc being the contact's time constant; of welds, two
+substeps. Measured with 1 to 60 kg on a tray of 0.1 kg, c is 0.002 to 0.004 where flat sides meet; with rings that hang
+in each other 0.014 to 0.035; with 1 to 40 kg welded to a hook of 0.05 kg 0.014 to 0.04. 50 kg on a rope of 20 links
+of 2.5 g at substeps of 0.2 ms stretched the weld by 0.9 mm, which is 0.029.
 """
 
 from collections.abc import Iterator
 from math import ceil, sqrt
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.settings import TIMECONST
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.motors import amount, at_least, one_each
@@ -72,23 +74,36 @@ def _ratio(facts: Facts) -> Iterator[Problem]:
     yield from one_each(_welded(facts))
 
 
-def _gives(facts: Facts, factor: float, heavy: float, light: float) -> float:
+def _gives(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
     gravity = sum(g * g for g in facts.plan.gravity) ** 0.5
-    return factor * gravity * facts.settings.timeconst**2 * heavy / light
+    return factor * gravity * time**2 * heavy / light
 
 
-def _cure(facts: Facts, gives: float, allowed: float) -> str:
-    """Substeps and time constant that make it give way by no more than is allowed."""
-    time = facts.settings.timeconst * sqrt(allowed / gives)
+def _weld_time(facts: Facts) -> float:
+    """Time constant [s] of welds: two substeps, whatever `contact.timeconst` says."""
+    return 2 * facts.case.scene.dt / facts.settings.substeps
+
+
+def _cure(facts: Facts, time: float, *, contact: bool) -> str:
+    """Substeps, and of contacts the time constant, with which it gives way no more than is allowed.
+
+    Args:
+        facts: Known of the case.
+        time: Time constant [s] that is needed.
+        contact: It is that of contacts, which is not shorter than `TIMECONST` unless the case says so.
+    """
     substeps = ceil(2 * facts.case.scene.dt / time)
-    given = facts.case.scene.contact.timeconst is not None
-    return f"scene.substeps of {substeps}" + (f" with contact.timeconst {time:.1g} s" if given else "")
+    said = contact and (time < TIMECONST or facts.case.scene.contact.timeconst is not None)
+    wanted = [f"contact.timeconst of {time:.1g} s"] if said else []
+    if substeps > facts.settings.substeps or not said:
+        wanted.insert(0, f"scene.substeps of {substeps}")
+    return " with ".join(wanted)
 
 
 def _stacked(facts: Facts) -> Iterator[Problem]:
     """Free bodies that stand on others much lighter than they are."""
     masses = sorted(m for copy in facts.moving if (m := facts.masses.get(copy.name)) and facts.free(copy))
-    if not masses or _gives(facts, EDGED, masses[-1], masses[0]) < VISIBLE * 1e-3:
+    if not masses or _gives(facts, EDGED, facts.settings.timeconst, masses[-1], masses[0]) < VISIBLE * 1e-3:
         return
     for pair in facts.near(-1e-3):
         light, heavy = sorted(pair, key=lambda copy: facts.masses.get(copy.name, 0.0))
@@ -100,12 +115,13 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
             continue
         size = min(b - a for a, b in zip(*under, strict=True))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND for copy in pair)
-        gives = _gives(facts, EDGED if round_ else FLAT, high, low)
+        time = facts.settings.timeconst
+        gives = _gives(facts, EDGED if round_ else FLAT, time, high, low)
         if gives > VISIBLE * size:
             text = (
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which gives way by about "
                 f"{amount(min(gives, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at contacts as soft as "
-                f"these; it needs {_cure(facts, gives, VISIBLE * size)}, or masses in a ratio below "
+                f"these; it needs {_cure(facts, time * sqrt(VISIBLE * size / gives), contact=True)}, or masses in a ratio below "
                 f"{high / low * VISIBLE * size / gives:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
@@ -122,14 +138,15 @@ def _welded(facts: Facts) -> Iterator[Problem]:
             if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
                 continue
             own = _own(facts, holder, link)
-            gives = _gives(facts, WELD, carried, own) if own > 0.0 else 0.0
+            time = _weld_time(facts)
+            gives = _gives(facts, WELD, time, carried, own) if own > 0.0 else 0.0
             control = facts.case.actions.controls[weld.control]
             if gives > SAG and isinstance(control, Attach):
                 what = f"`{name}.{link}`" if link else f"`{name}`"
                 text = (
                     f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): a weld is as soft as the lighter "
                     f"one is light, and sags by about {amount(gives * 1e3, 'mm')}; it needs "
-                    f"{_cure(facts, gives, SAG)}, or a link of {at_least(own * gives / SAG)} kg"
+                    f"{_cure(facts, time * sqrt(SAG / gives), contact=False)}, or a link of {at_least(own * gives / SAG)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
@@ -182,7 +199,8 @@ bodies:
         title="Something heavy stands on, or hangs on, something light.",
         reason="""\
 Contacts and welds of the engine are springs whose softness goes with the inverse mass of what they act on: a body of
-mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones, and welds, by seven times that). 60 kg
+mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones, and welds, by seven times that; the
+time constant of welds is two substeps). 60 kg
 on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do not give way.""",
         way_out="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
         example=_TWO % "0.1",
