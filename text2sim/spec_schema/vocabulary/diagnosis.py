@@ -231,6 +231,8 @@ def _unknown_key(place: _Place) -> _Finding:
         message += "; a space is missing behind the colon"
     elif key in _WITHIN and _WITHIN[key] in known:
         message += f"; `{key}` stands in `{_WITHIN[key]}`"
+    elif key in _ELSEWHERE and {"look", "place"} <= set(known) and nearest(key, free) is None:
+        return _Finding((*place.path, key), f"{message}; {_ELSEWHERE[key]}", "unknown-key", key=True)
     elif OTHER_KEYS.get(key) in free:
         return _Finding((*place.path, key), message, "unknown-key", OTHER_KEYS[key], key=True)
     return _Finding((*place.path, key), message, "unknown-key", nearest(key, free) or nearest(key, known), key=True)
@@ -243,6 +245,21 @@ _WITHIN = {
     **dict.fromkeys(("radius", "size"), "shape"),
 }
 """Keys of a body as they are often written one level too high."""
+_ELSEWHERE = {
+    **dict.fromkeys(
+        ("pin", "pins", "pinned", "fixed_points", "fixed_vertices", "anchor", "anchors", "attach", "attached"),
+        "`kind: attach` in `actions.controls` holds a body, or a region of it",
+    ),
+    **dict.fromkeys(
+        ("velocity", "speed", "initial_velocity", "linear_velocity", "angular_velocity"),
+        "`kind: initial_velocity` in `actions.controls` lets it start with a speed",
+    ),
+    **dict.fromkeys(
+        ("force", "forces", "impulse", "push", "torque"), "what pushes a body stands in `actions.controls`"
+    ),
+    **dict.fromkeys(("fixed", "static"), "what never moves stands in `scene.statics`"),
+}
+"""Keys that others give to bodies, and where that stands here."""
 OTHER_KEYS = {
     **dict.fromkeys(("width", "widths", "dimensions", "dims", "extents", "scale"), "size"),
     **dict.fromkeys(("position", "location", "translation", "xyz", "origin"), "pos"),
