@@ -121,8 +121,8 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which gives way by about "
                 f"{amount(min(gives, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at contacts as soft as "
-                f"these; it needs {_cure(facts, time * sqrt(VISIBLE * size / gives), contact=True)}, or masses in a ratio below "
-                f"{high / low * VISIBLE * size / gives:.2g}"
+                f"these; it needs {_cure(facts, time * sqrt(VISIBLE * size / gives), contact=True)}, or masses in a "
+                f"ratio below {high / low * VISIBLE * size / gives:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 
@@ -146,7 +146,8 @@ def _welded(facts: Facts) -> Iterator[Problem]:
                 text = (
                     f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): a weld is as soft as the lighter "
                     f"one is light, and sags by about {amount(gives * 1e3, 'mm')}; it needs "
-                    f"{_cure(facts, time * sqrt(SAG / gives), contact=False)}, or a link of {at_least(own * gives / SAG)} kg"
+                    f"{_cure(facts, time * sqrt(SAG / gives), contact=False)}, or a link of "
+                    f"{at_least(own * gives / SAG)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
