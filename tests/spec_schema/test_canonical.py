@@ -219,6 +219,11 @@ def test_any_data_survives(data):
     assert format_text(text) == text
 
 
+@pytest.mark.parametrize("text", ["# a\n{}\n", "# a\n# b\n[]\n\n# c\n", "# a\n5\n"])
+def test_comments_stay_where_nothing_is_named(text):
+    assert format_text(text) == text
+
+
 comments = st.sampled_from(["", "", "  # c"])
 
 

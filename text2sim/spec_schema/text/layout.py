@@ -183,6 +183,8 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     gap = _gap_above(len(lines), alone, lines)
     below = _attach_below(reader, starts, gap, 0)
     reader.root.after += [row.text for row in gap[below:] if row is not None]
+    if not reader.entries:  # of nothing but a value, or empty brackets
+        return [comment.text for comment in alone.values() if comment.line < len(lines) - len(gap)]
     return _take_head(reader)
 
 
@@ -243,8 +245,6 @@ def _attach_trail(reader: _Reader, comment: Comment, starting: list[LayoutEntry]
 
 def _take_head(reader: _Reader) -> list[str]:
     """Take what stands above a blank line before the first entry, and the line that editors look for."""
-    if not reader.entries:
-        return []
     first = reader.entries[0]
     rows = first.before[1:] if first.before[:1] == [""] else first.before
     cut = max((i + 1 for i, row in enumerate(rows) if not row), default=0)
