@@ -15,7 +15,7 @@ from text2sim.dataset.balance import Group, balanced
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
-from text2sim.dataset.lerobot import RobotWriter
+from text2sim.dataset.lerobot import RobotForm, RobotWriter, robot_form
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
@@ -175,7 +175,7 @@ class Writer:
         self._dropped, self._scores = dropped or {}, scores or {}
         self._tables: dict[tuple[str, str], TableWriter] = {}
         self._shards: dict[str, ShardWriter] = {}
-        self._robots: dict[str, RobotWriter] = {}
+        self._robots: dict[tuple[str, RobotForm], RobotWriter] = {}
         self._likeness = Likeness(recipe.limits.alike)
         self.tally = Tally()
         folder.mkdir(parents=True)
@@ -230,8 +230,8 @@ class Writer:
         item.row["scores"] = [*item.row["scores"], *self._scores.get(item.row["sim_digest"], [])]
         extra = {"json": json.dumps(item.row).encode()}
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
-        name = f"{split}-{item.row['source']}-{item.row['case']}"
-        self._robots.setdefault(name, RobotWriter(self._folder / "lerobot" / name)).add(item)
+        if (form := robot_form(item)) is not None:
+            self._robot(f"{split}-{item.row['source']}-{item.row['case']}", form).add(item)
         self._put("items", split, [item.row])
         self._put("frames", split, item.frames)
         for row in item.questions:
@@ -239,6 +239,14 @@ class Writer:
             group = split, item.row["case"], row["question"]
             self._answers.setdefault(group, Counter())[row["right"]] += 1
         self.tally.items[split] += 1
+
+    def _robot(self, name: str, form: RobotForm) -> RobotWriter:
+        """What writes the episodes of a case; those of another form go to a further folder."""
+        if (name, form) not in self._robots:
+            count = sum(other == name for other, _ in self._robots)
+            folder = self._folder / "lerobot" / (f"{name}-{count + 1}" if count else name)
+            self._robots[name, form] = RobotWriter(folder, form)
+        return self._robots[name, form]
 
     def _put(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
         if (table, split) not in self._tables:

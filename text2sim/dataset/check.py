@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 import yaml
 
 from text2sim.dataset.curation import annotation_faults, decoded, fingerprint
+from text2sim.dataset.lerobot import episodes_of
 from text2sim.dataset.recipe import ItemLimits
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.splits import LINKS, TOGETHER, leaks
@@ -72,6 +73,11 @@ def check_dataset(folder: Path) -> list[str]:
                 found.append(f"{name}: {row['key']} is no item of {split}")
             elif name == "questions" and not _is_sound(row, table):
                 found.append(f"questions: {row['question_id']} has no answer or no evidence")
+    for path in sorted((folder / "lerobot").glob("*")):
+        try:
+            found += _robot(path, table)
+        except (*UNREADABLE, pa.ArrowException) as error:
+            found.append(f"lerobot/{path.name}: cannot be read ({error})")
     found += _digests(folder)
     return list(dict.fromkeys(found))
 
@@ -178,6 +184,19 @@ def _item(key: str, files: dict[str, bytes], row: dict[str, Any]) -> Iterator[st
             yield f"{key}: time, pos and quat of states.npz do not have the same number of frames"
     if "annotations.npz" in files:
         yield from (f"{key}: {fault}" for fault in annotation_faults(io.BytesIO(files["annotations.npz"]), row, []))
+
+
+def _robot(folder: Path, table: dict[str, dict[str, Any]]) -> Iterator[str]:
+    """Compare the episodes of a LeRobot dataset, whose name begins with its split, with the items."""
+    split, films = folder.name.partition("-")[0], {*folder.glob("videos/**/*.mp4")}
+    for key, film in episodes_of(folder):
+        films.discard(film)
+        item = table.get(key)
+        if item is None or item["split"] != split:
+            yield f"leak: lerobot/{folder.name} has {key}, which is no item of {split}"
+        elif sha256(film.read_bytes()).hexdigest() != item["film_digest"]:
+            yield f"lerobot/{folder.name}: the film of {key} is not that of the item"
+    yield from (f"lerobot/{folder.name}: {film.name} is the film of no episode" for film in sorted(films))
 
 
 def _brief(value: Any) -> str:

@@ -1,13 +1,14 @@
-"""Items whose joints are driven, in the layout of LeRobot, version 3.0: one folder for each case and split.
+"""Items whose joints are driven, in the layout of LeRobot, version 3.0: one folder for each case, split and rate.
 
 An item is an episode. Its state is the positions and velocities of the joints that motors drive, its action what the
-motors gave; both at the moments of the pictures. Format: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
+motors gave; both at the moments of the pictures. `timestamp` counts the film's seconds, as LeRobot wants it;
+`simulated_time` says when that was, which is something else where a film is slow or cut. Format: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
 """
 
 import json
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -19,51 +20,68 @@ from text2sim.recording.record import write_atomically
 VIDEO = "observation.images.film"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 FILM = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
+KEY = "text2sim/key"
+"""Column of the episodes: the item."""
 CHUNK = 1000
 """Files in a folder."""
-NUMBERS = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+NUMBERS = ("timestamp", "simulated_time", "frame_index", "episode_index", "index", "task_index")
 
 
-def driven_joints(layout: dict[str, Any], forces: Any) -> list[dict[str, Any]]:
-    """Return the hinges and sliders that motors acted on: rows of a layout, with forces of all frames, (F, D)."""
+def _driven(item: Item) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Hinges and sliders that motors acted on: rows of the layout. And the recorded joints."""
+    layout = json.loads((item.folder / "layout.json").read_text("utf-8"))
+    with np.load(item.folder / "states.npz") as arrays:
+        made = {name: arrays[name] for name in ("time", "qpos", "dofs_velocity", "dofs_force")}
     joints = [joint for joint in layout["joints"] if joint["kind"] in ("hinge", "slider")]
-    return [joint for joint in joints if np.any(forces[:, joint["dofs"][0]])]
+    return [joint for joint in joints if np.any(made["dofs_force"][:, joint["dofs"][0]])], made
+
+
+class RobotForm(NamedTuple):
+    """What episodes of one LeRobot dataset have in common."""
+
+    joints: tuple[str, ...]
+    """That motors drive."""
+    fps: float
+    """Of the film."""
+    width: int
+    height: int
+    """Of the film [pixels]."""
+
+
+def robot_form(item: Item) -> RobotForm | None:
+    """Return the form of an item; None if no motor drives a hinge or a slider."""
+    joints, row = _driven(item)[0], item.row
+    names = tuple(f"{joint['body']}.{joint['joint']}" for joint in joints)
+    return RobotForm(names, round(row["fps"], 6), row["width"], row["height"]) if names else None
 
 
 class RobotWriter:
-    """Writes the episodes of one case.
+    """Writes the episodes of one LeRobot dataset.
 
     Args:
         folder: Of this LeRobot dataset.
+        form: Of all its episodes.
     """
 
-    def __init__(self, folder: Path):
+    def __init__(self, folder: Path, form: RobotForm):
         self._folder = folder
+        self._form = form
         self._episodes: list[dict[str, Any]] = []
         self._tasks: dict[str, int] = {}
         self._sums: dict[str, list[Any]] = {}
-        self._form: tuple[Any, ...] | None = None
         self._count = 0
 
-    def add(self, item: Item) -> bool:
-        """Add an item; return whether it fits: its joints move by motors, the same ones at the same rate as before."""
-        layout = json.loads((item.folder / "layout.json").read_text("utf-8"))
-        with np.load(item.folder / "states.npz") as arrays:
-            time, qpos, speed, force = (arrays[name] for name in ("time", "qpos", "dofs_velocity", "dofs_force"))
-        joints = driven_joints(layout, force)
-        names = [f"{joint['body']}.{joint['joint']}" for joint in joints]
-        row = item.row
-        form = (tuple(names), round(row["fps"], 6), row["width"], row["height"])
-        if not joints or self._form not in (None, form):
-            return False
-        self._form = form
-        frames = np.searchsorted(time, [frame["time"] - 1e-9 for frame in item.frames]).clip(0, len(time) - 1)
+    def add(self, item: Item) -> None:
+        """Add an item of this form."""
+        joints, arrays = _driven(item)
+        time, moments = arrays["time"], [frame["time"] for frame in item.frames]
+        frames = np.searchsorted(time, np.array(moments) - 1e-9).clip(0, len(time) - 1)
         q, d = [joint["q"][0] for joint in joints], [joint["dofs"][0] for joint in joints]
-        state = np.concatenate([qpos[np.ix_(frames, q)], speed[np.ix_(frames, d)]], axis=1).astype(np.float32)
-        self._write(row, item.folder / "film.mp4", state, force[np.ix_(frames, d)].astype(np.float32))
-        return True
+        state = np.concatenate([arrays["qpos"][np.ix_(frames, q)], arrays["dofs_velocity"][np.ix_(frames, d)]], axis=1)
+        action = arrays["dofs_force"][np.ix_(frames, d)]
+        self._write(item.row, item.folder / "film.mp4", state.astype(np.float32), action.astype(np.float32), moments)
 
-    def _write(self, row: dict[str, Any], film: Path, state: Any, action: Any) -> None:
+    def _write(self, row: dict[str, Any], film: Path, state: Any, action: Any, moments: list[float]) -> None:
         number, length = len(self._episodes), len(state)
         task = self._tasks.setdefault(row["prompt"] or row["case"], len(self._tasks))
         steps = np.arange(length)
@@ -74,6 +92,7 @@ class RobotWriter:
             "observation.state": _column(state),
             "action": _column(action),
             "timestamp": pa.array((steps / row["fps"]).astype(np.float32)),
+            "simulated_time": pa.array(moments, pa.float32()),
             "frame_index": pa.array(steps),
             "episode_index": pa.array(np.full(length, number)),
             "index": pa.array(steps + self._count),
@@ -96,7 +115,7 @@ class RobotWriter:
                 f"videos/{VIDEO}/to_timestamp": length / row["fps"],
                 "meta/episodes/chunk_index": 0,
                 "meta/episodes/file_index": 0,
-                "text2sim/key": row["key"],
+                KEY: row["key"],
             }
         )
         for name, rows in (("observation.state", state), ("action", action)):
@@ -109,9 +128,7 @@ class RobotWriter:
         self._count += length
 
     def close(self) -> None:
-        """Write what is known at the end: the metadata. Nothing is left of a case without driven joints."""
-        if self._form is None:
-            return
+        """Write what is known at the end: the metadata."""
         import pandas  # `datasets` brings it
 
         names, fps, width, height = self._form
@@ -124,7 +141,7 @@ class RobotWriter:
         video = {"video.height": height, "video.width": width, "video.codec": "h264", "video.pix_fmt": "yuv420p",
                  "video.is_depth_map": False, "video.fps": fps, "video.channels": 3, "has_audio": False}  # fmt: skip
         numbers = {
-            name: {"dtype": "float32" if name == "timestamp" else "int64", "shape": [1], "names": None}
+            name: {"dtype": "float32" if name in NUMBERS[:2] else "int64", "shape": [1], "names": None}
             for name in NUMBERS
         }
         features = {
@@ -157,3 +174,17 @@ def _column(rows: Any) -> Any:
     """Rows of numbers as LeRobot has them: a single number is no list."""
     wide = rows.shape[1]
     return pa.array(rows.ravel()) if wide == 1 else pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), wide)
+
+
+def episodes_of(folder: Path) -> list[tuple[str, Path]]:
+    """Return the item and the film of each episode.
+
+    Args:
+        folder: Of a LeRobot dataset that `RobotWriter` wrote.
+    """
+    found = []
+    for path in sorted((folder / "meta" / "episodes").glob("*/*.parquet")):
+        for row in pq.read_table(path).to_pylist():
+            place = {key: row[f"videos/{VIDEO}/{key}"] for key in ("chunk_index", "file_index")}
+            found.append((row[KEY], folder / FILM.format(video_key=VIDEO, **place)))
+    return found

@@ -92,7 +92,7 @@ SCHEMAS: dict[str, pa.Schema] = {
                 )
             ),
             "things: part of the picture, hidden part, boxes [pixels], oriented 3D box [m], eight key points [m]; "
-            "whether each is seen, which the depth at the middle of its pixel decides",
+            "whether each is seen, which the surface in the middle of its pixel decides",
         ),
         contacts=(
             _list(
