@@ -323,6 +323,16 @@ def test_the_plan_and_the_case_get_another_duration_together() -> None:
     assert faults("plan: {duration: 2.5}") == []
 
 
+def test_a_duration_that_is_a_parameter_is_changed_as_one() -> None:
+    agreement, _ = agreed()
+    case = CASE.replace("params: {", "params: {t_end: 1, ", 1).replace("duration: 1", 'duration: "${t_end}"', 1)
+    assert "t_end" in case
+    decision = Decision.model_validate({"action": "repair", "why": "x", "plan": {"duration": 2.5}})
+    after = agreement.apply(case, decision)
+    assert "t_end: 2.5" in after
+    assert 'duration: "${t_end}"' in after
+
+
 # --- in the loop ---------------------------------------------------------------------------------------------------
 
 LOST = HIGH.replace('pose: {pos: [0, 0, "${height + 1.7}"]}', "place: {on: table}")
@@ -456,6 +466,14 @@ def test_a_loop_that_goes_on_tells_the_minutes_that_it_told(tmp_path: Path) -> N
     second.keep(again)
     assert [second.minutes_left(again, now) for now in (9.0, 8.0, 7.0)] == [30.0, 20.0, 7.0]
     assert Attempts(tmp_path).minutes_left(Attempt(2, "text", "x"), None) is None
+
+
+def test_a_loop_ends_when_no_run_fits_into_the_minutes_left(tmp_path: Path) -> None:
+    ran, attempts = Attempt(1, "text", "x", wall=200.0), Attempts(tmp_path)
+    assert [attempts.too_late(ran, now) for now in (1.6, 1.7, None)] == [True, False, False]
+    attempts.minutes_left(ran, 30.0)
+    assert not Attempts(tmp_path).too_late(ran, 1.0), "in a loop that goes on it was answered already"
+    assert attempts.too_late(ran, 1.0)
 
 
 def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before_it(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Agreement between request and case: the plan, its binding expectations, and those that were restated."""
 
+import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -13,6 +14,9 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 
 UNMOVED = ("static", "driven")
+
+
+_PARAMETER = re.compile(r"\$\{\s*(\w+)\s*\}")
 
 
 class Agreement:
@@ -101,7 +105,7 @@ class Agreement:
             plan = CasePlan.model_validate(revising.words_renamed(plan.model_dump(mode="json"), amendment.rename))
         text = revising.with_operations(revising.with_params(text, decision.params), decision.patch)
         if amendment.duration is not None:
-            add = {"op": "add", "path": "/scene/duration", "value": amendment.duration}
+            add = {"op": "add", "path": _duration_path(text), "value": amendment.duration}
             text, plan = revising.with_operations(text, [add]), plan.model_copy(update={"duration": amendment.duration})
         text = revising.with_waivers(text, decision.waive)
         new = [amendment.checks] + ([decision.restate.checks] if decision.restate is not None else [])
@@ -166,3 +170,11 @@ class Agreement:
 
 def _told(claims: Iterable[Claim]) -> str:
     return str([claim.model_dump(exclude_defaults=True) for claim in claims])
+
+
+def _duration_path(text: str) -> str:
+    """Return the pointer to the duration of a case: that of the parameter, if it is nothing but `${parameter}`."""
+    data = revising.data_of(text)
+    said = _PARAMETER.fullmatch(str(revising.mapping(data, "scene").get("duration")))
+    named = said is not None and said[1] in revising.mapping(data, "params")
+    return f"/params/{said[1]}" if said is not None and named else "/scene/duration"

@@ -169,6 +169,14 @@ class Attempts:
         self._asked[attempt.number] += 1
         return told[asked]
 
+    def too_late(self, attempt: Attempt, now: float | None) -> bool:
+        """Return whether not even half of a run like that of an attempt fits into the minutes left.
+
+        Never in a loop that goes on, for what was asked before: the answer is there.
+        """
+        asked_before = len(self._told(attempt.number)) > self._asked[attempt.number]
+        return now is not None and not asked_before and 60 * now < attempt.wall / 2
+
     def _told(self, number: int) -> list[float | None]:
         if number not in self._minutes:
             try:

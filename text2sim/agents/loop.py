@@ -132,6 +132,8 @@ class AgentLoop:
                 return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
+            if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
+                return self.outcome("spent", f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s")
             decision = self._decided(attempt, report)
             before = attempt.text
             if decision.action == "plan_anew":
