@@ -4,19 +4,25 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
+from crates import CASE as CRATE
+from crates import Take
 
 from text2sim.cluster.run import Where
 from text2sim.cluster.task import STOPPED
 from text2sim.dataset import simulate
+from text2sim.dataset.annotations import Annotator, Seen
 from text2sim.dataset.build import Tally, build, jobs_of
 from text2sim.dataset.check import check_dataset
-from text2sim.dataset.recipe import parse_recipe
+from text2sim.dataset.item import make_item
+from text2sim.dataset.recipe import Recipe, parse_recipe
 from text2sim.dataset.simulate import DrawResult
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.text.source import Source
 
@@ -177,4 +183,29 @@ def test_a_job_that_is_asked_to_stop_films_nothing_and_is_done_by_the_next_build
     with pytest.raises(RunError, match=STOPPED):
         simulate.make(replace(job, stop=stop))
     assert stop.count == 1
+    assert not [*(recipe_folder / "made").iterdir()]
+
+
+def test_a_film_that_is_asked_to_stop_ends_at_its_next_picture_and_is_not_refused(
+    recipe_folder: Path, take: Take, recipe: Recipe, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    take("a")
+    run, out, stop = tmp_path / "a" / "case_one", tmp_path / "item", Stop()
+    show = Annotator.preview
+
+    def one(self: Annotator, seen: Seen) -> Any:
+        stop.request()
+        return show(self, seen)
+
+    monkeypatch.setattr(Annotator, "preview", one)
+    loaded = load_text(CRATE.format(name="case_one"), tmp_path / "case.yaml")
+    with pytest.raises(RunError, match=STOPPED):
+        make_item("a", run, None, loaded, recipe, out, stop)
+    assert stop.count == 1, "no second picture"
+    monkeypatch.setattr(simulate, "make_item", lambda *_: make_item("a", run, None, loaded, recipe, out, stop))
+    ended = SimpleNamespace(evidence={}, expectations={"lands_in_time": {"ok": True}}, folder=run)
+    monkeypatch.setattr(simulate, "_run", lambda *_: ended)
+    job, *_ = jobs_of(parse_recipe(Source(RECIPE, "recipe.yaml")), recipe_folder, recipe_folder, recipe_folder / "made")
+    with pytest.raises(RunError, match=STOPPED):
+        simulate.make(replace(job, stop=stop))
     assert not [*(recipe_folder / "made").iterdir()]

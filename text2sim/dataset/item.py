@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.cluster.task import STOPPED
 from text2sim.dataset.annotations import Annotator, PictureContacts, Seen
 from text2sim.dataset.recipe import Film, Recipe
 from text2sim.recording.film_record import FilmRecord, read_recording
@@ -17,6 +18,7 @@ from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.recording.states import RunStates
 from text2sim.rendering.film import Filming
+from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
@@ -48,6 +50,16 @@ class Item:
     glance: list[list[int]] = field(default_factory=list)
 
 
+def heed(stop: Stop | None) -> None:
+    """Go on if nobody asked to stop.
+
+    Raises:
+        RunError: if somebody did.
+    """
+    if stop is not None and stop.count:
+        raise RunError(STOPPED)
+
+
 def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]:
     """Return a recording as a dataset films it, with the pictures of its main film.
 
@@ -66,7 +78,9 @@ def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]
     return replace(recording, film=told), pictures
 
 
-def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe, out: Path) -> Item:
+def make_item(
+    key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe, out: Path, stop: Stop | None = None
+) -> Item:
     """Film and annotate a run.
 
     Args:
@@ -76,9 +90,10 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
         loaded: The case.
         recipe: The dataset's.
         out: Folder for its files.
+        stop: Heeded before each picture.
 
     Raises:
-        RunError: if nothing that can be filmed was recorded.
+        RunError: if nothing that can be filmed was recorded, or somebody asked to stop.
     """
     record, evidence = RunRecord.read(run), read_evidence(run)
     if record is None or evidence is None:
@@ -87,8 +102,8 @@ def make_item(key: str, run: Path, plan: Any, loaded: LoadedCase, recipe: Recipe
     recording, pictures = film_of(read_recording(run, plan), recipe.film)
     annotator, states = Annotator(recording), RunStates.load(run)
     touches = PictureContacts(states) if evidence.get("contacts", {}).get("recorded", True) else None
-    rows = _annotate(annotator, pictures, recipe, touches, out)
-    _film(recording, pictures, recipe.film, annotator, out / "film.mp4")
+    rows = _annotate(annotator, pictures, recipe, touches, out, stop)
+    _film(recording, pictures, recipe.film, annotator, out / "film.mp4", stop)
     _copy_run(run, states, recording, pictures, out)
     (out / "case.yaml").write_bytes((run / "expanded.yaml").read_bytes())
     row = {"key": key, **_about_case(loaded, record), **_about_run(record, evidence)}
@@ -106,7 +121,12 @@ def _digest(path: Path) -> str:
 
 
 def _annotate(
-    annotator: Annotator, pictures: list[Frame], recipe: Recipe, touches: PictureContacts | None, out: Path
+    annotator: Annotator,
+    pictures: list[Frame],
+    recipe: Recipe,
+    touches: PictureContacts | None,
+    out: Path,
+    stop: Stop | None,
 ) -> list[dict[str, Any]]:
     """Write `annotations.npz`, one array after the other picture by picture; return the rows of the frames."""
     wanted, rows = recipe.annotations, []
@@ -115,6 +135,7 @@ def _annotate(
     stacks = _Stacks(out / "annotations.npz", len(pictures))
     now: Seen | None = annotator.seen(pictures[0])
     for k in range(len(pictures)):
+        heed(stop)
         after = annotator.seen(pictures[k + 1]) if k + 1 < len(pictures) else None
         assert now is not None
         stacks.add(annotator.arrays(now, after, wanted, touches))
@@ -148,10 +169,13 @@ class _Stacks:
             self._path.with_name(f".{name}.npy").unlink()
 
 
-def _film(recording: FilmRecord, pictures: list[Frame], film: Film, annotator: Annotator, path: Path) -> None:
+def _film(
+    recording: FilmRecord, pictures: list[Frame], film: Film, annotator: Annotator, path: Path, stop: Stop | None
+) -> None:
     video = Video(path, film.size, recording.film["fps"], crf=14)
     for image in _images(recording, pictures, film, annotator):
         video.write(image)
+        heed(stop)
     video.close()
 
 

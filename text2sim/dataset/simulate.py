@@ -8,10 +8,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import STOPPED, Needs, Task, TaskPlace
+from text2sim.cluster.task import Needs, Task, TaskPlace
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
-from text2sim.dataset.item import Item, make_item
+from text2sim.dataset.item import Item, heed, make_item
 from text2sim.dataset.questions import ask, cause_in_words, what_if
 from text2sim.dataset.recipe import CaseSource, Recipe
 from text2sim.harness.run import Runner, run_case
@@ -21,7 +21,7 @@ from text2sim.runtime.machine_check import needs_cuda
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
+from text2sim.spec_schema.errors import MachineError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
@@ -212,7 +212,7 @@ def _simulated(
 
 def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], made: DrawResult) -> Any:
     """Simulate a case that the check lets through; None with the reason in `made` if it does not, or if that fails."""
-    _heed(job.stop)
+    heed(job.stop)
     stage, refuse = "check", job.recipe.sources[job.source].refuse
     if row.ok and row.loaded is not None and not _unwanted(row, refuse):
         try:
@@ -224,7 +224,7 @@ def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], mad
             row.blame(error)
             stage = "run"
         else:
-            _heed(job.stop)  # what was stopped has evidence, too
+            heed(job.stop)  # what was stopped has evidence, too
             if result.evidence is not None:
                 return result
             row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
@@ -246,7 +246,7 @@ def _films(
     """Make the items of one run; return the key of the first, None if that is refused."""
     first: str | None = None
     for number in range(source.films):
-        _heed(job.stop)
+        heed(job.stop)
         name = f"{key}-film{number}" if number else key
         seen, told = row, drawn
         if number:
@@ -256,8 +256,9 @@ def _films(
             seen, told = found[0], [*drawn, *found[1]]
         try:
             assert seen.loaded is not None
-            item = make_item(name, run, seen.plan, seen.loaded, job.recipe, job.out / name)
+            item = make_item(name, run, seen.plan, seen.loaded, job.recipe, job.out / name, job.stop)
         except Text2SimError as error:
+            heed(job.stop)
             made.refused.append({"key": name, "stage": "item", "why": [str(error)], "drawn": told})
             continue
         if reasons := refusals(item, job.recipe.limits):
@@ -271,11 +272,6 @@ def _films(
         item.questions = ask(item.row, item.frames, item.folder)
         first = first or name
     return first
-
-
-def _heed(stop: Stop | None) -> None:
-    if stop is not None and stop.count:
-        raise RunError(STOPPED)
 
 
 def _change(row: Examined, changed: Values) -> tuple[str, Any, float | None]:
