@@ -186,6 +186,24 @@ def test_a_job_that_is_asked_to_stop_films_nothing_and_is_done_by_the_next_build
     assert not [*(recipe_folder / "made").iterdir()]
 
 
+def test_what_another_recipe_began_to_make_anew_is_not_taken_for_done(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Made, begun again at another size, stopped, and made by the first recipe again."""
+    stop, failed = Stop(), SimpleNamespace(evidence=None, state="failed", message="no engine here")
+    monkeypatch.setattr(simulate, "run_case", lambda *_, **__: failed)
+    made = recipe_folder / "made"
+    first, second = (
+        jobs_of(parse_recipe(Source(text, "recipe.yaml")), recipe_folder, recipe_folder, made)[0]
+        for text in (RECIPE, RECIPE.replace("[64, 36]", "[96, 54]"))
+    )
+    assert simulate.make(first) and not simulate.make(first)
+    stop.request()
+    with pytest.raises(RunError, match=STOPPED):
+        simulate.make(replace(second, stop=stop))
+    assert simulate.make(first)
+
+
 def test_a_film_that_is_asked_to_stop_ends_at_its_next_picture_and_is_not_refused(
     recipe_folder: Path, take: Take, recipe: Recipe, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -134,6 +134,9 @@ def make(job: DrawJob) -> bool:
     done, digest = job.out / f"{job.key}.json", _digest(job)
     if done.is_file() and json.loads(done.read_text("utf-8"))["digest"] == digest:
         return False
+    done.unlink(
+        missing_ok=True
+    )  # its files are about to change: a build by the earlier recipe must not take them for its own
     made = _make(job)
     rows = [asdict(item) | {"folder": ""} for item in made.items]
     write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
