@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "shapely", "trimesh", "yourdfpy")
+ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "scipy", "shapely", "trimesh", "yourdfpy")
 """Packages on whose versions answers depend."""
 MAX_ANSWERS = 1000
 """Answers that are kept; then the oldest go."""
@@ -43,6 +43,30 @@ def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable
         if found.keys() == members.keys():
             _keep(key, found)
     return found
+
+
+def cached_net(
+    question: Iterable[bytes], make: "Callable[[], tuple[np.ndarray, np.ndarray]]"
+) -> "tuple[np.ndarray, np.ndarray]":
+    """Return vertices (n, 3) float64 and triangles (m, 3) int64: as they were made before, or else as they are now.
+
+    Args:
+        question: All that they depend on, versions of packages left aside.
+        make: Makes them. What it raises is not kept.
+    """
+    import numpy as np
+
+    made: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def ask() -> dict[str, str]:
+        made.append(make())
+        return dict(zip(("vertices", "faces"), map(packed, made[0]), strict=True))
+
+    found = cached(question, {"vertices": str, "faces": str}, ask)
+    vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
+    if vertices is None or faces is None or not meets(faces, vertices):  # what was kept is damaged
+        vertices, faces = made[0] if made else make()
+    return vertices, faces
 
 
 def packed(array: "np.ndarray") -> str:

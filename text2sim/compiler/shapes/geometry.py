@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.extents import wall_radii
-from text2sim.compiler.shapes.hulls import hull_of
+from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
 from text2sim.compiler.shapes.rotation import (
     Vec,
@@ -124,11 +124,9 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
 
 
 def _polyhedron_piece(shape: Polyhedron) -> Piece:
-    import numpy as np
-
-    hull, _ = hull_of(np.array(shape.points))
-    corners = tuple((x, y, z) for x, y, z in hull.vertices.tolist())
-    return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in hull.faces.tolist()))
+    vertices, faces = corners_and_sides(shape.points)
+    corners = tuple((x, y, z) for x, y, z in vertices.tolist())
+    return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in faces.tolist()))
 
 
 def _mesh_piece(shape: Mesh, folder: Path) -> Piece:

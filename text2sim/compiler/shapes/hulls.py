@@ -1,8 +1,11 @@
 """Convex hulls of points: of very many that of the outermost ones, of flat ones a thin one."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import cached_net
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.base import Vec3
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -43,6 +46,23 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
         return trimesh.Trimesh(np.concatenate([points - half, points + half]), process=False).convex_hull, True
     except Exception as error:
         raise AssetError("has no area") from error
+
+
+def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]":
+    """Return the convex hull of listed points [m]: vertices (n, 3) and triangles (m, 3).
+
+    Raises:
+        AssetError: if they lie on a line.
+    """
+    import numpy as np
+
+    array = np.array(points)
+
+    def make() -> "tuple[np.ndarray, np.ndarray]":
+        hull, _ = hull_of(array)
+        return np.asarray(hull.vertices), np.asarray(hull.faces)
+
+    return cached_net((b"hull", array.tobytes()), make)
 
 
 def _outermost(points: "np.ndarray") -> "np.ndarray":

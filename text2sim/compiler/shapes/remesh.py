@@ -6,7 +6,7 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, meets, packed, unpacked
+from text2sim.assets.answer_cache import cached, cached_net, packed, unpacked
 from text2sim.assets.confined import confined
 from text2sim.assets.foreign_files import foreign
 from text2sim.compiler.shapes.casemesh import WHOLE, load_mesh
@@ -151,14 +151,7 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP:
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
-    found = cached(question, {"vertices": str, "faces": str}, lambda: _answer(vertices, faces, edge, count))
-    points, net = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
-    return (points, net) if points is not None and net is not None and meets(net, points) else (vertices, faces)
-
-
-def _answer(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> dict[str, str]:
-    points, net = _even(vertices, faces, edge, count)
-    return {"vertices": packed(points), "faces": packed(net)}
+    return cached_net(question, lambda: _even(vertices, faces, edge, count))
 
 
 def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":

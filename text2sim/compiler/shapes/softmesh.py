@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import cached_net
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
-from text2sim.compiler.shapes.hulls import hull_of
+from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import along
@@ -97,7 +98,10 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         from text2sim.compiler.shapes.extrude import extruded
         from text2sim.compiler.shapes.glyphs import whole
 
-        return _made(*extruded(whole(shape, folder), shape.depth, edge))
+        form = whole(shape, folder)
+        own = Path(__file__).with_name("extrude.py").read_bytes()
+        question = (b"extruded", own, form.wkb, np.array([shape.depth, edge]).tobytes())
+        return _made(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
     return _made(np.asarray(vertices), faces)
@@ -127,8 +131,7 @@ def _joined(
         made = sculpted(shape)
         vertices, faces = made.vertices, made.faces
     elif isinstance(shape, Polyhedron):
-        hull, _ = hull_of(np.array(shape.points))
-        vertices, faces, coarsen = hull.vertices, hull.faces.astype(np.int64), False
+        (vertices, faces), coarsen = corners_and_sides(shape.points), False
     else:
         mesh = union(shape, folder).to_mesh64()
         vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)
