@@ -5,12 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.assets.bundle import Bundle, inside
-from text2sim.assets.engine_files import PREFIX, asset_folder
-from text2sim.assets.inspection import inspect_model
-from text2sim.assets.markup import parse_markup
-from text2sim.assets.mjcf import read_mjcf
-from text2sim.assets.urdf import mesh_names, read_urdf
 from text2sim.spec_schema.errors import AssetError
 
 Vec = tuple[float, float, float]
@@ -152,6 +146,14 @@ def _joined(message: str) -> str:
 
 
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
+    # Imported where it is used: most cases have no such file.
+    from text2sim.assets.bundle import Bundle, inside
+    from text2sim.assets.engine_files import PREFIX, asset_folder
+    from text2sim.assets.inspection import inspect_model
+    from text2sim.assets.markup import parse_markup
+    from text2sim.assets.mjcf import read_mjcf
+    from text2sim.assets.urdf import mesh_names, read_urdf
+
     if not file or file.startswith(("/", "~")) or "\\" in file or "\0" in file or "://" in file:
         raise AssetError("must be a path inside the case's folder, with forward slashes")
     source = asset_folder(folder, file)

@@ -9,12 +9,10 @@ from text2sim.spec_schema.arithmetic.resolution import Resolver
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
-from text2sim.spec_schema.names.partial_check import further_problems
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay, needs_layers
 from text2sim.spec_schema.text.document import Document, Path, parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source, read_source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 CASE_FILE = "case.yaml"
 
@@ -73,6 +71,8 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
     varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
     arguments = () if layers is None else tuple(layers.arguments)
     if problems and not faults:
+        from text2sim.spec_schema.names.partial_check import further_problems
+
         half = LoadedCase(path, Case.model_construct(), data, document, written, resolver, varying, overlay, arguments)
         problems += further_problems(half, problems, lambda data: _validate(document, data))
     if faults or problems:
@@ -90,6 +90,8 @@ def _validate(document: Document, data: dict[str, Any]) -> tuple[Case | None, li
     try:
         return Case.model_validate(data, by_alias=True, by_name=False), []
     except ValidationError as error:
+        from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
         return None, diagnose(document, error, model, data)
 
 

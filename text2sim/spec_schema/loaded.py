@@ -18,7 +18,6 @@ from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 from text2sim.spec_schema.text.document import Document, Path, parse_pointer
 from text2sim.spec_schema.text.source import Source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.arguments import Argument
@@ -125,6 +124,8 @@ class LoadedCase:
             try:
                 found: Any = Case.model_validate(whole, by_alias=True, by_name=False)
             except ValidationError as error:
+                from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+
                 problems = diagnose(self.document, error, Case, whole)
             else:
                 *sections, name = map(str, root)
