@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from text2sim.assets import answer_cache as memory
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached, cached_net, packed
+from text2sim.assets.inspection import inspect_model
 from text2sim.assets.mechanism import load_mechanism
 
 MEMBERS = {"bodies": list, "motors": int}
@@ -82,6 +84,22 @@ def test_the_oldest_go(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list(cache.iterdir())) == 3
 
 
+def test_a_net_is_made_once_and_again_when_it_is_damaged(cache: Path) -> None:
+    made: list[int] = []
+
+    def make() -> tuple[np.ndarray, np.ndarray]:
+        made.append(1)
+        return np.eye(3), np.array([[0, 1, 2]])
+
+    for number in range(3):
+        vertices, faces = cached_net([b"net"], make)
+        assert vertices.tolist() == np.eye(3).tolist() and faces.tolist() == [[0, 1, 2]]
+        assert len(made) == max(number, 1)
+        if number == 1:  # a triangle with a corner that is not there
+            (path,) = cache.iterdir()
+            path.write_text(json.dumps(json.loads(path.read_text()) | {"faces": packed(np.array([[0, 1, 3]]))}))
+
+
 def test_a_model_comes_out_the_same(cache: Path, tmp_path: Path) -> None:
     link = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
     joint = (
@@ -92,7 +110,6 @@ def test_a_model_comes_out_the_same(cache: Path, tmp_path: Path) -> None:
     )
     first = load_mechanism(tmp_path, "arm.urdf")
     assert len(list(cache.iterdir())) == 2, "what MuJoCo says, and what the reader of URDF says"
-    memory_of_process = load_mechanism.__globals__["inspect_model"]
-    memory_of_process.cache_clear()
+    inspect_model.cache_clear()
     assert load_mechanism(tmp_path, "arm.urdf") == first
     assert first.joints[0].limit == 9

@@ -37,17 +37,22 @@ def test_a_check_that_is_made_again_makes_no_surface(cases: Path) -> None:
 
 
 @pytest.mark.parametrize("case", ["brick_wall", "conveyor_sorter", "curtains"])
-def test_a_check_loads_no_library_of_meshes_and_builds_one_validator(cases: Path, case: str) -> None:
+def test_a_check_loads_no_library_of_meshes_and_builds_validators_of_its_own_kinds(cases: Path, case: str) -> None:
     code = (
-        "import sys; from pathlib import Path; from text2sim.compiler.build import resolve_case;"
+        "import json, sys; from pathlib import Path; from text2sim.compiler.build import resolve_case;"
         "from text2sim.spec_schema.load import load_case; from text2sim.lint import lint_case;"
-        "from text2sim.spec_schema.models.base import Model;"
-        f"lint_case(resolve_case(load_case(Path({str(cases / case)!r}))));"
-        "print(sorted({'trimesh', 'scipy', 'shapely'} & set(sys.modules)),"
-        " sorted(m.__name__ for m in Model.__subclasses__() if m.__pydantic_complete__))"
+        "from text2sim.spec_schema.models.base import Model; from text2sim.spec_schema.vocabulary.words import kinds_of;"
+        f"loaded = load_case(Path({str(cases / case)!r})); lint_case(resolve_case(loaded));"
+        "families = [Model]; [families.extend(m.__subclasses__()) for m in families];"
+        "print(json.dumps([sorted({'trimesh', 'scipy', 'shapely'} & set(sys.modules)),"
+        " {m.__name__: kinds_of(m) for m in families[1:] if m.__pydantic_complete__}, json.dumps(loaded.data)]))"
     )
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
-    assert answer.stdout == "[] ['Case']\n"
+    libraries, built, data = json.loads(answer.stdout)
+    assert libraries == []
+    assert built.pop("Case") == []
+    assert "Rigid" in built
+    assert [name for name, kinds in built.items() if not any(f'"kind": "{kind}"' in data for kind in kinds)] == []
 
 
 def test_what_is_remembered_changes_nothing(cases: Path) -> None:
