@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from operator import attrgetter
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -119,17 +118,12 @@ class LoadedCase:
         data, problems = self.resolver.copy(root, value, known)
         problems = self._judge_arguments(root, known) or problems
         if not problems:
-            # The validator of `Case` is there; building that of the model's class takes tens of milliseconds.
-            whole = _case_with(root, data)
             try:
-                found: Any = Case.model_validate(whole, by_alias=True, by_name=False)
+                return type(model).model_validate(data, by_alias=True, by_name=False)
             except ValidationError as error:
                 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
-                problems = diagnose(self.document, error, Case, whole)
-            else:
-                *sections, name = map(str, root)
-                return attrgetter(".".join(sections))(found)[name]
+                problems = diagnose(self.document, error, type(model), data, root)
         which = f"copy {known['i']}: "
         raise SpecError(
             Problem(p.path, which + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
@@ -143,17 +137,6 @@ class LoadedCase:
 
         found = [judge(self.document, self.resolver, argument, known) for argument in arguments]
         return [problem for problem in found if problem is not None]
-
-
-def _case_with(root: Path, data: Any) -> dict[str, Any]:
-    """The least case that has a body, static or control."""
-    ball = {"kind": "rigid", "shape": {"kind": "sphere", "radius": 1.0}}
-    case: dict[str, Any] = {"text2sim": 2, "name": "copy", "scene": {"duration": 1.0}, "bodies": {"ball": ball}}
-    section = case
-    for step in root[:-1]:
-        section = section.setdefault(str(step), {})
-    section[str(root[-1])] = data
-    return case
 
 
 def _path(where: str | Path) -> Path:
