@@ -7,8 +7,10 @@ import pytest
 
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.spec_schema.load import load_text
+from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Sheet
 
 
@@ -51,6 +53,27 @@ def test_a_sheet_over_a_bar_is_as_long_as_ever(at):
     low, high = extents(sheet, IDENTITY, Path())
     assert low == pytest.approx(net.vertices.min(axis=0), abs=2e-3)
     assert high == pytest.approx(net.vertices.max(axis=0), abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("region", "wanted"),
+    [
+        ({"edge": "left"}, lambda p: (p[:, 0] < 0) & (p[:, 2] < -0.365)),
+        ({"edge": "right"}, lambda p: (p[:, 0] > 0) & (p[:, 2] < -0.965)),
+        ({"corner": ["right", "front"]}, lambda p: (p[:, 0] > 0) & (p[:, 2] < -0.965) & (p[:, 1] < -0.144)),
+    ],
+)
+def test_an_edge_of_a_sheet_over_a_bar_is_its_hem(region, wanted):
+    """The left end hangs at z = -(0.3 1.5 - pi / 2 0.05) = -0.371, the right one at -0.971; both sides lie in one plane."""
+    sheet = Sheet(kind="sheet", size=(1.5, 0.3), over=0.05, over_at=0.3)
+    points = soft_surface(sheet, Path(), 0.01).vertices
+    box = end_region(sheet, BodyRegion.model_validate(region), 0.005).box
+    inside = ((points >= box.min) & (points <= box.max)).all(axis=1)
+    assert inside.any()
+    assert (inside == wanted(points)).all()
+    assert end_region(sheet, face := BodyRegion(face="left"), 0.005) is face
+    flat = Sheet(kind="sheet", size=(1.5, 0.3))
+    assert end_region(flat, edge := BodyRegion(edge="left"), 0.005) is edge
 
 
 @pytest.mark.parametrize(

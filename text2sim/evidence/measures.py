@@ -247,7 +247,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
         body = recording.states.deformables[number]
         points = body.seen
         if measure.region is not None:
-            points = body.points[:, soft_measures.region_rows(body, measure.region)].astype(float)
+            points = body.points[:, soft_measures.region_rows(recording, body, measure.region)].astype(float)
         along = ((points - origin[..., None, :]) * direction[..., None, :]).sum(axis=-1)
         low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.soft.regions import LAYER
 from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import Target, base_name
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
@@ -58,17 +59,18 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
     body = recording.deformable(target)
     if body is None:
         raise SoftMeasureError(f"{target.label} does not deform: `region` is for bodies that do")
-    rows = region_rows(body, region)
+    rows = region_rows(recording, body, region)
     return body.points[:, rows].mean(axis=1, dtype=float)
 
 
-def region_rows(body: RecordedDeformable, region: BodyRegion) -> Array:
+def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyRegion) -> Array:
     """Return the indices of a body's points in a region at the start; see `region_path`.
 
     Raises:
         SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
     """
-    points = body.own
+    points, within = body.own, LAYER.get(body.solver, 0.5) * body.spacing
+    region = end_region(getattr(recording.case.bodies.get(base_name(body.body)), "shape", None), region, within)
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
     inside = np.ones(len(points), bool)
@@ -82,7 +84,7 @@ def region_rows(body: RecordedDeformable, region: BodyRegion) -> Array:
         if region.face is None and size[axis] <= _FLAT * size.max():
             raise SoftMeasureError(f"{body.body} is flat, and has no {side}")
         along = sign * points[:, axis]
-        inside &= along >= along.max() - LAYER.get(body.solver, 0.5) * body.spacing
+        inside &= along >= along.max() - within
     if not inside.any():
         raise SoftMeasureError(f"none of the {len(points)} points of {body.body} lies in this region")
     return np.flatnonzero(inside)

@@ -1,9 +1,11 @@
 """Sheets that are bent at the start: that hang between two edges, a parabola as long as the sheet, or over a bar."""
 
 from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
+from typing import Any
 
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, quat_from_axis_angle
+from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Sheet
 
 SHEET = 1e-3
@@ -92,3 +94,25 @@ def sheet_reach(sheet: Sheet, u: Vec) -> float:
     """Return how far [m] a sheet reaches in a direction from its frame."""
     farthest = max(x * u[0] + z * u[2] for x, z in _outline(sheet))
     return farthest + (sheet.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
+
+
+def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
+    """Return a region; of a sheet over a bar, the box of its hem for an edge or corner at its left or right.
+
+    Args:
+        shape: Shape of the body.
+        region: The region.
+        within: How deep a side is [m].
+    """
+    ends = [side for side in region.sides if side in ("left", "right")]
+    if not isinstance(shape, Sheet) or shape.over is None or not ends or region.face is not None:
+        return region
+    curve, half = _curve(shape), shape.size[1] / 2
+    end = curve[0] if ends == ["left"] else curve[-1]
+    low, high = [min(end[0], 0.0), -half, end[1]], [max(end[0], 0.0), half, end[1]]
+    if "front" in region.sides:
+        high[1] = -half
+    if "back" in region.sides:
+        low[1] = half
+    block = {"min": [a - within for a in low], "max": [b + within for b in high]}
+    return BodyRegion.model_validate({"box": block})

@@ -10,6 +10,7 @@ from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import FLAT, RegionError, empty
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.sagging import end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
 LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
@@ -33,6 +34,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     if region is None:
         return Code("everything")
     low, high = extents(shape, IDENTITY, folder)
+    region = end_region(shape, region, LAYER[solver] * spacing)
     if region.sides:
         if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)

@@ -280,7 +280,8 @@ class Sheet(Model):
     ends; they are `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
     over: Length | None = None
     """It hangs over a bar along y at its origin, down on both sides: a scarf, a towel, a blanket on a line. Radius [m]
-    of the fold: that of the bar, and the distance that cloth keeps from it (half a `cell`)."""
+    of the fold: that of the bar, and the distance that cloth keeps from it (half a `cell`). `edge: left` is its hem on
+    that side; `face: left` all that hangs there."""
     over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
     """With `over`: part of its length that hangs to the left (-x) of the bar's top."""
     texture: str | None = Field(default=None, max_length=200)
