@@ -2,7 +2,7 @@
 
 from typing import get_args
 
-from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, CardEntry, CardLibrary, load_library
+from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, CardEntry, load_library
 from text2sim.card_library.model import Mode, Role
 from text2sim.card_library.retrieval import SAME
 
@@ -84,9 +84,9 @@ prompts, one that the ledger does not know (`distill CASE` makes such), or one t
 """
 
 
-def cards_reference(library: CardLibrary | None = None) -> str:
+def cards_reference() -> str:
     """Return the text of the page."""
-    entries = (library or load_library([BUILT_IN])).entries.values()
+    entries = load_library([BUILT_IN]).entries.values()
     intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
     intro = intro.replace("@SAME@", f"{SAME:.0%}".replace("%", " %"))
     intro = intro.replace("@CARD@", f"{MAX_CARD:,}").replace("@CASE@", f"{MAX_CASE:,}")

@@ -104,11 +104,11 @@ def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
     """Return the source of the function of time for a schedule; `before` stands in for a ramp's missing `from`."""
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
-        return _call(
+        return call_of(
             "ramp", start=schedule.start, end=schedule.end, before=first, after=schedule.to, ease=schedule.ease
         )
     if isinstance(schedule, Sine):
-        return _call(
+        return call_of(
             "sine",
             amplitude=schedule.amplitude,
             frequency=schedule.frequency,
@@ -117,27 +117,28 @@ def constructor(schedule: Schedule, before: float | Code = 0.0) -> Code:
             start=schedule.start,
         )
     if isinstance(schedule, Steps):
-        return _call("steps", times=schedule.times, values=schedule.values)
+        return call_of("steps", times=schedule.times, values=schedule.values)
     if isinstance(schedule, Piecewise) and schedule.ease == "linear":
-        return _call("piecewise", times=schedule.times, values=schedule.values)
+        return call_of("piecewise", times=schedule.times, values=schedule.values)
     if isinstance(schedule, Piecewise):
         speeds = slopes(schedule.times, schedule.values) if schedule.ease == "spline" else [0.0] * len(schedule.times)
-        return _call("spline", times=schedule.times, values=schedule.values, slopes=speeds)
-    return _call("constant", value=schedule.value if isinstance(schedule, Constant) else schedule)
+        return call_of("spline", times=schedule.times, values=schedule.values, slopes=speeds)
+    return call_of("constant", value=schedule.value if isinstance(schedule, Constant) else schedule)
 
 
 def waypoint_functions(motion: Waypoints) -> tuple[Code, Code, Code]:
     """Return the functions of time for the displacement [m] along x, y and z."""
     return tuple(  # type: ignore[return-value]
-        _call("waypoints", times=motion.times, values=[p[k] for p in motion.positions], ease=motion.ease)
+        call_of("waypoints", times=motion.times, values=[p[k] for p in motion.positions], ease=motion.ease)
         for k in range(3)
     )
 
 
 def oscillation(motion: Oscillate) -> Code:
     """Return the function of time for the displacement [m] along the axis."""
-    return _call("sine", amplitude=motion.amplitude, frequency=motion.frequency, offset=0.0, phase=0.0, start=0.0)
+    return call_of("sine", amplitude=motion.amplitude, frequency=motion.frequency, offset=0.0, phase=0.0, start=0.0)
 
 
-def _call(function: str, **arguments: object) -> Code:
+def call_of(function: str, **arguments: object) -> Code:
+    """Return the call of a function with these arguments, as code."""
     return Code(f"{function}({', '.join(f'{key}={literal(value)}' for key, value in arguments.items())})")

@@ -18,6 +18,8 @@ Group = tuple[str, str, str]
 """Split, case and text of questions: answers of another case are no distractors, for they are not in the scene."""
 MOST = 5
 """Answers to choose from."""
+FOLDS = 5
+"""Into which cases are dealt out, so that none trains its own answers."""
 
 
 def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
@@ -54,7 +56,7 @@ def _quota(found: Counter[str]) -> dict[str, int]:
     return {answer: ranked[best - 1][1] for answer, _ in ranked[:best]} if best > 1 else {}
 
 
-def guess_by_words(rows: Sequence[Row], cases: Sequence[str], folds: int = 5) -> dict[str, float]:
+def guess_by_words(rows: Sequence[Row], cases: Sequence[str]) -> dict[str, float]:
     """Return how many questions are answered right without any picture: shares of all, each choice as likely by chance.
 
     `by_words`: by naive Bayes over the words and pairs of words of question and choice, trained on other cases. The
@@ -65,15 +67,14 @@ def guess_by_words(rows: Sequence[Row], cases: Sequence[str], folds: int = 5) ->
     Args:
         rows: Of the table of questions.
         cases: The case of each.
-        folds: Into which the cases are dealt out.
     """
     if not rows:
         return dict.fromkeys(("by_words", "by_wording", "by_chance"), 0.0)
     names = sorted({*cases})
-    dealt = dict(zip(names, generator("folds", len(names)).permutation(len(names)) % folds, strict=True))
+    dealt = dict(zip(names, generator("folds", len(names)).permutation(len(names)) % FOLDS, strict=True))
     fold_of = np.array([dealt[case] for case in cases])
     hits, wordings = 0, defaultdict[tuple[str, str, tuple[str, ...]], Counter[str]](Counter)
-    for fold in range(folds):
+    for fold in range(FOLDS):
         seen = {True: Counter[str](), False: Counter[str]()}
         for k in np.flatnonzero(fold_of != fold).tolist():
             for number, choice in enumerate(rows[k]["choices"]):

@@ -9,7 +9,7 @@ import numpy as np
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.piece import piece_reach
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_rotate
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_rotate, vector_plus
 from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
@@ -70,7 +70,7 @@ def joint_marks(resolution: "Resolution") -> list[JointMark]:
             continue
         motion = getattr(copy.model, "motion", None)
         if isinstance(motion, Waypoints):
-            found.append(JointMark("path", tuple(_sum(copy.pos, away) for away in motion.positions), copy.body))
+            found.append(JointMark("path", tuple(vector_plus(copy.pos, away) for away in motion.positions), copy.body))
             continue
         for standing in tree_links(tree, copy.pos, copy.quat):
             for _, joint in standing.link.all_joints():
@@ -177,10 +177,6 @@ def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
 
 def _along(point: Vec, way: Vec, length: float) -> Vec:
     return (point[0] + length * way[0], point[1] + length * way[1], point[2] + length * way[2])
-
-
-def _sum(a: Vec, b: Vec) -> Vec:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def _vec(values: np.ndarray) -> Vec:

@@ -46,18 +46,11 @@ class RaterAgreement:
     """Of totals over cases (Pearson); None where one of both does not vary."""
 
 
-def case_scores(rows: Iterable[Judgement], kind: Kind, judge: int | None = None) -> dict[Key, float]:
-    """Return the score of each case: the mean of its judgements; cases without one are omitted.
-
-    Args:
-        rows: The judgements.
-        kind: The kind of score.
-        judge: Number of the judge; None for the mean over all.
-    """
+def case_scores(rows: Iterable[Judgement], kind: Kind) -> dict[Key, float]:
+    """Return the score of each case: the mean of its judgements; cases without one are omitted."""
     found: dict[Key, list[float]] = defaultdict(list)
     for row in _counted(rows, kind):
-        if judge is None or row.turn.judge == judge:
-            found[row.turn.method, row.turn.prompt].append(_total(row))
+        found[row.turn.method, row.turn.prompt].append(_total(row))
     return {key: float(np.mean(values)) for key, values in found.items()}
 
 

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from text2sim.runtime.machine import version_of
 from text2sim.spec_schema.errors import MachineError
 
 VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
@@ -66,7 +67,7 @@ class Variant:
 
 def is_installed() -> bool:
     """Whether the extra `render` is installed."""
-    return all(_version(name) for name in ("mitsuba", "mitsuba-oidn"))
+    return all(version_of(name) for name in ("mitsuba", "mitsuba-oidn"))
 
 
 def find_variant() -> Variant:
@@ -78,7 +79,7 @@ def find_variant() -> Variant:
     if not is_installed():
         raise MachineError("the path tracer is not installed here: pip install 'text2sim[render]'")
     libraries = _llvm_libraries()
-    key = json.dumps([_version("mitsuba"), _version("drjit"), libraries, os.environ.get("DRJIT_LIBLLVM_PATH", "")])
+    key = json.dumps([version_of("mitsuba"), version_of("drjit"), libraries, os.environ.get("DRJIT_LIBLLVM_PATH", "")])
     file = _cache_file()
     try:
         known = json.loads(file.read_text("utf-8"))
@@ -173,10 +174,3 @@ def _llvm_version(path: Path) -> int:
 
 def _cache_file() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "text2sim" / "renderer.json"
-
-
-def _version(distribution: str) -> str:
-    try:
-        return importlib.metadata.version(distribution)
-    except importlib.metadata.PackageNotFoundError:
-        return ""

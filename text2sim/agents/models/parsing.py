@@ -51,7 +51,7 @@ class ReplyError(SpecError):
         return self.feedback
 
 
-def read_reply(text: str, limit: int = LIMIT) -> Parsed:
+def read_reply(text: str) -> Parsed:
     """Return the data of a reply.
 
     The data is in a fenced block (the last complete one marked as YAML or JSON, else the last unmarked one), or bare,
@@ -59,14 +59,13 @@ def read_reply(text: str, limit: int = LIMIT) -> Parsed:
 
     Args:
         text: The reply.
-        limit: Longest accepted reply [characters].
 
     Raises:
         ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, anchors, aliases or
             tags, or is too deep or too large. Line numbers refer to the whole reply.
     """
-    if len(text) > limit:
-        raise _error(f"the reply has {len(text):,} characters; {limit:,} are read", "too-large")
+    if len(text) > LIMIT:
+        raise _error(f"the reply has {len(text):,} characters; {LIMIT:,} are read", "too-large")
     block = _choose(text.replace("\ufeff", ""))
     # Lines before the block become blank, so that line numbers are those of the reply.
     content = block.text + "\n"

@@ -45,9 +45,14 @@ class MeshFile:
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file."""
-        lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in (self.vertices + 0.0).tolist()]
-        lines += [f"f {a} {b} {c}" for a, b, c in (self.faces + 1).tolist()]
-        return "\n".join(lines) + "\n"
+        return obj_text(self.vertices, self.faces)
+
+
+def obj_text(vertices: "np.ndarray", faces: "np.ndarray") -> str:
+    """Return a surface of vertices (n, 3) [m] and triangles (m, 3) as the text of an .obj file."""
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in (vertices + 0.0).tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+    return "\n".join(lines) + "\n"
 
 
 def mesh_path(file: str, folder: Path) -> tuple[Path, Path]:

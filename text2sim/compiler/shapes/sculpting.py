@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached, meets, packed, unpacked
+from text2sim.compiler.shapes.meshfile import obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -82,9 +83,7 @@ class Sculpted:
 
     def obj(self) -> str:
         """Return the surface as the text of an .obj file."""
-        lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in (self.vertices + 0.0).tolist()]
-        lines += [f"f {a} {b} {c}" for a, b, c in (self.faces + 1).tolist()]
-        return "\n".join(lines) + "\n"
+        return obj_text(self.vertices, self.faces)
 
     def visuals(self) -> list[VisualMesh]:
         """Return the surface as it is drawn: a mesh for each look, with the name of a part that has it."""

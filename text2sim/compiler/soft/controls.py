@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from text2sim.compiler.literal import Code, literal
+from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Field, Hold, Push
-from text2sim.compiler.schedules import constructor
+from text2sim.compiler.schedules import call_of, constructor
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.regions import region_finder
@@ -165,21 +165,17 @@ def _make(control: ANY_FIELD) -> Code:
     if isinstance(control, Wind):
         direction, strength = vector_unit(control.direction), control.acceleration
         if control.radius is None:
-            return _call("gs.force_fields.Constant", direction=direction, strength=strength)
+            return call_of("gs.force_fields.Constant", direction=direction, strength=strength)
         # The engine wants the middle of the stream as an array.
         where = {"radius": control.radius, "center": tuple(control.center)}
-        return _call("gs.force_fields.Wind", direction=direction, strength=strength, **where)
+        return call_of("gs.force_fields.Wind", direction=direction, strength=strength, **where)
     if isinstance(control, Drag):
-        return _call("gs.force_fields.Drag", linear=control.linear, quadratic=control.quadratic)
+        return call_of("gs.force_fields.Drag", linear=control.linear, quadratic=control.quadratic)
     if isinstance(control, Attraction):
         where = tuple(control.center)
-        return _call("Attraction", center=where, strength=control.strength, falloff=control.falloff)
+        return call_of("Attraction", center=where, strength=control.strength, falloff=control.falloff)
     if isinstance(control, Vortex):
         around = {"swirl": control.swirl, "inward": control.inward, "falloff": control.falloff}
-        return _call("Whirl", center=tuple(control.center), **around)
+        return call_of("Whirl", center=tuple(control.center), **around)
     gusts = {"strength": control.strength, "frequency": control.frequency, "seed": control.seed}
-    return _call("gs.force_fields.Turbulence", **gusts)
-
-
-def _call(function: str, **arguments: object) -> Code:
-    return Code(f"{function}({', '.join(f'{key}={literal(value)}' for key, value in arguments.items())})")
+    return call_of("gs.force_fields.Turbulence", **gusts)

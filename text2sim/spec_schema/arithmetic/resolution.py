@@ -9,7 +9,7 @@ from text2sim.spec_schema.arithmetic.expressions import RESERVED
 from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.text.document import MAX_NODES, Document, Path
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at
 
 MAX_TEXTS = 600_000
 """Characters of all expressions together; to read these takes a second."""
@@ -154,7 +154,7 @@ class _Parameters(Mapping[str, Value]):
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
-        params = _mapping(resolver.document.data, "params")
+        params = mapping_at(resolver.document.data, "params")
         self._raw: dict[str, Any] = params
         self._values: dict[str, Value] = {}
         self._failed: set[str] = set()
@@ -253,22 +253,17 @@ class _Scope(Mapping[str, Value]):
 
 def _scopes(data: Any) -> Iterator[Path]:
     """Paths inside which copy variables are known: repeated bodies and statics, and controls on bodies."""
-    bodies = _mapping(data, "bodies")
+    bodies = mapping_at(data, "bodies")
     for name in bodies:
-        if _mapping(bodies, name).get("repeat") is not None:
+        if mapping_at(bodies, name).get("repeat") is not None:
             yield ("bodies", name)
-    statics = _mapping(_mapping(data, "scene"), "statics")
+    statics = mapping_at(mapping_at(data, "scene"), "statics")
     for name in statics:
-        if _mapping(statics, name).get("repeat") is not None:
+        if mapping_at(statics, name).get("repeat") is not None:
             yield ("scene", "statics", name)
-    controls = _mapping(_mapping(data, "actions"), "controls")
+    controls = mapping_at(mapping_at(data, "actions"), "controls")
     for name in controls:
-        control = _mapping(controls, name)
+        control = mapping_at(controls, name)
         target = control.get("body", control.get("joint"))
-        if isinstance(target, str) and _mapping(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
+        if isinstance(target, str) and mapping_at(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
             yield ("actions", "controls", name)
-
-
-def _mapping(data: Any, key: str) -> dict[str, Any]:
-    value = data.get(key) if isinstance(data, dict) else None
-    return value if isinstance(value, dict) else {}

@@ -61,7 +61,7 @@ class Filler:
         if given is not None:
             return self._given(LocatedValue(value, given), node)
         self._count(count(value))
-        return _listed(value, node)
+        return at_one_place(value, node)
 
     def _given(self, tree: LocatedValue, node: Derived) -> LocatedValue:
         """An argument that stands alone: at its own place, but from where it went."""
@@ -104,15 +104,15 @@ def _settled(tree: LocatedValue) -> LocatedValue:
     if isinstance(data, str) and "${" in data and tree.node.origin is not None:
         try:
             if parse_interpolation(data, True).names & COPY_VARIABLES.keys():
-                return _listed(fill(data, _ONE_COPY)[0], tree.node)
+                return at_one_place(fill(data, _ONE_COPY)[0], tree.node)
         except ExpressionError:
             return tree  # it is reported where all expressions are
     return tree
 
 
-def _listed(value: Any, node: Node) -> LocatedValue:
-    """A value that was worked out, all of it at one place."""
+def at_one_place(value: Any, node: Node) -> LocatedValue:
+    """Return a value that was worked out as located data, all of it at one place."""
     found = node.copy()
     if isinstance(value, list):
-        found.children = [_listed(item, node).node for item in value]
+        found.children = [at_one_place(item, node).node for item in value]
     return LocatedValue(value, found)

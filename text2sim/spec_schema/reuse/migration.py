@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, SpecError
-from text2sim.spec_schema.text.document import Document, Node, Path, parse_pointer, pointer, sites_of
+from text2sim.spec_schema.text.document import Document, Node, Path, mapping_at, parse_pointer, pointer, sites_of
 from text2sim.spec_schema.vocabulary.words import show
 
 LATEST = 2
@@ -71,20 +71,20 @@ _FOV = re.compile(r"render\.cameras\.\w+\.fov", re.ASCII)
 
 def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
     """`fov` of a camera is called `fov_deg`: degrees are only in fields that end in `deg`."""
-    sweeps = _mapping(data, "sweeps")
-    overlays: list[Path] = [("variants", name) for name in _mapping(data, "variants")]
-    overlays += [("sweeps", name, "points", point) for name in sweeps for point in _mapping(sweeps[name], "points")]
+    sweeps = mapping_at(data, "sweeps")
+    overlays: list[Path] = [("variants", name) for name in mapping_at(data, "variants")]
+    overlays += [("sweeps", name, "points", point) for name in sweeps for point in mapping_at(sweeps[name], "points")]
     for root in ((), *overlays):
         where: Path = (*root, "render", "cameras")
         cameras = data
         for step in where:
-            cameras = _mapping(cameras, step)
+            cameras = mapping_at(cameras, step)
         for name, camera in cameras.items():
             if isinstance(camera, dict) and "fov" in camera and "fov_deg" not in camera:
                 place = pointer((*where, name))
                 yield {"op": "move", "from": f"{place}/fov", "path": f"{place}/fov_deg"}
     for name in sweeps:
-        grid = _mapping(sweeps[name], "grid")
+        grid = mapping_at(sweeps[name], "grid")
         for dots in grid:
             if _FOV.fullmatch(dots) and f"{dots}_deg" not in grid:
                 place = ("sweeps", name, "grid")
@@ -93,11 +93,6 @@ def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
 
 STEPS: dict[int, Callable[[dict[str, Any]], Iterator[Operation]]] = {1: _from_1}
 """What leads away from each version, to the next."""
-
-
-def _mapping(data: Any, key: Any) -> dict[str, Any]:
-    value = data.get(key) if isinstance(data, dict) else None
-    return value if isinstance(value, dict) else {}
 
 
 # --- in memory ------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from text2sim.spec_schema.arithmetic.resolution import Cascade, Resolver
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import MAX_MULTIPLE
+from text2sim.spec_schema.reuse.filling import at_one_place
 from text2sim.spec_schema.reuse.sections import repeated, sections
 from text2sim.spec_schema.reuse.substitution import bind, fill
 from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved, put
@@ -125,7 +126,7 @@ def _filled(tree: LocatedValue, name: str, number: int) -> LocatedValue:
             return LocatedValue([item.data for item in items], node)
         if not isinstance(data, str) or "${" not in data:
             return LocatedValue(data, at(part.node))
-        return moved(_listed(fill(data, known)[0], part.node), at)
+        return moved(at_one_place(fill(data, known)[0], part.node), at)
 
     return filled(tree)
 
@@ -135,11 +136,3 @@ def _in_turn(key: str, value: LocatedValue, number: int) -> LocatedValue:
     if key == "color" and isinstance(value.data, list) and all(isinstance(item, str) for item in value.data):
         return value.child(number % len(value.data)) if value.data else value
     return value
-
-
-def _listed(value: Any, node: Node) -> LocatedValue:
-    """A value that was worked out, all of it at one place."""
-    found = node.copy()
-    if isinstance(value, list):
-        found.children = [_listed(item, node).node for item in value]
-    return LocatedValue(value, found)
