@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterable, Mapping
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import DriveSegment, JointDrive, LaterDrive
-from text2sim.compiler.schedules import constructor, start_of, value_at
+from text2sim.compiler.schedules import constructor, value_at
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.controls import Drive
-from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule
+from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule, start_of
 from text2sim.spec_schema.names.selectors import named_by
 
 Target = tuple[float, str, Schedule, int, str]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import pi, sin
 
-from text2sim.compiler.schedules import start_of, value_at
+from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_axis_angle, vector_times, vector_unit
 from text2sim.spec_schema.models.motion import (
@@ -19,6 +19,7 @@ from text2sim.spec_schema.models.motion import (
     Spin,
     Steps,
     Waypoints,
+    start_of,
 )
 
 SMOOTH = 1.5

@@ -20,15 +20,6 @@ from text2sim.spec_schema.models.motion import (
 )
 
 
-def start_of(schedule: Schedule) -> float:
-    """Return the time [s] at which a schedule takes over from an earlier one."""
-    if isinstance(schedule, Constant | Ramp | Sine):
-        return schedule.start
-    if isinstance(schedule, Steps | Piecewise):
-        return schedule.times[0]
-    return 0.0
-
-
 def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
     """Return the value of a schedule at time t [s]; `before` stands in for a ramp's missing `from`.
 

@@ -95,6 +95,7 @@ RETIRED = (
     "falls-along-slider",
     "few-pairs",
     "heavy-armature",
+    "late-drive",
     "outside-domain",
     "restitution-unused",
     "rough-bounce",

@@ -1,14 +1,12 @@
-"""Measures and events that say nothing, and drives that come too late: see `values` and `event_bounds`."""
+"""Measures and events that say nothing: see `values` and `event_bounds`."""
 
 from collections.abc import Iterator
 
-from text2sim.compiler.schedules import start_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import happening_of
 from text2sim.lint.script.values import subjects, values_of
 from text2sim.spec_schema.errors import Problem
-from text2sim.spec_schema.models.controls import Drive
 
 STATICS_SAY = ("position", "extent")
 """Measures of statics that the language allows: they may stand for a reference."""
@@ -54,19 +52,6 @@ def _dead_events(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("dead-event", ("actions", "events", name), text, key=True, severity=severity)
 
 
-def _late(facts: Facts) -> Iterator[Problem]:
-    duration = facts.case.scene.duration
-    for name, control in facts.case.actions.controls.items():
-        if not isinstance(control, Drive):
-            continue
-        mode = next(mode for mode in ("position", "velocity", "force") if getattr(control, mode) is not None)
-        start = start_of(getattr(control, mode))
-        if start >= duration:
-            where = ("actions", "controls", name, mode)
-            text = f"begins at {start:g} s, and the run is over at {duration:g} s: let it begin earlier, or run longer"
-            yield facts.problem("late-drive", where, text)
-
-
 _ARM = """\
 bodies:
   arm:
@@ -79,10 +64,10 @@ bodies:
         shape: {kind: box, size: [0.4, 0.04, 0.04]}
         pose: {pos: [0.25, 0, 0.1]}
         joint: {kind: hinge, axis: y, anchor: [-0.2, 0, 0], actuator: {stiffness: 2000, damping: 60}}
-  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [%s, 0, 0.05]}}
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [2, 0, 0.05]}}
 actions:
   controls:
-    lift: {kind: drive, joint: arm.beam, position: {kind: ramp, to: -1, start: %s, end: %s}}
+    lift: {kind: drive, joint: arm.beam, position: {kind: ramp, to: -1, start: 0, end: 1}}
 """
 _TIP = "  measures:\n    rise: {kind: displacement, of: %s, axis: z}\n"
 _HIT = "  events:\n    hit: {kind: contact, between: [arm.beam, post]}\n  expect:\n    hits: {event: hit}\n"
@@ -98,8 +83,8 @@ Position, displacement, tilt and turning of a body are those of its root link. O
 they never change, nor does anything of a body that the world holds. A joint's force is that of its motor: without one
 that is driven it is always zero.""",
         way_out="Measure a link that moves (`arm.hand`), or another body.",
-        example=_ARM % (2, 0, 1) + _TIP % "arm",
-        fix=_ARM % (2, 0, 1) + _TIP % "arm.beam",
+        example=_ARM + _TIP % "arm",
+        fix=_ARM + _TIP % "arm.beam",
         run=_dead_measures,
     ),
     Rule(
@@ -111,18 +96,8 @@ Two bodies that their joints keep apart never touch, links of one body do not to
 and a threshold that a measure cannot pass by its definition is never passed. It is an error if an expectation waits
 for such an event, and a warning if none does.""",
         way_out="Look at the selectors, at the places of the bodies, and at the bound.",
-        example=_POST % 3 + _ARM % (2, 0, 1) + _HIT,
-        fix=_POST % 0.4 + _ARM % (2, 0, 1) + _HIT,
+        example=_POST % 3 + _ARM + _HIT,
+        fix=_POST % 0.4 + _ARM + _HIT,
         run=_dead_events,
-    ),
-    Rule(
-        id="late-drive",
-        severity="warning",
-        title="A drive begins when the run is over.",
-        reason="The schedule's first time is not before `scene.duration`, so that its joint never follows it.",
-        way_out="Let it begin earlier, or run longer.",
-        example=_ARM % (2, 5, 6),
-        fix=_ARM % (2, 0.2, 0.8),
-        run=_late,
     ),
 )

@@ -91,6 +91,15 @@ Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, ByKind()
 """A number, or a value that changes with time."""
 
 
+def start_of(schedule: Schedule) -> float:
+    """Return the time [s] at which a schedule takes over from an earlier one."""
+    if isinstance(schedule, Constant | Ramp | Sine):
+        return schedule.start
+    if isinstance(schedule, Steps | Piecewise):
+        return schedule.times[0]
+    return 0.0
+
+
 class Waypoints(Model):
     """Through positions at given times."""
 

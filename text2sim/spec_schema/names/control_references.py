@@ -16,6 +16,7 @@ from text2sim.spec_schema.models.controls import (
     Release,
     Torque,
 )
+from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import parse_selector
@@ -47,6 +48,9 @@ def check_controls(table: NameTable) -> None:
             _check_release(table, where, control)
         during = getattr(control, "during", None)
         starts = {"at": getattr(control, "at", 0.0) or 0.0, "during": during[0] if during else 0.0}
+        if isinstance(control, Drive):
+            modes = {mode: getattr(control, mode) for mode in ("position", "velocity", "force")}
+            starts |= {mode: start_of(schedule) for mode, schedule in modes.items() if schedule is not None}
         for field, start in starts.items():
             if start >= duration:
                 message = f"comes when the run is over ({duration:g} s)"
