@@ -1,7 +1,7 @@
 """Docstrings of public functions: `Args` of three parameters and more, `Raises` of what a function raises itself.
 
 Ruff sees whether a section names all parameters (D417), but not whether there is one. Commands are documented by the
-help of their options. The docstrings of templates are not looked at: their text is part of the digest of every run.
+help of their options.
 """
 
 import ast
@@ -14,7 +14,7 @@ import typer
 from text2sim.cli.main import app
 
 PACKAGE = Path(__file__).resolve().parents[1] / "text2sim"
-MODULES = sorted({*PACKAGE.rglob("*.py")} - {*PACKAGE.rglob("templates/*.py")})
+MODULES = sorted(PACKAGE.rglob("*.py"))
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 

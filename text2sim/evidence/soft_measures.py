@@ -66,6 +66,11 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
 def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyRegion) -> Array:
     """Return the indices of a body's points in a region at the start; see `region_path`.
 
+    Args:
+        recording: The recording.
+        body: The deformable body.
+        region: The region.
+
     Raises:
         SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
     """

@@ -167,7 +167,13 @@ def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
 
 
 def framed_balls(camera: dict, balls: list[tuple[Any, float]], aspect: float) -> dict:
-    """Return a camera that shows all balls, each a middle and a radius [m]; see `framed`."""
+    """Return a camera that shows all balls; see `framed`.
+
+    Args:
+        camera: The camera.
+        balls: Centre [m], shape (3,), and radius [m] of each.
+        aspect: Width of the picture over its height.
+    """
     ways = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     return framed(camera, np.concatenate([np.asarray(center) + radius * ways for center, radius in balls]), aspect)

@@ -80,7 +80,13 @@ LONG = 0.3
 
 
 def size_for(kind: str, extents: np.ndarray, *, is_round: bool) -> float:
-    """Return the size [m] of a pattern on a body of these extents (3,)."""
+    """Return the size [m] of a pattern on a body.
+
+    Args:
+        kind: Kind of the pattern.
+        extents: Extents of the body [m], shape (3,).
+        is_round: Whether the pattern runs around the body.
+    """
     _, parts, around = TILES.get(kind, ((1.0, 1.0), 1, 1))
     if is_round:
         return float(f"{np.pi * extents[0] / around:.3g}")
@@ -91,7 +97,14 @@ def size_for(kind: str, extents: np.ndarray, *, is_round: bool) -> float:
 
 
 def fitted(kind: str, size: float, width: float, height: float) -> tuple[float, float]:
-    """Return the factors on lengths by which a whole number of parts lies on a sheet."""
+    """Return the factors on lengths with which a whole number of parts fits on a sheet.
+
+    Args:
+        kind: Kind of the pattern.
+        size: Size of the pattern [m].
+        width: Width of the sheet [m].
+        height: Height of the sheet [m].
+    """
     factors = []
     for part, length in zip(TILES[kind][0], (width, height), strict=True):
         many = length / (part * size) if part else 0.0

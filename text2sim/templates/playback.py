@@ -68,9 +68,12 @@ class States:
         self._chosen: dict[tuple[str, ...], tuple] = {}
 
     def position(self, body: str, t: float, link: str | None = None) -> np.ndarray:
-        """Position of a link of a body (its first if none is named) at time `t` [m], shape (3,).
+        """Position of a link of a body at a time [m], shape (3,).
 
-        Of a body that deforms it is the mean of its points.
+        Args:
+            body: Copy name; a deformable body is represented by the mean of its points.
+            t: Time [s].
+            link: Name of the link; the first one if None.
         """
         a, b, w = self.around(t)
         if self.soft is not None and (centre := self.soft.centre(body, (a, b, w))) is not None:
@@ -221,7 +224,13 @@ def outermost(points: np.ndarray) -> np.ndarray:
 
 
 def slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
-    """Turns by the fraction w of the short way from orientations a to b, shape (..., 4)."""
+    """Spherical linear interpolation between orientations along the shorter arc, shape (..., 4).
+
+    Args:
+        a: Unit quaternions (w, x, y, z), shape (..., 4).
+        b: The same.
+        w: Fraction of the way from `a` to `b`.
+    """
     cosine = (a * b).sum(axis=-1, keepdims=True)
     angle = np.arccos(np.abs(cosine).clip(0.0, 1.0))
     near = angle < 1e-4

@@ -114,6 +114,9 @@ def choose(points, pose, region, count=None):
         pose: Where the body's frame is at the start: position, quaternion.
         region: What of it is meant.
         count: How many of them, evenly spread; all if left out.
+
+    Raises:
+        NothingThere: If the region contains no point, or fewer than `count`.
     """
     pos, quat = (np.array(value) for value in pose)
     local = rotate(quat * INVERSE, points.rest - pos)
@@ -149,9 +152,14 @@ def spread(points, count):
 
 
 def assign(anchors, points, share):
-    """Return for each anchor the numbers of the `share` points that it takes, (anchors, share); none is taken twice.
+    """Return the numbers of the points that each anchor takes, (anchors, share); no point is taken twice.
 
     The nearest pair comes first, then the next nearest.
+
+    Args:
+        anchors: Positions of the anchors [m], (n, 3).
+        points: Positions of the points [m], (m, 3).
+        share: Number of points for each anchor.
     """
     apart = np.linalg.norm(anchors[:, None] - points[None], axis=2)
     taken = np.full((len(anchors), share), -1)

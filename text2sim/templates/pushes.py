@@ -5,7 +5,13 @@ from points import Points, choose, each_substep
 
 
 def set_velocity(body, linear, angular):
-    """Give all points the velocity of a rigid motion: of the centre of mass [m/s], and about it [rad/s]."""
+    """Give all points of a deformable body the velocity of a rigid motion.
+
+    Args:
+        body: The body.
+        linear: Velocity of the centre of mass [m/s].
+        angular: Angular velocity about the centre of mass [rad/s].
+    """
     points = Points(body)
     center = points.masses @ points.rest / points.masses.sum()
     points.set_velocities(np.asarray(linear) + np.cross(angular, points.rest - center))

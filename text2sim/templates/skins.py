@@ -72,7 +72,13 @@ def follow_sheet(vertices: np.ndarray, points: np.ndarray, faces: np.ndarray) ->
 
 
 def nearest(vertices: np.ndarray, points: np.ndarray, k: int) -> np.ndarray:
-    """Returns the indices of the `k` points nearest to each vertex, shape (s, k), in no order."""
+    """Returns the indices of the points nearest to each vertex, shape (s, k), in no particular order.
+
+    Args:
+        vertices: Positions [m], shape (s, 3).
+        points: Positions [m], shape (p, 3).
+        k: Number of points for each vertex.
+    """
     step = max(1, DISTANCES // len(points))
     squares = (points**2).sum(axis=1)
     parts = [np.zeros((0, k), int)]

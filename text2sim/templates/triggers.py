@@ -105,13 +105,25 @@ def links(body, link=None):
 
 
 def origin(scene, body, link=None):
-    """Where the frame of a body of links is [m]."""
+    """Return a function: position of the frame of a body [m].
+
+    Args:
+        scene: The built scene.
+        body: A body of links.
+        link: Name of the link; the main one if None.
+    """
     index = (body.get_link(link) if link else main_link(body)).idx
     return lambda: array(scene.rigid_solver.get_links_pos([index], relative=True)).reshape(3)
 
 
 def velocity(scene, body, link=None):
-    """Velocity of the centre of mass of a body of links [m/s]."""
+    """Return a function: velocity of the centre of mass of a body [m/s].
+
+    Args:
+        scene: The built scene.
+        body: A body of links.
+        link: Name of the only link that counts; all links if None.
+    """
     chosen = [one.idx for one in links(body, link)]
     masses = np.array([one.get_mass() for one in links(body, link)])
     get, ref = scene.rigid_solver.get_links_vel, gs.link_ref_frame.link_COM
@@ -119,13 +131,25 @@ def velocity(scene, body, link=None):
 
 
 def center(body, pose=None, region=None):
-    """Where the centre of mass of a deformable body is, or the mean of a region of it [m]."""
+    """Return a function: centre of mass of a deformable body, or mean position of a region [m].
+
+    Args:
+        body: The deformable body.
+        pose: Pose of its frame at the start: position [m], quaternion.
+        region: The part of it that counts; all of it if None.
+    """
     points, weights = _weights(body, pose, region)
     return lambda: weights @ points.positions()
 
 
 def center_velocity(body, pose=None, region=None):
-    """The velocity of that [m/s]."""
+    """Return a function: velocity of the centre of mass of a deformable body, or mean of a region [m/s].
+
+    Args:
+        body: The deformable body.
+        pose: Pose of its frame at the start: position [m], quaternion.
+        region: The part of it that counts; all of it if None.
+    """
     points, weights = _weights(body, pose, region)
     return lambda: weights @ points.velocities()
 
@@ -143,7 +167,13 @@ def _weights(body, pose, region):
 
 
 def joint(scene, body, name):
-    """Position of a hinge [rad] or slider [m]."""
+    """Return a function: position of a hinge [rad] or slider [m].
+
+    Args:
+        scene: The built scene.
+        body: The articulated body.
+        name: Name of the joint.
+    """
     index = body.get_joint(name).qs_idx[0]
     return lambda: array(scene.rigid_solver.get_qpos([index])).item()
 
@@ -194,17 +224,37 @@ def below(value, bound):
 
 
 def in_box(place, low, high):
-    """In an upright box."""
+    """Return a function: depth inside an upright box [m], negative outside.
+
+    Args:
+        place: Returns the position [m].
+        low: Lowest corner [m].
+        high: Highest corner [m].
+    """
     return lambda: np.minimum(place() - low, high - place()).min()
 
 
 def in_ball(place, middle, radius):
-    """In a ball."""
+    """Return a function: depth inside a ball [m], negative outside.
+
+    Args:
+        place: Returns the position [m].
+        middle: Centre [m].
+        radius: Radius [m].
+    """
     return lambda: radius - np.linalg.norm(place() - middle)
 
 
 def in_cylinder(place, middle, axis, radius, height):
-    """In a cylinder about an axis, a unit vector."""
+    """Return a function: depth inside a cylinder [m], negative outside.
+
+    Args:
+        place: Returns the position [m].
+        middle: Centre [m].
+        axis: Unit vector along its axis.
+        radius: Radius [m].
+        height: Height [m].
+    """
 
     def depth():
         offset = place() - middle

@@ -30,6 +30,9 @@ def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
         t: Simulated time [s].
         part: How far a camera that moves over its shots has come, 0 to 1.
         states: Has `position(body, t, link)`, three numbers [m].
+
+    Raises:
+        ValueError: If the camera is of an unknown kind.
     """
     kind = camera["kind"]
     if kind == "still":
@@ -56,9 +59,12 @@ def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
 
 
 def along(times: list[float], points: list[Vec], t: float) -> Vec:
-    """Return where a smooth way through points is at time `t` [s].
+    """Return the position on a smooth path through points [m]: a Catmull-Rom spline that rests at both ends.
 
-    It comes to rest at both ends, and passes the points between as a Catmull-Rom spline does.
+    Args:
+        times: Time of each point [s], increasing.
+        points: The points [m].
+        t: Time [s]; clamped to the range of `times`.
     """
     last = len(times) - 1
     t = min(max(t, times[0]), times[-1])
@@ -82,7 +88,13 @@ def along(times: list[float], points: list[Vec], t: float) -> Vec:
 
 
 def basis(pos: Any, look_at: Any, up: Any) -> tuple[Vec, Vec, Vec]:
-    """Return the unit vectors right, up and ahead of a picture."""
+    """Return the unit vectors right, up and ahead of a picture.
+
+    Args:
+        pos: Position of the camera [m].
+        look_at: The point in the middle of the picture [m].
+        up: Direction that is up in the picture; need not be perpendicular or of unit length.
+    """
     ahead = _unit(tuple(float(b) - float(a) for a, b in zip(pos, look_at, strict=True))) or (0.0, 1.0, 0.0)
     right = _cross(ahead, _unit(up) or (0.0, 0.0, 1.0))
     if math.hypot(*right) < 1e-3:  # straight up or down: +y is up in the picture
