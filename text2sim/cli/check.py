@@ -1,5 +1,6 @@
 """The command `text2sim check`."""
 
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -39,6 +40,8 @@ def check(
         from text2sim.cli.rules import say_rule, say_rules
 
         raise typer.Exit(say_rule(explain, as_json) if explain else say_rules(as_json))
+    # For arrays this small, the threads take longer to start than they save.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if not cases:
         raise typer.BadParameter("give a case, or --rules, or --explain RULE", param_hint="'CASES...'")
     rows: list[Examined] = []
