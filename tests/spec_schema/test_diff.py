@@ -124,6 +124,19 @@ def test_a_patch_is_short():
     assert operations(long, shorter) == [{"op": "remove", "path": "/a/7"}]
 
 
+def test_the_shots_of_a_film_get_their_order():
+    """A new shot before the last one was put behind it: the film showed the outcome first."""
+    old = {"render": {"fps": 30, "shots": {"course": {"to": 3}, "end": {"to": 5}}}}
+    inserted = {"render": {"fps": 25, "shots": {"course": {"to": 3}, "knock": {"to": 4}, "end": {"to": 5}}}}
+    swapped = {"render": {"fps": 30, "shots": {"end": {"to": 5}, "course": {"to": 3}}}}
+    for new in (inserted, swapped):
+        made = apply_operations(old, operations(old, new))
+        assert made == new
+        assert [*made["render"]["shots"]] == [*new["render"]["shots"]]
+    appended = {"render": {"fps": 30, "shots": old["render"]["shots"] | {"more": {"to": 6}}}}
+    assert operations(old, appended) == [{"op": "add", "path": "/render/shots/more", "value": {"to": 6}}]
+
+
 def test_every_case_differs_from_every_other_by_a_patch():
     cases = [load_case(path).raw for path in CASES]
     for a, b in zip(cases, [*cases[1:], cases[0]], strict=True):

@@ -14,6 +14,8 @@ _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
 _CAMERA = ("from", "look_at")
 LONG = 8
 """Lists with more items are compared item by item."""
+SHOTS = ("render", "shots")
+"""The one mapping whose order means something: shots follow each other in it."""
 
 
 class _Nothing:
@@ -56,8 +58,20 @@ def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> 
 
 
 def operations(a: Any, b: Any) -> list[Operation]:
-    """Return a short RFC 6902 patch that makes `b` of `a`."""
-    return _steps(a, b, ())
+    """Return a short RFC 6902 patch that makes `b` of `a`, with the shots of a film in the order of `b`."""
+    steps, old, new = _steps(a, b, ()), _shots(a), _shots(b)
+    if [*new] == [*(name for name in old if name in new), *(name for name in new if name not in old)]:
+        return steps
+    if any(pointer(SHOTS).startswith(step["path"]) for step in steps):
+        return steps  # they are replaced as a whole
+    others = [step for step in steps if not step["path"].startswith(pointer(SHOTS))]
+    return [*others, {"op": "replace", "path": pointer(SHOTS), "value": new}]
+
+
+def _shots(case: Any) -> dict[str, Any]:
+    for key in SHOTS:
+        case = case.get(key) if isinstance(case, dict) else None
+    return case if isinstance(case, dict) else {}
 
 
 # --- for people -----------------------------------------------------------------------------------------------
