@@ -76,6 +76,7 @@ def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
     "answer",
     [
         "params: {height: 2.0}",
+        "params: {height: 2.0, bound: 0.3}",
         "params: {push: 3}",
         "patch: [{op: remove, path: /params/spare}]",
         "patch: [{op: remove, path: /variants/high}]",

@@ -1,11 +1,12 @@
 """When a loop goes on: roles that give no usable answer, attempts that bring nothing."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from text2sim.agents.attempts import Attempt
+from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome
@@ -81,7 +82,7 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
         [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
         _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
         _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
-        outcome=lambda state, why: LoopOutcome(state, why),
+        outcome=lambda state, why: LoopOutcome(state, why), attempts=Attempts(Path("none")),
     )  # fmt: skip
     ended = AgentLoop.work(loop, "name: a\n", "first version")
     assert (ended.state, ended.why) == ("gave_up", "enough")

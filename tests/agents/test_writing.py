@@ -105,8 +105,10 @@ def test_why_nothing_changes_is_heard(tmp_path: Path) -> None:
 
 def test_time_that_is_left_stands_in_letters_that_lead_to_a_run() -> None:
     left = "3 of 4 attempts are left; 12 minutes are left for everything."
-    ask = {"request": "r", "case": "c", "evidence": "", "left": left}
+    ask = {"request": "r", "requirements": {"wish": "r"}, "case": "c", "evidence": "", "left": left}
     assert left in render("open_ask", **ask)
+    assert "by name" not in render("open_ask", **ask)
+    assert "- `blue`: it is blue" in render("open_ask", **ask | {"requirements": {"blue": "it is blue", "two": "two"}})
     draft = {"section": "scene", "pages": "", "request": "r", "plan": "", "supplied": "", "cards": "", "brief": "b"}
     assert f"Left: {left}" in render("draft", **draft, left=left)
     assert "Left" not in render("draft", **draft, left="")

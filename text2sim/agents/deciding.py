@@ -141,6 +141,10 @@ def decision_faults(
         anew: Whether the Planner may make a new plan.
     """
     work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
+    present = agreement.plan.params
+    unchanged = [name for name, value in decision.params.items() if name in present and same(present[name], value)]
+    if len(unchanged) == len(decision.params):
+        work = [key for key in work if key != "params"]
     if decision.action == "give_up":
         return []
     if decision.action == "plan_anew":
@@ -156,15 +160,10 @@ def decision_faults(
     ]
     for number, route in enumerate(decision.routes):
         wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
-    present = agreement.plan.params
-    wrong += [
-        f"/params/{name}: it is {value!r} already"
-        for name, value in decision.params.items()
-        if name in present and same(present[name], value)
-    ]
     wrong += [f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in TAKEN]
     wrong += foreign(decision.patch) + _check_faults(decision, agreement)
     if not (work and (set(work) - {"plan"} or _does(decision))):
+        wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
@@ -344,7 +343,9 @@ def open_case(
             if name not in opening.says
         ]
         wrong += foreign(opening.patch)
-        wrong += claim_faults(opening.facts, request.requirements, agreement.plan.bodies)
+        new = any(route.section == "bodies" for route in opening.routes)
+        told = [body for rows in opening.facts.values() for row in rows for body in row.bodies] if new else []
+        wrong += claim_faults(opening.facts, request.requirements, [*agreement.plan.bodies, *told])
         if not wrong and opening.possible != "no":
             wrong = _opening_faults(opening, agreement, case, path)
         if wrong:
@@ -352,7 +353,8 @@ def open_case(
 
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
     system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
-    question = render("open_ask", request=request.text, case=case, evidence=evidence, left=left)
+    rows = {name: one.what for name, one in request.requirements.items()}
+    question = render("open_ask", request=request.text, requirements=rows, case=case, evidence=evidence, left=left)
     return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
 
 
