@@ -47,6 +47,27 @@ bodies:
     agree(f"drop: restitution {e}, each", found, e, within=scatter(e))
 
 
+def test_what_bounces_and_what_does_not_keep_to_themselves_on_one_floor(simulate, agree):
+    """Each bounces with its own e on a floor that says nothing, one that has none with exp(-2), see below.
+
+    Contacts are springs of the angular frequency w: they give way by no more than v / w, whoever else bounces.
+    """
+    trial = simulate(
+        """
+scene: {duration: 0.5, dt: 0.001, substeps: 2, record: {rate: 1000}, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  ball: {kind: rigid, shape: {kind: sphere, radius: 0.05}, material: {restitution: 0.8}, pose: {pos: [0, 0, 0.55]}}
+  half: {kind: rigid, shape: {kind: sphere, radius: 0.05}, material: {restitution: 0.4}, pose: {pos: [1, 0, 0.55]}}
+  block: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [2, 0, 0.55]}}
+""",
+    )
+    fall = np.sqrt(2 * G * 0.5)
+    for body, e in (("ball", 0.8), ("half", 0.4), ("block", np.exp(-2))):
+        agree(f"one floor, {body}: speed after / before", trial.vel(body)[:, 2].max() / fall, e, within=scatter(e))
+        deepest = 0.05 - trial.pos(body)[:, 2].min()
+        agree(f"one floor, {body}: depth, of v / w", deepest * CRISPNESS / 0.0005 / fall, 0.5, within=0.5)
+
+
 COLLISION = """
 scene: {duration: 0.6, dt: 0.001, substeps: 2, gravity: [0, 0, 0]}
 bodies:

@@ -42,8 +42,9 @@ def contact_damping(
 ) -> dict[str, tuple[float, float]]:
     """Return time constant [s] and damping ratio by copy, and by link with a material of its own.
 
-    The engine takes the means of the two bodies' values. A static without a restitution of its own takes the largest
-    of the scene, so that a ball bounces with its own value on a floor that says nothing.
+    A contact gets the mean of both damping ratios. A static without a restitution of its own takes the largest of the
+    scene, so that a ball bounces with its own value on a floor that says nothing; where bodies bounce unequally, it
+    takes that of each body that touches it (`templates/bounce.py`).
 
     Args:
         placed: Copies by static and body.

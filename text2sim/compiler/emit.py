@@ -100,6 +100,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     files = {name: text.encode() for name, text in _format(texts).items()}
     copied = [*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
     copied += ["friction.py"] if plan.frictions else []
+    copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -196,6 +197,8 @@ def _context(plan: Plan) -> dict[str, Any]:
         "unpowered": list(plan.unpowered),
         "initial": plan.initial,
         "contact": {name: damping for name, damping in plan.contact.items() if "." not in name},
+        "uneven": len({damping for name, damping in plan.contact.items() if name not in plan.silent}) > 1,
+        "silent": plan.silent,
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),

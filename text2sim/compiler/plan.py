@@ -324,6 +324,8 @@ class Plan:
     contact: dict[str, tuple[float, float]]
     """Time constant [s] and damping ratio of contacts by entity, or by link (`arm.hand`) if it has its own; empty
     unless some body bounces."""
+    silent: tuple[str, ...]
+    """Entities without a restitution that bounce as what hits them does."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
     velocities: tuple[StartVelocity, ...]

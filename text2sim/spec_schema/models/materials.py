@@ -39,7 +39,8 @@ class Material(Model):
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """The same against spin about the normal of a contact [m]: two thirds of friction times the radius of the patch."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
-    """Bounce: speed after over speed before, between two bodies of this material; it takes a short time step."""
+    """Bounce: speed after over speed before, between two bodies of this material, or of one and a static that has none;
+    it takes a short time step. Between unequal bodies the damping ratio is the mean."""
     touch_soft: Bool = True
     """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
     soft_reach: Length | None = None

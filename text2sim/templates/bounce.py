@@ -1,0 +1,49 @@
+"""Keeps contacts of bodies that bounce unequally as hard as all others.
+
+Genesis 1.4.5 gives a contact the means of both geometries' time constants and damping ratios. Its stiffness goes with
+1 / (time constant x ratio)^2: of a body that bounces and one that does not, the means are up to 15 times softer than
+either. Here a contact has the mean ratio, and the time constant that goes with it.
+"""
+
+import genesis as gs
+import torch
+from genesis.utils.misc import qd_to_torch
+
+
+def even_contacts(bodies, damping, link_damping, silent):
+    """Set time constant and damping ratio of every contact before its force is solved.
+
+    Args:
+        bodies: Entities of a built scene by name.
+        damping: Time constant [s] and damping ratio by body.
+        link_damping: The same of links that have their own, by body and link.
+        silent: Bodies that take the ratio of what touches them.
+    """
+    solver = next(bodies[name].solver for name in damping)
+    ratios = torch.ones(solver.n_geoms, dtype=gs.tc_float, device=gs.device)
+    hardness = ratios.clone()
+    chosen = [(bodies[name], name in silent, value) for name, value in damping.items()]
+    chosen += [(bodies[name].get_link(link), False, value) for (name, link), value in link_damping.items()]
+    for body, follows, (time, ratio) in chosen:
+        geoms = [geom.idx for geom in body.geoms]
+        ratios[geoms], hardness[geoms] = torch.nan if follows else ratio, time * ratio
+    state, detect = solver.collider.collider_state, solver.collider.detection
+    data = state.contact_data
+
+    def detection():
+        detect()
+        count = int(_view(state.n_contacts)[0])
+        if count:
+            a, b = _view(data.geom_a)[:count, 0].long(), _view(data.geom_b)[:count, 0].long()
+            ratio = torch.stack((ratios[a], ratios[b])).nanmean(dim=0).nan_to_num(1.0)
+            settings = _view(data.sol_params)
+            settings[:count, 0, 0] = (hardness[a] + hardness[b]) / 2 / ratio
+            settings[:count, 0, 1] = ratio
+            if not gs.use_zerocopy:
+                data.sol_params.from_torch(settings)
+
+    solver.collider.detection = detection
+
+
+def _view(field):
+    return qd_to_torch(field, copy=not gs.use_zerocopy)
