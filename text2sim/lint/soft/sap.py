@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import soft_facts
+from text2sim.lint.soft.facts import soft_facts, touches_soft
 from text2sim.lint.start.escape import Effort, inside, overlap_of
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
@@ -89,6 +89,16 @@ def _left_out(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("sap-constraints", facts.where(name), text, key=True)
 
 
+def _touches_all(facts: Facts) -> Iterator[Problem]:
+    """Rigid bodies that soft ones are not to feel, which sap does not know."""
+    if soft_facts(facts).model != "sap":
+        return
+    for name, model in (facts.case.scene.statics | facts.case.bodies).items():
+        if not touches_soft(model):
+            text = f"{_SAP} has no `touch_soft`: fem bodies touch `{name}` all the same; leave room between them"
+            yield facts.problem("sap-touches-all", (*facts.where(name), "material", "touch_soft"), text, key=True)
+
+
 _SAP = "contact model sap"
 _WAY = "soft bodies of solver mpm with contact model particle need no sap"
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
@@ -147,5 +157,20 @@ bodies:
 """,
         fix="bodies: {door: {mount: {range_deg: null}}}",
         run=_left_out,
+    ),
+    Rule(
+        id="sap-touches-all",
+        severity="warning",
+        title="A body that soft ones are not to touch, under contact model sap.",
+        reason="""\
+The sap coupler takes every rigid shape into account, whatever `material.touch_soft` says: a hook that only holds pushes
+what it holds.""",
+        way_out="Leave `touch_soft` out and room between the bodies; or take soft bodies of solver mpm.",
+        example=f"""\
+bodies:
+{_SOFT_BAR}  {_BALL}, material: {{touch_soft: false}}}}
+""",
+        fix="bodies: {ball: {material: null}}",
+        run=_touches_all,
     ),
 )
