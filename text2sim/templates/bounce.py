@@ -7,7 +7,7 @@ either. Here a contact has the mean ratio, and the time constant that goes with 
 
 import genesis as gs
 import torch
-from genesis.utils.misc import qd_to_torch
+from contacts import edit_contacts
 
 
 def even_contacts(bodies, damping, link_damping, silent):
@@ -27,23 +27,9 @@ def even_contacts(bodies, damping, link_damping, silent):
     for body, follows, (time, ratio) in chosen:
         geoms = [geom.idx for geom in body.geoms]
         ratios[geoms], hardness[geoms] = torch.nan if follows else ratio, time * ratio
-    state, detect = solver.collider.collider_state, solver.collider.detection
-    data = state.contact_data
 
-    def detection():
-        detect()
-        count = int(_view(state.n_contacts)[0])
-        if count:
-            a, b = _view(data.geom_a)[:count, 0].long(), _view(data.geom_b)[:count, 0].long()
-            ratio = torch.stack((ratios[a], ratios[b])).nanmean(dim=0).nan_to_num(1.0)
-            settings = _view(data.sol_params)
-            settings[:count, 0, 0] = (hardness[a] + hardness[b]) / 2 / ratio
-            settings[:count, 0, 1] = ratio
-            if not gs.use_zerocopy:
-                data.sol_params.from_torch(settings)
+    def change(settings, a, b):
+        ratio = torch.stack((ratios[a], ratios[b])).nanmean(dim=0).nan_to_num(1.0)
+        settings[:, 0], settings[:, 1] = (hardness[a] + hardness[b]) / 2 / ratio, ratio
 
-    solver.collider.detection = detection
-
-
-def _view(field):
-    return qd_to_torch(field, copy=not gs.use_zerocopy)
+    edit_contacts(solver, "sol_params", change)

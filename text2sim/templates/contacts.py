@@ -1,8 +1,8 @@
-"""Records what touches what: every contact of every step."""
+"""Records what touches what, every contact of every step; and lets contacts be changed before they act."""
 
 import genesis as gs
 import numpy as np
-from genesis.utils.misc import qd_to_numpy
+from genesis.utils.misc import qd_to_numpy, qd_to_torch
 
 CONTACTS_IN_HAND = 200_000
 NO_CONTACTS = [np.zeros(0, int)] * 2 + [np.zeros((0, 3), np.float32)] * 3 + [np.zeros(0, np.float32)]
@@ -11,6 +11,32 @@ NO_CONTACTS = [np.zeros(0, int)] * 2 + [np.zeros((0, 3), np.float32)] * 3 + [np.
 def in_place() -> bool:
     """Whether fields of the engine can be looked at where they are."""
     return gs.use_zerocopy and gs.backend == gs.cpu
+
+
+def edit_contacts(solver, name, change):
+    """Have one property of all contacts changed in every substep, before their forces are solved.
+
+    Args:
+        solver: The rigid solver of a built scene.
+        name: The property: `friction`, `sol_params`.
+        change: Called with its values, to be changed in place, and the geometries that touch, (n, …), (n,) and (n,).
+    """
+    state, detect = solver.collider.collider_state, solver.collider.detection
+    data, field = state.contact_data, getattr(state.contact_data, name)
+
+    def view(one):
+        return qd_to_torch(one, copy=not gs.use_zerocopy)
+
+    def detection():
+        detect()
+        count = int(view(state.n_contacts)[0])
+        if count:
+            values = view(field)
+            change(values[:count, 0], view(data.geom_a)[:count, 0].long(), view(data.geom_b)[:count, 0].long())
+            if not gs.use_zerocopy:
+                field.from_torch(values)
+
+    solver.collider.detection = detection
 
 
 class Contacts:

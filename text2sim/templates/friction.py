@@ -6,7 +6,7 @@ before the contact forces are solved: there the pairs that have their own get it
 
 import genesis as gs
 import torch
-from genesis.utils.misc import qd_to_torch
+from contacts import edit_contacts
 
 
 def set_friction(bodies, rows):
@@ -21,24 +21,11 @@ def set_friction(bodies, rows):
     for first, link, second, other, friction in rows:
         a, b = _geoms(bodies, first, link), _geoms(bodies, second, other)
         own[a[:, None], b], own[b[:, None], a] = friction, friction
-    state, detect = solver.collider.collider_state, solver.collider.detection
-    data = state.contact_data
 
-    def detection():
-        detect()
-        count = int(_view(state.n_contacts)[0])
-        if count:
-            pairs = own[_view(data.geom_a)[:count, 0].long(), _view(data.geom_b)[:count, 0].long()]
-            friction = _view(data.friction)
-            friction[:count, 0] = torch.where(pairs >= 0.0, pairs, friction[:count, 0])
-            if not gs.use_zerocopy:
-                data.friction.from_torch(friction)
+    def change(frictions, a, b):
+        frictions[:] = torch.where(own[a, b] >= 0.0, own[a, b], frictions)
 
-    solver.collider.detection = detection
-
-
-def _view(field):
-    return qd_to_torch(field, copy=not gs.use_zerocopy)
+    edit_contacts(solver, "friction", change)
 
 
 def _geoms(bodies, names, link):
