@@ -84,8 +84,8 @@ def test_frames_come_on_one_sheet(agent: Agent, ran: dict[str, Any]) -> None:
     assert [row["t"] for row in two.document["shown"]] == [0.0, 0.12]
     assert two.media == "image/jpeg"
     with Image.open(BytesIO(two.picture)) as sheet:
-        assert sheet.size == (2 * 324 + 4, 248)
-        left, right = sheet.crop((4, 4, 324, 244)), sheet.crop((328, 4, 648, 244))
+        assert sheet.size == (2 * 324 + 4, 271)  # a line of 23 pixels above each picture
+        left, right = sheet.crop((4, 27, 324, 267)), sheet.crop((328, 27, 648, 267))
         assert left.tobytes() != right.tobytes()
     every = agent("frames", run="tiny", count=16)
     assert len(every.document["shown"]) == every.document["pictures"]
