@@ -161,16 +161,16 @@ REFUSED = [
      ["case.yaml:17:34: error: there is no body or static `ball`", "operation 2 (move /bodies/shot)", "stays as it is"]),
     ("an expectation without a measure", '[{"op": "remove", "path": "/actions/measures/height"}]', ["operation 1 (remove", "`height`"]),
     ("the lint", '[{"op": "replace", "path": "/bodies/ball/pose/pos", "value": [0, 0, -3]}]', ["[under-floor]", "stays as it is"]),
-    ("another one's section", '[{"op": "add", "path": "/params", "value": {"x": 1}}]', ["/params is not the owner's", "below /bodies only"]),
-    ("all at once", '[{"op": "replace", "path": "", "value": {}}]', ["the whole case is not the owner's"]),
-    ("taken from another", '[{"op": "move", "from": "/actions/measures", "path": "/bodies/measures"}]', ["p.json:1:25", "/actions is not"]),
+    ("another one's section", '[{"op": "add", "path": "/params", "value": {"x": 1}}]', ["/params is outside /bodies", "`--owner bodies`"]),
+    ("all at once", '[{"op": "replace", "path": "", "value": {}}]', ["the whole case is outside /bodies"]),
+    ("taken from another", '[{"op": "move", "from": "/actions/measures", "path": "/bodies/measures"}]', ["p.json:1:25", "/actions is outside /bodies"]),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "reasons"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED])
 def test_a_patch_that_is_refused_changes_nothing(cli: Cli, case: Path, text: str, reasons: list[str]):
     Path("p.json").write_text(text)
-    owner = ["--owner", "bodies"] if any("is not" in reason for reason in reasons) else []
+    owner = ["--owner", "bodies"] if any("is outside" in reason for reason in reasons) else []
     answer = cli("patch", case, "p.json", *owner)
     assert answer.code == 2
     assert "Traceback" not in answer.err
@@ -304,7 +304,7 @@ def test_what_is_no_revision_is_said_in_a_line(cli: Cli, git: Git, revision: str
 def test_a_revision_needs_a_repository(cli: Cli, case: Path):
     answer = cli("diff", f"{case}@HEAD", case)
     assert answer.code == 2
-    assert "in no git repository" in answer.err
+    assert "not in a git repository" in answer.err
 
 
 def test_what_plain_git_cannot_merge_merges_by_meaning(cli: Cli, git: Git, monkeypatch: pytest.MonkeyPatch):
@@ -484,7 +484,7 @@ def test_installing_for_all_repositories(cli: Cli, git: Git, tmp_path: Path):
 def test_installing_needs_a_repository(cli: Cli, tmp_path: Path):
     answer = cli("git", "install")
     assert answer.code == 2
-    assert "in no git repository" in answer.err
+    assert "not in a git repository" in answer.err
 
 
 def test_hooks_for_pre_commit_fail_where_they_should(case: Path):

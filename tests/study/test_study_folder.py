@@ -50,15 +50,15 @@ def test_what_cannot_be_shown_is_said_and_not_dropped(
     assert [row.split(":")[0] for row in made.left_out] == [
         "task_1, worse_system", "task_2, anchor_system", *(f"task_3, {name}" for name in COLOURS),
     ]  # fmt: skip
-    with pytest.raises(RunError, match="there is a study already"):
+    with pytest.raises(RunError, match="already contains a study"):
         build(tmp_path / "s", {}, everyone[0], everyone[1:])
 
 
 def test_nothing_to_compare_is_an_error(tmp_path: Path, methods: Callable[[int], list[MethodFolder]]) -> None:
     anchor, better, _ = methods(1)
-    with pytest.raises(RunError, match="no task has a film"):
+    with pytest.raises(RunError, match="no task has films"):
         build(tmp_path / "s", {"other": "A ball falls."}, anchor, [better])
-    with pytest.raises(RunError, match="one name"):
+    with pytest.raises(RunError, match="the same name"):
         build(tmp_path / "t", {"task_0": "A ball falls."}, anchor, [anchor])
 
 

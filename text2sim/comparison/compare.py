@@ -1,4 +1,4 @@
-"""The comparison itself, as plain data: one row for each thing that can differ, one cell for each run."""
+"""Comparison as plain data: one row for each quantity that can differ, one cell for each run."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,11 +9,11 @@ from text2sim.spec_schema.paths import dotted
 
 @dataclass(frozen=True)
 class RunComparison:
-    """Runs side by side. Every row has a cell for each run, in their order; None where a run has none."""
+    """Rows with one cell for each run, in their order; None where a run has no value."""
 
     runs: list[Run]
     spec: list[dict[str, Any]]
-    """`path`, `values`: what differs in the cases."""
+    """`path`, `values`: the differences between the cases."""
     expectations: list[dict[str, Any]]
     """`name`, `cells` with `ok`, `value`, `unit`, `why`."""
     measures: list[dict[str, Any]]
@@ -21,10 +21,10 @@ class RunComparison:
     events: list[dict[str, Any]]
     """`name`, `cells` with `count`, `first`, `last`."""
     diagnostics: list[dict[str, Any]]
-    """`name`, `values`: how the runs ended, what they took, what they ran on."""
+    """`name`, `values`: final state, wall time, energies, engine and device."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the comparison for machines."""
+        """Return the comparison as JSON data."""
         return {
             "runs": [{"label": run.label, "folder": str(run.folder), "verdict": run.verdict} for run in self.runs],
             "spec": self.spec,
@@ -36,7 +36,7 @@ class RunComparison:
 
 
 def compare(runs: list[Run]) -> RunComparison:
-    """Put runs side by side."""
+    """Compare runs."""
     return RunComparison(
         runs,
         _spec(runs),
@@ -66,7 +66,7 @@ def _measures(runs: list[Run]) -> list[dict[str, Any]]:
 
 
 def _deformables(runs: list[Run]) -> dict[str, list[Any]]:
-    """The worst of each body that deforms, by name of the row."""
+    """Worst values of each deformable body, by row name."""
     rows: dict[str, list[Any]] = {}
     for number, run in enumerate(runs):
         for body, found in (run.evidence.get("deformables") or {}).items():

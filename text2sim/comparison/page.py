@@ -1,4 +1,4 @@
-"""The page of a comparison: one file with everything in it."""
+"""Page of a comparison: one self-contained file."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,15 +15,15 @@ from text2sim.recording.states import Array
 from text2sim.spec_schema.whole_files import write_atomically
 
 STYLES = [(color, dashes) for dashes in ("-", "--", ":", "-.") for color in (BLUE, VERMILION, GREEN, ORANGE, GREY)]
-"""A run keeps its colour and dashes through all plots."""
+"""Colour and dashes of each run, the same in all plots."""
 
 
 def write_comparison(comparison: RunComparison, path: Path) -> Path:
     """Write the page.
 
     Args:
-        comparison: The runs.
-        path: The file, overwritten.
+        comparison: The comparison.
+        path: The file; it is overwritten.
     """
     page = render_page(
         "comparison",
@@ -31,7 +31,7 @@ def write_comparison(comparison: RunComparison, path: Path) -> Path:
         {
             "it": comparison,
             "case": " and ".join(dict.fromkeys(run.record.case for run in comparison.runs)),
-            "films": _films(comparison.runs, path),
+            "films": _films(comparison.runs),
             "plots": _plots(comparison),
             **films_script(),
         },
@@ -41,14 +41,12 @@ def write_comparison(comparison: RunComparison, path: Path) -> Path:
     return path
 
 
-def _films(runs: list[Run], path: Path) -> list[dict[str, Any]]:
+def _films(runs: list[Run]) -> list[dict[str, Any]]:
     rows = []
     for run in runs:
         films, linked = read_films(run.folder, EMBEDDED // len(runs))
         uri = films[0][1] if films else None
-        link = None
-        if not films and linked:
-            link = (run.folder / linked[0][1]).resolve().as_uri()
+        link = (run.folder / linked[0][1]).resolve().as_uri() if linked and not films else None
         rows.append({"label": run.label, "uri": uri, "link": link})
     return rows
 
@@ -68,7 +66,7 @@ def _plots(comparison: RunComparison) -> list[tuple[str, str]]:
 
 
 def _lines(runs: list[Run], series: list[tuple[Array, dict[str, Array]]], name: str) -> tuple[Array, list[PlotLine]]:
-    """Bring the series of one measure to the times of all runs: those of one that ended early end there."""
+    """Interpolate the series of one measure at the times of all runs; a run that ended early has NaN after its end."""
     times = [time for time, columns in series if name in columns]
     if not times:
         return np.zeros(0), []

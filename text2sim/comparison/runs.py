@@ -1,4 +1,4 @@
-"""Runs to be compared, as far as they are."""
+"""Runs to compare, with their labels."""
 
 import json
 from collections.abc import Sequence
@@ -13,23 +13,23 @@ from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError
 
 MAX_RUNS = 24
-"""More do not fit side by side."""
+"""More columns do not fit on the page."""
 
 WORDS = ("text2sim", "prompt")
-"""Parts of a case that nothing follows from."""
+"""Parts of a case that do not affect the simulation."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run, as far as it can be compared."""
+    """One run, with its record, evidence and case."""
 
     folder: Path
     label: str
-    """What sets it apart from the others."""
+    """Its short name, unique among the runs."""
     record: RunRecord
     evidence: dict[str, Any]
     resolved: dict[str, Any]
-    """The case as it ran, every default written out."""
+    """The case as it ran, including all defaults."""
 
     @property
     def verdict(self) -> str:
@@ -38,7 +38,7 @@ class Run:
 
     @cached_property
     def leaves(self) -> dict[tuple[Any, ...], Any]:
-        """Every value of the case by path; a list of numbers or words counts as one value."""
+        """Every value of the case by path; a list of numbers or strings counts as one value."""
         found: dict[tuple[Any, ...], Any] = {}
         stack: list[tuple[tuple[Any, ...], Any]] = [((), self.resolved)]
         while stack:
@@ -53,10 +53,10 @@ class Run:
 
 
 def read_runs(folders: Sequence[Path]) -> list[Run]:
-    """Read run folders; the folder of a sweep stands for all its runs.
+    """Read run folders; a sweep folder stands for all its runs.
 
     Raises:
-        RunError: If one is no run folder, or was never judged.
+        RunError: If there are fewer than two runs or too many, or a folder has no run or no evidence.
     """
     rows: list[tuple[Path, str | None]] = []
     for folder in folders:
@@ -93,7 +93,7 @@ def _read(folder: Path, label: str | None) -> Run:
 
 
 def _labelled(runs: list[Run]) -> list[Run]:
-    """Shorten labels: no digest where names differ without it, or where one or two values tell the runs apart."""
+    """Shorten labels: drop the digest if names stay unique, else use the values that differ if they are few."""
     names = [run.label for run in runs]
     short = [name.rpartition("-")[0] or name for name in names]
     told = _values(runs)
@@ -103,13 +103,13 @@ def _labelled(runs: list[Run]) -> list[Run]:
             break
     seen: set[str] = set()
     for number, name in enumerate(names):
-        names[number] = f"{name} ({number + 1})" if name in seen else name  # one folder, given twice
+        names[number] = f"{name} ({number + 1})" if name in seen else name  # the same folder was given twice
         seen.add(name)
     return [replace(run, label=name) for run, name in zip(runs, names, strict=True)]
 
 
 def _values(runs: list[Run]) -> list[str]:
-    """What differs between the runs, `density 500`, if it is little; parameters speak for what follows from them."""
+    """Labels made of at most two differing values, such as `density 500`; parameters take precedence over the rest."""
     paths = differing(runs)
     told = [path for path in paths if path[0] == "params"] or paths
     if len(told) > 2 or any(isinstance(run.leaves.get(path), list) for run in runs for path in told):
@@ -122,7 +122,7 @@ def _text(value: Any) -> str:
 
 
 def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
-    """Return the paths of the values that are not the same in all cases, parameters first."""
+    """Return the paths of the values that differ between the cases, parameters first."""
     paths: dict[tuple[Any, ...], None] = {}
     for run in runs:
         paths |= dict.fromkeys(run.leaves)
@@ -131,5 +131,5 @@ def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
 
 
 def same(values: Sequence[Any]) -> bool:
-    """Whether all values are the same, as JSON has them."""
+    """Whether all values have the same JSON text."""
     return len({json.dumps(value, sort_keys=True) for value in values}) == 1

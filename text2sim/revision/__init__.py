@@ -1,1 +1,1 @@
-"""Versions of a case: what differs, what a patch may do, and git."""
+"""Versions of a case: comparison, patches, and integration with git."""

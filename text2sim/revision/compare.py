@@ -1,4 +1,4 @@
-"""Two versions of a case side by side: what differs, what follows from it, and what came of it when both were run."""
+"""Comparison of two versions of a case: changes, their effects, and the results of their runs."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,22 +13,22 @@ from text2sim.spec_schema.loaded import LoadedCase
 
 STATISTICS = {"last": "end", "min": "min", "max": "max"}
 ALIKE = 1e-6
-"""Relative difference below which two measured values are the same."""
+"""Relative difference below which two measured values count as equal."""
 
 
 @dataclass(frozen=True)
 class MeasureChange:
-    """What a measure showed in both runs."""
+    """A measure that differs between the runs."""
 
     name: str
     unit: str
     values: dict[str, tuple[float | None, float | None]]
-    """By statistic; only those that differ."""
+    """Statistics that differ, as (earlier, later)."""
 
 
 @dataclass(frozen=True)
 class ExpectationChange:
-    """What came of an expectation in both runs; None where it was not judged."""
+    """An expectation with different verdicts in the runs; None where it was not judged."""
 
     name: str
     was: bool | None
@@ -38,22 +38,22 @@ class ExpectationChange:
 
 @dataclass
 class CaseComparison:
-    """What differs between two versions."""
+    """Differences between two versions."""
 
     changes: list[Change]
     effects: list[Effect]
     operations: list[Operation]
-    """The patch that leads from the one to the other."""
+    """The patch that turns the first version into the second."""
     runs: tuple[Path, Path] | None = None
-    """Where both were run."""
+    """The run folders, if both were run."""
     measured: list[MeasureChange] = field(default_factory=list)
     judged: list[ExpectationChange] = field(default_factory=list)
     same_simulation: bool = False
-    """Whether both mean the same simulation, so that one run is both."""
+    """Whether one run stands for both, because they simulate the same."""
 
     @property
     def same(self) -> bool:
-        """Whether both mean the same."""
+        """Whether both versions have the same meaning."""
         return not self.changes and not self.effects
 
 
@@ -61,13 +61,13 @@ def compare(a: Side, b: Side, runs: Path | None = None) -> CaseComparison:
     """Compare two versions of a case.
 
     Args:
-        a: The one.
-        b: The other.
-        runs: The folder of run folders, in which runs of both are looked for.
+        a: The first version.
+        b: The second version.
+        runs: A folder of run folders, which is searched for runs of both.
     """
     old, new, patch = a.data, b.data, None
     if (a.run or b.run) and a.loaded is not None and b.loaded is not None:
-        # What a run holds may have its prefabs expanded.
+        # The case in a run folder may have its prefabs expanded.
         old, new = a.loaded.raw, b.loaded.raw
     elif not any(side.loaded is not None and side.loaded.overlay for side in (a, b)):
         patch = operations(a.written, b.written)
@@ -85,7 +85,7 @@ def compare(a: Side, b: Side, runs: Path | None = None) -> CaseComparison:
 
 
 def _dependencies(loaded: LoadedCase) -> dict[Any, frozenset[str]]:
-    """Parameters on which each expression depends, also by way of other parameters."""
+    """Parameters on which each expression depends, directly or through other parameters."""
     sites = {path: site.names for path, site in loaded.resolver.sites.items()}
     needs: dict[str, frozenset[str]] = {}
     for path, names in sites.items():
@@ -131,7 +131,7 @@ def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -
 
 
 def _find_run(side: Side, runs: Path | None) -> Path | None:
-    """The folder in which this version was run to its end, if there is one."""
+    """The folder of a complete run of this version, if there is one."""
     from text2sim.recording.record import COMPLETE, RunRecord
 
     if side.run is not None:
@@ -152,7 +152,7 @@ def _find_run(side: Side, runs: Path | None) -> Path | None:
 
 
 def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
-    """Measures and expectations in the evidence of a run; what is missing or broken is nothing."""
+    """Evidence of a run, empty if it is missing or damaged."""
     from text2sim.recording.run_files import read_evidence
 
     return read_evidence(folder) or {"measures": {}, "expect": {}}

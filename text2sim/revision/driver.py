@@ -1,4 +1,4 @@
-"""Commands that git calls for a case: to show a difference, and to make it text."""
+"""Versions of a case for git's diff driver and text conversion."""
 
 import difflib
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from text2sim.spec_schema.text.source import Source, read_source
 
 
 def flat_text(source: Source) -> str:
-    """Return a case as one line for each value, with the way to it, for `git log -p`; the text itself if it is no YAML.
+    """Return a case as one line `path: value` for each value, for `git log -p`; the text itself if it is not YAML.
 
-    Of a text with conflict markers, both sides are made so, and marked where they differ.
+    Both sides of a text with conflict markers are converted, and marked where they differ.
     """
     sides = unmarked(source.text)
     if sides is not None:
@@ -31,7 +31,7 @@ def flat_text(source: Source) -> str:
 
 
 def _flat_rows(entry: LayoutEntry, path: Path) -> Iterator[str]:
-    """Rows of what is inside an entry; lists of scalars stand on one line."""
+    """Rows of the values in an entry; a list of scalars takes one row."""
     for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else index)
         yield from (row for row in child.before if row)
@@ -46,12 +46,12 @@ def _flat_rows(entry: LayoutEntry, path: Path) -> Iterator[str]:
 
 
 def driver_side(path: FilePath, name: str, label: str) -> Side | None:
-    """Return a version that git has put into a file of its own; None if there was none, or it is no YAML.
+    """Return a version that git has written to a temporary file; None if it is empty or not YAML.
 
     Args:
         path: File that git has written.
-        name: Path of the file in the repository.
-        label: What the version is called in messages.
+        name: Path of the case in the repository.
+        label: Name of the version in messages.
     """
     try:
         source = read_source(path)
@@ -61,7 +61,7 @@ def driver_side(path: FilePath, name: str, label: str) -> Side | None:
 
 
 def text_difference(old: FilePath, new: FilePath, name: str) -> list[str]:
-    """Return the lines that differ, for what has no meaning that could be compared.
+    """Return a unified diff, for files that are not cases.
 
     Args:
         old: File of the earlier version.

@@ -1,4 +1,4 @@
-"""Case files that are written anew: at once or not at all, and never something else than what was read."""
+"""Atomic rewriting of case files, without overwriting changes that somebody else made."""
 
 import os
 from pathlib import Path
@@ -9,18 +9,18 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 
 def rewrite(file: Path, source: Source, text: str) -> None:
-    """Put a text in the place of the file that `source` was read from; its mode stays.
+    """Replace the content of a file; its mode is kept.
 
     Args:
         file: The file.
-        source: What was read from it.
+        source: The content as it was read.
         text: The new text.
 
     Raises:
-        RunError: If the file is a symbolic link, or was changed by somebody else since it was read.
+        RunError: If the file is a symbolic link, or has changed since it was read.
     """
     if file.is_symlink():
-        raise RunError(f"{file}: a symbolic link is not written through; name the file itself")
+        raise RunError(f"{file}: is a symbolic link, which is not written through; name the file itself")
     if read_source(file).text != source.text:
         raise RunError(f"{file}: somebody else has changed it in the meantime; nothing was written")
     mode = file.stat().st_mode

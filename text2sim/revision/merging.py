@@ -1,4 +1,4 @@
-"""Merge of a case for git: nothing that a side wrote is lost without a mark, whatever the three files hold."""
+"""Merge driver of git for cases; nothing that either side wrote is lost without a conflict marker."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -21,27 +21,26 @@ from text2sim.spec_schema.text.source import Source, read_source
 
 @dataclass(frozen=True)
 class MergeResult:
-    """What a merge leaves behind."""
+    """Result of a merge."""
 
     text: bytes
     clean: bool
-    """Whether nobody has to look at it."""
+    """Whether it needs no review by a person."""
     remarks: list[str] = field(default_factory=list)
 
 
 def merge_files(base: FilePath, ours: FilePath, theirs: FilePath, name: str, marker: int) -> MergeResult:
     """Merge three files that git has written.
 
-    Meaning decides. Git's own merge of the lines is taken where it is clean and says the same, and where meaning
-    cannot help: if one of the files is no YAML, or what comes out of the merge of meaning is no valid case and nothing
-    tells why.
+    The files are merged by meaning. Git's own merge of the lines is used if it is clean and has the same meaning, or if
+    merging by meaning fails: one of the files is not YAML, or the merged case is invalid for no known cause.
 
     Args:
         base: The common ancestor.
         ours: Our version.
         theirs: Their version.
         name: The path of the case in the repository.
-        marker: How many characters a conflict marker has.
+        marker: Number of characters of a conflict marker.
     """
     lines, clean = _merge_lines(base, ours, theirs, marker)
     try:
@@ -50,7 +49,7 @@ def merge_files(base: FilePath, ours: FilePath, theirs: FilePath, name: str, mar
     except SpecError as error:
         return MergeResult(lines, clean, [f"merged line by line: {error.problems[0]}"])
     except (Text2SimError, AssertionError, ValueError, LookupError, TypeError) as error:
-        # Whatever meaning meets, the lines are there; what git made of them is for a person to look at.
+        # A failure of the semantic merge must not lose the merge of lines; a person has to review that.
         return MergeResult(lines, False, [f"merged line by line: {type(error).__name__}: {error}"])
 
 
@@ -77,13 +76,13 @@ def _merge_meaning(sources: Sequence[Source], name: str, marker: int, lines: byt
 
 
 def _marked(merged: MergedText, marker: int, remarks: list[str]) -> MergeResult:
-    """A merge that a person has to look at; comments that found no place stand at its end."""
+    """A merge that needs review; comments without a place in it are appended."""
     text, lost = merged.text.encode(), (merged.lost_ours, merged.lost)
     if any(lost):
         ours, theirs = ("".join(f"{row}\n" for row in rows).encode() for rows in lost)
         text += _side_by_side(ours, theirs, marker)
     found = [
-        f"a comment of {whose} has found no place: {row}"
+        f"a comment of {whose} has no place in the merge: {row}"
         for whose, rows in zip(("ours", "theirs"), lost, strict=True)
         for row in rows
     ]
@@ -91,19 +90,17 @@ def _marked(merged: MergedText, marker: int, remarks: list[str]) -> MergeResult:
 
 
 def _sides(merged: MergedText) -> tuple[str, ...]:
-    """The texts that a person may make of a merge by taking one side everywhere."""
-    both = unmarked(merged.text) if merged.conflicts else None
-    return both if both is not None else () if merged.conflicts else (merged.text,)
+    """The texts that result from resolving all conflicts in favour of one side."""
+    return (unmarked(merged.text) or ()) if merged.conflicts else (merged.text,)
 
 
-# --- changes that do not go together --------------------------------------------------------------------------
+# --- incompatible changes -------------------------------------------------------------------------------------
 
 
 def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> list[Path]:
-    """The entries that make a merge invalid: what is wrong now, and what the other side took away.
+    """Paths of the entries that make a merge invalid: invalid ones, and removed ones that they refer to.
 
-    Returns:
-        Paths of entries, none inside another, that one side has changed and the other has not.
+    No path lies inside another. One side has changed each entry, and the other has not.
     """
     gone, (_, ours, theirs) = list(_gone(*versions, ())), versions
     found: set[Path] = set()
@@ -118,7 +115,7 @@ def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> lis
 
 
 def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
-    """The entry nearest to the root, on the way to a place, that only one side has, or that ends the way."""
+    """The shortest prefix of a path at which the sides differ and are not both mappings; None if they agree."""
     for depth in range(1, len(path) + 1):
         way = path[:depth]
         mine, others = _at(ours, way), _at(theirs, way)
@@ -130,7 +127,7 @@ def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
 
 
 def _gone(base: Any, ours: Any, theirs: Any, path: Path) -> Iterator[Path]:
-    """Named entries of the ancestor that one side has no more."""
+    """Named entries of the ancestor that exactly one side has removed."""
     if not isinstance(base, dict):
         return
     for key, value in base.items():
@@ -144,7 +141,7 @@ def _gone(base: Any, ours: Any, theirs: Any, path: Path) -> Iterator[Path]:
 
 
 def _words(value: Any) -> Iterator[str]:
-    """Names that a value mentions: `ball` for `ball`, `ball[3]`, `ball.hand` and `${ball + 1}`."""
+    """Words in a value: `ball` for `ball`, `ball[3]`, `ball.hand` and `${ball + 1}`."""
     if isinstance(value, dict | list):
         for item in value.values() if isinstance(value, dict) else value:
             yield from _words(item)
@@ -172,7 +169,7 @@ def _overlap(a: Path, b: Path) -> bool:
 
 
 def _merge_lines(base: FilePath, ours: FilePath, theirs: FilePath, marker: int) -> tuple[bytes, bool]:
-    """What git's own merge of the lines makes of it, and whether it is without conflicts."""
+    """Git's own merge of the lines, and whether it has no conflicts."""
     labels = ["-L", "ours", "-L", "base", "-L", "theirs"]
     arguments = ["merge-file", "-p", f"--marker-size={marker}", *labels]
     files = [str(path.absolute()) for path in (ours, base, theirs)]
@@ -185,7 +182,7 @@ def _merge_lines(base: FilePath, ours: FilePath, theirs: FilePath, marker: int) 
 
 
 def _side_by_side(ours: bytes, theirs: bytes, marker: int) -> bytes:
-    """Both files in one as a conflict; ours where they are no text, as git leaves it."""
+    """Both files as one conflict; ours if they are binary, as in git."""
     if ours == theirs or b"\0" in ours + theirs:
         return ours
     sides = [side + (b"" if not side or side.endswith(b"\n") else b"\n") for side in (ours, theirs)]
@@ -202,7 +199,7 @@ def _says_the_same(lines: bytes, text: str, name: str) -> bool:
 
 
 def _problems(text: str, name: str) -> list[Problem]:
-    """What keeps a text from being a case whose references hold, or a prefab."""
+    """Errors of a text as a case, including its references, or as a prefab."""
     source = Source(text, name)
     try:
         data = parse_document(source).data

@@ -1,4 +1,4 @@
-"""A patch as a JSON text, and where in it its operations stand."""
+"""Patch in a JSON file, with the positions of its operations."""
 
 import json
 from dataclasses import dataclass
@@ -13,15 +13,15 @@ from text2sim.spec_schema.text.source import Source
 
 @dataclass(frozen=True)
 class PatchFile:
-    """The operations of a patch, and the text that they were read from."""
+    """Operations of a patch and the text that they were read from."""
 
     source: Source
     operations: list[Operation]
     _document: Document | None
-    """The same with positions; None if it is written in a way that only JSON knows."""
+    """The parsed text with positions; None if its JSON is not valid YAML with the same meaning."""
 
     def problem(self, error: PatchError) -> Problem:
-        """Return an error at its place in the text."""
+        """Return an error with its position in the text."""
         path = () if error.index is None else (error.index, error.member)
         line, column = self._document.place(path) if self._document is not None else (1, 1)
         return Problem(pointer(path), str(error), line, column, self.source.file, rule="patch")
@@ -31,7 +31,7 @@ def read_patch(source: Source) -> PatchFile:
     """Read the JSON text of a patch.
 
     Raises:
-        SpecError: If it is not a list in strict JSON: a key twice, NaN and Infinity are errors.
+        SpecError: If it is not a list in strict JSON; duplicate keys, NaN and Infinity are errors.
     """
     try:
         data = json.loads(source.text, object_pairs_hook=_once, parse_constant=_refuse)

@@ -1,4 +1,4 @@
-"""Contents of a git repository, read without a shell, without filters, and without changing anything."""
+"""Contents of a git repository, read without a shell, without filters, and without changing it."""
 
 import os
 import re
@@ -12,12 +12,12 @@ from text2sim.spec_schema.whole_files import naming
 
 TIMEOUT = 60.0
 MAX_BYTES = 64_000_000
-"""Files of a case's folder that are taken from a revision, in all [bytes]; of a larger one, only what is YAML."""
+"""Largest case folder that is extracted as a whole [bytes]; of a larger one, only YAML files and the case are."""
 SKIPPED = frozenset({"runs", "program"})
 _REVISION = re.compile(r"[A-Za-z0-9_@][A-Za-z0-9_./@{}^~+#-]{0,199}")
 _FILES = ("100644", "100755")
 _FULL = ("No space left", "Read-only file system", "failed to write", "quota exceeded")
-"""What git says where a disk takes nothing."""
+"""Git's messages when the disk is full or read-only."""
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,22 @@ class Repository:
 @dataclass(frozen=True)
 class _Blob:
     path: PurePosixPath
-    """From the root of the repository."""
+    """Relative to the root of the repository."""
     name: str
     size: int
 
 
 def run_git(arguments: list[str], folder: Path, data: bytes = b"") -> bytes:
-    """Return what a git command prints.
+    """Return the output of a git command.
 
     Args:
         arguments: Arguments of the command.
         folder: Folder in which it runs.
-        data: Its standard input.
+        data: Standard input.
 
     Raises:
         RunError: If it fails.
-        MachineError: If there is no git, or the disk takes nothing.
+        MachineError: If git is not installed, or the disk is full or read-only.
     """
     done = _call(arguments, folder, data)
     if done.returncode:
@@ -58,7 +58,7 @@ def run_git(arguments: list[str], folder: Path, data: bytes = b"") -> bytes:
 
 
 def run_git_status(arguments: list[str], folder: Path) -> tuple[bytes, int]:
-    """Return what a git command prints, and its exit code."""
+    """Return the output of a git command, and its exit code."""
     done = _call(arguments, folder, b"")
     return done.stdout, done.returncode
 
@@ -76,7 +76,7 @@ def _call(arguments: list[str], folder: Path, data: bytes) -> "subprocess.Comple
 
 
 def find_commit(path: Path, revision: str) -> Repository:
-    """Return the repository that a path lies in, and the commit that a revision means there.
+    """Return the repository of a path, and the commit of a revision in it.
 
     Raises:
         RunError: If there is no such repository or revision.
@@ -87,7 +87,7 @@ def find_commit(path: Path, revision: str) -> Repository:
     try:
         root = run_git(["rev-parse", "--show-toplevel"], folder).decode().rstrip("\n")
     except RunError as error:
-        raise RunError(f"{path} lies in no git repository ({error})") from None
+        raise RunError(f"{path} is not in a git repository ({error})") from None
     try:
         commit = run_git(["rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}"], folder).decode().strip()
     except RunError:
@@ -96,15 +96,15 @@ def find_commit(path: Path, revision: str) -> Repository:
 
 
 def extract(repository: Repository, path: Path, target: Path) -> Path:
-    """Write a case as it was in a commit into a folder: its file, and the files beside it.
+    """Write a case of a commit into a folder: its file, and the files beside it.
 
     Args:
         repository: The repository and its commit.
-        path: The case's folder or its file; it need not exist any more.
+        path: The case's folder or its file; it may no longer exist in the work tree.
         target: An empty folder.
 
     Returns:
-        The file in `target`, or the folder if the path was one.
+        `target` if the path is a folder, else the file in it.
 
     Raises:
         RunError: If the commit has no such file or folder.
@@ -128,7 +128,7 @@ def extract(repository: Repository, path: Path, target: Path) -> Path:
 
 
 def _existing(path: Path) -> Path:
-    """The folder that a path is, or the nearest one above it that exists."""
+    """A folder itself, or the nearest existing folder above a path."""
     folder = path.absolute()
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
@@ -145,7 +145,7 @@ def _inside(repository: Repository, path: Path) -> PurePosixPath:
 
 
 def _list(repository: Repository, places: list[str], *, deep: bool) -> list[tuple[str, _Blob]]:
-    """Ordinary files and folders of a commit, as (kind, entry); deep: all files below."""
+    """Regular files and folders of a commit, as (kind, entry); `deep` lists all files below the places."""
     options = ["ls-tree", "-z", "-l", *(["-r"] if deep else []), repository.commit]
     rows = run_git(["--literal-pathspecs", *options, "--", *places], repository.root).split(b"\0")
     found = []
@@ -155,7 +155,7 @@ def _list(repository: Repository, places: list[str], *, deep: bool) -> list[tupl
             continue
         mode, kind, blob, size = facts.decode().split()
         path = PurePosixPath(name.decode("utf-8", "surrogateescape"))
-        # No links: what they point at belongs to nobody's case. No names that would lead out of the folder.
+        # Links are skipped, since their targets are not part of the case, and names that lead out of the folder.
         if (kind == "blob" and mode in _FILES or kind == "tree") and ".." not in path.parts and not path.is_absolute():
             found.append((kind, _Blob(path, blob, 0 if size == "-" else int(size))))
     return found

@@ -1,4 +1,4 @@
-"""A patch on a case: it leaves a valid case behind, or nothing happens."""
+"""Application of a patch to a case: the result is valid, or the patch is refused."""
 
 import re
 from collections import Counter
@@ -17,33 +17,33 @@ from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
 OWNERS = ("scene", "bodies", "actions", "render")
-"""Who may own a part of a case: the one who writes the section of this name."""
+"""Owners of sections; each may change the section of its name."""
 
 
 @dataclass(frozen=True)
 class Revision:
-    """What a patch makes of a case."""
+    """Result of a patch."""
 
     source: Source
-    """The text as it was."""
+    """The text before."""
     text: str
-    """The text as it is to be."""
+    """The text after."""
     changes: list[Change]
     undo: list[Operation]
-    """The patch that leads back."""
+    """The inverse patch."""
     warnings: list[Problem] = field(default_factory=list)
-    """What the lint finds that it did not find before."""
+    """Lint warnings that are new."""
     remaining: list[Problem] = field(default_factory=list)
-    """Errors of the lint that were there before."""
+    """Lint errors that the case had before."""
 
 
 class RefusedPatch(SpecError):
-    """A patch whose result is no case that could be run.
+    """A patch whose result is not a valid case.
 
     Attributes:
-        problems: What would be wrong, at its place in `text`.
-        text: The text as it would have been.
-        blame: For each problem the operation that it may come from, from 0; None where that cannot be told.
+        problems: Problems of the result, with positions in `text`.
+        text: The text that the patch would have produced.
+        blame: For each problem the index of the operation that probably caused it, or None.
     """
 
     def __init__(self, problems: Sequence[Problem], text: str, operations: Sequence[Operation]) -> None:
@@ -53,17 +53,17 @@ class RefusedPatch(SpecError):
 
 
 def revise(source: Source, path: Path, operations: Sequence[Operation], owner: str | None = None) -> Revision:
-    """Apply a patch to the text of a case and check what comes out; no file is written.
+    """Apply a patch to the text of a case and check the result; no file is written.
 
     Args:
-        source: The text. It need not be a valid case: a patch may mend it.
-        path: Where it stands, for the files that it names.
+        source: The text. It may be invalid: a patch may repair it.
+        path: Path of the case, which files in it are relative to.
         operations: The patch.
-        owner: One of `OWNERS`, who may change their own section only; anybody may change anything if left out.
+        owner: One of `OWNERS`, to allow changes in this section only; None allows all changes.
 
     Raises:
-        PatchError: If the patch cannot be applied, or changes what is not its owner's.
-        RefusedPatch: If the result would not be a valid case, or the lint would find an error that is new.
+        PatchError: If the patch cannot be applied, or changes another owner's section.
+        RefusedPatch: If the result is not a valid case, or has new lint errors.
         SpecError: If the text is not YAML that the language accepts.
     """
     data = parse_document(source).data
@@ -96,11 +96,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
 
 
 def _check_ownership(data: Any, wanted: Any, operations: Sequence[Operation], owner: str) -> None:
-    """Refuse a patch that changes more than one section.
-
-    Raises:
-        PatchError: With the first operation that does.
-    """
+    """Raise a `PatchError` for the first operation outside the owner's section."""
     assert owner in OWNERS
     for index, operation in enumerate(operations):
         members = {"test": (), "move": ("from", "path")}.get(operation["op"], ("path",))
@@ -108,14 +104,14 @@ def _check_ownership(data: Any, wanted: Any, operations: Sequence[Operation], ow
             steps = split_pointer(operation[member])
             if steps[:1] != (owner,):
                 place = f"/{steps[0]}" if steps else "the whole case"
-                reason = f"{place} is not the owner's: `--owner {owner}` may change what is below /{owner} only"
+                reason = f"{place} is outside /{owner}, the only section that `--owner {owner}` may change"
                 raise PatchError(index, reason, member, f" ({operation['op']} {operation['path']})")
     for section in data.keys() | wanted.keys() if isinstance(data, dict) else ():
         assert section == owner or same(data.get(section), wanted.get(section)), section
 
 
 def _examine(text: str, path: Path) -> list[Problem]:
-    """What the lint finds in a valid case, waived problems left out."""
+    """Lint problems of a case, without waived ones."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint import lint_case
 
@@ -123,7 +119,7 @@ def _examine(text: str, path: Path) -> list[Problem]:
 
 
 def _beyond(found: list[Problem], before: list[Problem]) -> list[Problem]:
-    """Problems of which there were not as many before: a moved line does not make one new."""
+    """New problems, counted by rule and path: a problem whose line has moved is not new."""
     known = Counter((problem.rule, problem.path) for problem in before)
     new = []
     for problem in found:
@@ -134,7 +130,7 @@ def _beyond(found: list[Problem], before: list[Problem]) -> list[Problem]:
 
 
 def _blamed(problem: Problem, operations: Sequence[Operation]) -> int | None:
-    """The last operation that wrote the value that is wrong, something in it, or what it stands in or names."""
+    """Index of the last operation that wrote at the problem's path, above or below it, or at a name in its message."""
     writing = [index for index, operation in enumerate(operations) if operation["op"] != "test"]
     if len(writing) == 1:
         return writing[0]

@@ -1,4 +1,4 @@
-"""One side of a comparison: a file, a case's folder, one of its revisions in git, a variant, or a run."""
+"""One side of a comparison: a file, a case's folder, a revision in git, a variant, or a run."""
 
 import re
 import tempfile
@@ -19,13 +19,13 @@ from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, read_source
 
 EXPANDED = "expanded.yaml"
-"""In a run folder: the case with its overlays laid over it and its prefabs expanded."""
+"""File in a run folder: the case with overlays applied and prefabs expanded."""
 _VARIANTS = re.compile(r"((?:\+[A-Za-z][A-Za-z0-9_]{0,47})*)$")
 
 
 @dataclass(frozen=True)
 class VersionPlace:
-    """What the words for a side mean: `PATH`, `PATH@REVISION`, `PATH+VARIANT`."""
+    """Parsed form of `PATH`, `PATH@REVISION`, `PATH+VARIANT` or `PATH@REVISION+VARIANT`."""
 
     path: Path
     revision: str = ""
@@ -37,24 +37,24 @@ class Side:
     """A version of a case."""
 
     label: str
-    """What it is called in messages."""
+    """Its name in messages."""
     written: Any
-    """Plain data as it stands in the file."""
+    """Plain data of the file."""
     data: Any
-    """Plain data of the latest version of the language, with overlays laid over it, and `${…}` and prefabs in it."""
+    """Plain data in the latest version of the language, with overlays applied; `${…}` and prefabs are not expanded."""
     loaded: LoadedCase | None = None
     """The case, if it is valid."""
     problems: list[Problem] = field(default_factory=list)
-    """Why it is not."""
+    """Problems of an invalid case."""
     run: Path | None = None
-    """The run folder that it is."""
+    """Its folder, if it is a run."""
 
 
 def parse_place(text: str) -> VersionPlace:
-    """Take the words for a side apart; a file of just this name comes first.
+    """Parse the description of a side; an existing file or folder of this exact name takes precedence.
 
     Raises:
-        RunError: If nothing is there and no revision is named.
+        RunError: If there is no such file or folder, and no revision is named.
     """
     if Path(text).exists():
         return VersionPlace(Path(text))
@@ -76,11 +76,11 @@ def open_side(text: str, overlay: CaseOverlay) -> Iterator[Side]:
 
     Args:
         text: `PATH`, `PATH@REVISION`, `PATH+VARIANT`, or `PATH@REVISION+VARIANT`.
-        overlay: What is laid over it as well.
+        overlay: Overlay applied on top of the variants.
 
     Raises:
-        SpecError: If it is not even YAML that the language accepts.
-        RunError: If it is not there.
+        SpecError: If it is not YAML that the language accepts.
+        RunError: If it does not exist.
     """
     place = parse_place(text)
     overlay = CaseOverlay(place.variants) + overlay
@@ -93,7 +93,7 @@ def open_side(text: str, overlay: CaseOverlay) -> Iterator[Side]:
 
 
 def _read_side(path: Path, label: str, overlay: CaseOverlay = NOTHING) -> Side:
-    """Read a file or folder that is there; see `open_side`."""
+    """Read an existing file or folder; see `open_side`."""
     file = path / CASE_FILE if path.is_dir() else path
     run = path if path.is_dir() and (path / "run.json").is_file() else None
     if run is not None and (run / EXPANDED).is_file():
@@ -107,16 +107,16 @@ def _read_side(path: Path, label: str, overlay: CaseOverlay = NOTHING) -> Side:
 
 
 def text_side(source: Source, label: str, file: Path, overlay: CaseOverlay = NOTHING) -> Side:
-    """Return a text as if it stood in a file; see `open_side`.
+    """Return a text as a side; see `open_side`.
 
     Args:
         source: The text.
-        label: What it is called in messages.
-        file: The file that it would stand in.
-        overlay: What is laid over the case.
+        label: Its name in messages.
+        file: Path of the case, which files in it are relative to.
+        overlay: Overlay applied to the case.
 
     Raises:
-        SpecError: If the text is no YAML, or the overlay does not fit it.
+        SpecError: If the text is not YAML, or the overlay does not fit it.
     """
     written = parse_document(source)
     data = written.data

@@ -1,1 +1,1 @@
-"""Blinded comparisons of films by people: who compares what, the page on which they do, and what they say."""
+"""Blinded comparisons of films by people: assignments, the page for participants, and analysis of their answers."""

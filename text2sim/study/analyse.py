@@ -1,7 +1,7 @@
-"""Scores of methods from what people answered.
+"""Scores of methods from the answers of participants.
 
 An answer r from -2 to 2 says how much better the method's film is than the anchor's. The mean over the ratings of a
-task, then over tasks, gives 50 + 25 r; the anchor has 50. Who cannot judge is left out.
+task, then over tasks, gives 50 + 25 r; the anchor has 50. "Cannot judge" is excluded.
 """
 
 from collections import defaultdict
@@ -18,11 +18,11 @@ OVERALL = "all questions"
 
 
 def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
-    """Return scores, agreement and how much there is of answers, as plain data.
+    """Return scores, agreement and counts of answers, as plain data.
 
     Args:
-        study: What was asked.
-        answers: What was answered; also of people who have not come to the end.
+        study: The study.
+        answers: Its answers, including those of people who have not finished.
     """
     ratings = defaultdict[tuple[str, str, str], list[int]](list)
     left, abstained = list[int](), 0
@@ -64,7 +64,7 @@ def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
 
 
 def _score(means: Sequence[float]) -> dict[str, Any]:
-    """50 + 25 r over tasks, with the interval over tasks that the tables of `evaluation` have, too."""
+    """50 + 25 r over tasks, with the same bootstrap interval as in the tables of `evaluation`."""
     found = estimate([50 + 25 * r for r in means])
     if found is None:
         return {"score": None, "tasks": 0}
@@ -73,13 +73,13 @@ def _score(means: Sequence[float]) -> dict[str, Any]:
 
 
 def alpha(groups: Sequence[Sequence[float]]) -> float | None:
-    """Return Krippendorff's alpha for interval data: 1 is agreement, 0 is chance; None if it is not defined.
+    """Return Krippendorff's alpha for interval data: 1 is full agreement, 0 is chance; None if it is undefined.
 
-    With squared differences, observed and expected disagreement are the mean variance within units, weighted by their
-    ratings, and the variance of all ratings (K. Krippendorff, Content Analysis, 2nd ed. 2004, section 11.3).
+    alpha = 1 - D_o / D_e. For squared differences, D_o is the mean of the variances within units, weighted by their
+    numbers of ratings, and D_e the variance of all ratings (K. Krippendorff, Content Analysis, 2nd ed. 2004, 11.3).
 
     Args:
-        groups: Ratings of one and the same thing by different people; single ones tell nothing and are left out.
+        groups: Ratings of each unit by different people; units with a single rating are ignored.
     """
     groups = [rows for rows in groups if len(rows) > 1]
     everything = np.concatenate(groups) if groups else np.zeros(0)

@@ -1,4 +1,4 @@
-"""What people answered, in SQLite: written before the next comparison is shown."""
+"""Answers of participants, in SQLite; each is stored before the next comparison is shown."""
 
 import secrets
 import sqlite3
@@ -29,20 +29,20 @@ class StudyAnswer(NamedTuple):
     trial: int
     question: str
     level: int | None
-    """From -2, A is much better, to 2, B is much better; None: cannot judge."""
+    """From -2 (A is much better) to 2 (B is much better); None: cannot judge."""
 
 
 class Answers:
     """The answers of a study.
 
     Args:
-        folder: Of the study.
-        study: What is asked.
+        folder: The folder of the study.
+        study: The study.
     """
 
     def __init__(self, folder: Path, study: Study) -> None:
         self._study = study
-        self._base = sqlite3.connect(folder / FILE, check_same_thread=False)  # one at a time: a loop asks
+        self._base = sqlite3.connect(folder / FILE, check_same_thread=False)  # the event loop serialises access
         with self._base:
             self._base.executescript(_TABLES)
             self._base.execute(
@@ -51,13 +51,13 @@ class Answers:
 
     @property
     def token(self) -> str:
-        """The secret in the address of the page; the same each time."""
+        """The secret in the address of the page; it survives a restart."""
         return self._base.execute("SELECT token FROM study").fetchone()[0]
 
     def begin(self) -> str | None:
-        """Give somebody who has agreed an assignment; return who that is now, None if all is done.
+        """Give a new participant an assignment; return the participant's id, or None if all assignments are finished.
 
-        Assignments that nobody has begun come first, then those that somebody has begun and not ended.
+        The unfinished assignment that the fewest people have begun is given.
         """
         begun, done = Counter[int](), set[int]()
         count = "SELECT assignment, count(DISTINCT trial) FROM person LEFT JOIN answer ON person = id GROUP BY id"
@@ -75,29 +75,29 @@ class Answers:
         return person
 
     def position(self, person: str) -> tuple[int, int] | None:
-        """Return the assignment of a person, and how many of its comparisons are answered; None if it is unknown."""
+        """Return a person's assignment and the number of comparisons answered; None if the person is unknown."""
         count = "SELECT count(DISTINCT trial) FROM answer WHERE person = id"
         return self._base.execute(f"SELECT assignment, ({count}) FROM person WHERE id = ?", (person,)).fetchone()
 
     def give(self, person: str, trial: int, levels: Mapping[str, int | None]) -> None:
-        """Keep the answers to a comparison; what was answered before stays.
+        """Store the answers to a comparison; earlier answers to it are kept.
 
         Args:
             person: Id of the person.
             trial: Number of the comparison.
-            levels: Answers by question, from -2, A is much better, to 2; None: cannot judge.
+            levels: Answers by question, see `StudyAnswer.level`.
         """
         rows = [(person, trial, question, level, time.time()) for question, level in levels.items()]
         with self._base:
             self._base.executemany("INSERT OR IGNORE INTO answer VALUES (?, ?, ?, ?, ?)", rows)
 
     def all(self) -> list[StudyAnswer]:
-        """Return all answers."""
+        """Return all answers, in the order in which they were given."""
         rows = self._base.execute(
             "SELECT person, assignment, trial, question, level FROM answer JOIN person ON person = id ORDER BY given"
         )
         return [StudyAnswer(*row) for row in rows]
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the database."""
         self._base.close()

@@ -1,8 +1,8 @@
-"""The folder of a study: what is compared, its films under names that say nothing, and what people answer.
+"""Folder of a study: the comparisons, the anonymised films, and the answers.
 
-STUDY/study.json          pairs, prompts, assignments, questions: the key to who made what
-STUDY/films/<number>.mp4  films, all encoded alike
-STUDY/answers.sqlite      what people answered, see `answers.py`
+STUDY/study.json          prompts, assignments, questions, and the method behind each film
+STUDY/films/<number>.mp4  films, all encoded in the same way
+STUDY/answers.sqlite      answers, see `answers.py`
 """
 
 import random
@@ -21,46 +21,46 @@ from text2sim.study.plan import Trial, assignments
 
 STUDY, FILMS = "study.json", "films"
 QUESTIONS = {
-    "prompt": "Which film shows better what the text describes: the things in it, and what becomes of them?",
-    "motion": "In which film does more of the motion happen that the text describes, from its beginning to its end?",
-    "physics": "In which film do things move, touch and deform more as they would in reality?",
+    "prompt": "Which film better shows what the text describes: the objects in it, and what happens to them?",
+    "motion": "Which film shows more of the motion that the text describes, from beginning to end?",
+    "physics": "In which film do objects move, touch and deform more realistically?",
     "picture": "Which film looks better: shapes, materials, light, camera?",
 }
 CONSENT = """\
-You will see pairs of short films, each pair with the text that both were made from. To each pair you answer four \
-questions. It takes about twenty minutes.
+You will see pairs of short films. Both films of a pair were made from the same text, which is shown with them. You \
+answer four questions about each pair. It takes about twenty minutes.
 
-Your answers are kept with the time at which you gave them, under a random number. Nothing else about you is kept: no \
-name, no address. A cookie with that number lets you go on later in the same browser.
+Your answers are stored with the time at which you gave them, under a random number. Nothing else about you is stored: \
+no name, no address. A cookie with that number lets you continue later in the same browser.
 
-Taking part is voluntary. You can stop at any time by closing the page.\
+Participation is voluntary. You can stop at any time by closing the page.\
 """
 LONGEST = 20_000
-"""Characters of a consent text."""
+"""Largest number of characters of a text."""
 
 Text = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST)]
 
 
 class Study(Model):
-    """A study, and the key to it."""
+    """A study: films, comparisons and questions."""
 
     format: Literal[1] = 1
     seed: int
     anchor: MethodName
     methods: Annotated[list[MethodName], Field(min_length=1)]
-    """Those that are compared with the anchor."""
+    """The methods that are compared with the anchor."""
     prompts: dict[Name, Text]
-    """By task."""
+    """The prompt of each task."""
     films: dict[Name, dict[MethodName, int]]
     """The number of each film, by task and method."""
     assignments: Annotated[list[list[Trial]], Field(min_length=1)]
     left_out: list[Text] = []
-    """Comparisons that cannot be shown, and why."""
+    """Films that are missing or unreadable, and why."""
     consent: Text = CONSENT
     questions: Annotated[dict[Name, Text], Field(min_length=1)] = QUESTIONS
 
     def film(self, trial: Trial, side: Literal["a", "b"]) -> int:
-        """Return the number of the film on a side of a comparison."""
+        """Return the number of the film on one side of a comparison."""
         return self.films[trial.task][trial.method if (side == "a") == trial.first else self.anchor]
 
 
@@ -85,21 +85,21 @@ def build(
     """Make the folder of a study.
 
     Args:
-        folder: Where; it must not have a study yet.
+        folder: The folder; it must not contain a study.
         prompts: The text of each task.
-        anchor: The method that all are compared with.
-        methods: The others.
-        seed: Decides assignments, order, sides and numbers of films.
-        consent: What people agree to.
+        anchor: The method that all others are compared with.
+        methods: The other methods.
+        seed: Determines assignments, order, sides and numbers of films.
+        consent: The text that participants agree to.
 
     Raises:
-        RunError: If there is nothing to compare.
+        RunError: If the folder has a study, two methods have the same name, or there is nothing to compare.
     """
     if (folder / STUDY).exists():
-        raise RunError(f"{folder}: there is a study already")
+        raise RunError(f"{folder}: it already contains a study")
     everyone = [anchor, *methods]
     if len({one.name for one in everyone}) < len(everyone):
-        raise RunError(f"two methods have one name: {', '.join(sorted(one.name for one in everyone))}")
+        raise RunError(f"two methods have the same name: {', '.join(sorted(one.name for one in everyone))}")
     (folder / FILMS).mkdir(parents=True, exist_ok=True)
     left_out: list[str] = []
     films: dict[str, dict[str, int]] = {task: {} for task in prompts}
@@ -119,7 +119,7 @@ def build(
         task: [one.name for one in methods if one.name in made] for task, made in films.items() if anchor.name in made
     }
     if not any(pairs.values()):
-        raise RunError(f"no task has a film of {anchor.name} and of another: " + "; ".join(left_out[:5]))
+        raise RunError(f"no task has films of both {anchor.name} and another method: " + "; ".join(left_out[:5]))
     study = Study(
         seed=seed,
         anchor=anchor.name,

@@ -7,7 +7,7 @@ const loaded = (film) => new Promise((done) => {
   film.addEventListener("canplaythrough", done, { once: true });
   film.addEventListener("error", () => { trouble.textContent = "A film could not be loaded: reload the page."; });
 });
-// Neither film may begin before the other; while they are watched, those of the next pair are loaded.
+// Both films start together; those of the next pair load meanwhile.
 Promise.all(films.map(loaded)).then(() => {
   document.documentElement.dataset.ready = "yes";
   play();

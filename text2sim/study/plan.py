@@ -1,4 +1,4 @@
-"""Who compares what: pairs with an anchor, dealt to assignments; a seed decides order and sides."""
+"""Assignments: comparisons of methods with an anchor, dealt to participants."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -7,13 +7,13 @@ from math import ceil
 from text2sim.spec_schema.models.base import Model
 
 RATINGS = 3
-"""Times that each pair of films is compared, by different people."""
+"""Number of times that each pair of films is compared, by different people."""
 COMPARISONS = 15
-"""Comparisons of an assignment at most."""
+"""Largest number of comparisons in an assignment."""
 
 
 class Trial(Model):
-    """One comparison: the film of a method and that of the anchor, made from one prompt."""
+    """One comparison: the films of a method and the anchor, made from the same prompt."""
 
     task: str
     method: str
@@ -22,14 +22,14 @@ class Trial(Model):
 
 
 def assignments(pairs: Mapping[str, Sequence[str]], seed: int) -> list[list[Trial]]:
-    """Deal all comparisons.
+    """Deal all comparisons to assignments.
 
-    No assignment has two comparisons of one task, and none has more than one comparison more than another. The sides of
-    a pair alternate over its ratings, from a side that chance has chosen; so does chance the order of each assignment.
+    No assignment has two comparisons of one task, and the lengths of assignments differ by one at most. The first side
+    of a pair is random, and sides alternate over its ratings. The order within an assignment is random.
 
     Args:
         pairs: Methods that are compared with the anchor, by task.
-        seed: What chance starts from.
+        seed: Seed of the random numbers.
     """
     chance = random.Random(seed)
     most = RATINGS * max(map(len, pairs.values()), default=0)
@@ -40,7 +40,7 @@ def assignments(pairs: Mapping[str, Sequence[str]], seed: int) -> list[list[Tria
         for method in pairs[task]:
             start = chance.randrange(2)
             trials += [Trial(task=task, method=method, first=(start + rating) % 2 == 0) for rating in range(RATINGS)]
-        # Those that have least get one each, so that they stay equally long.
+        # The shortest assignments get one each, so that lengths stay balanced.
         takers = sorted(dealt, key=lambda trials: (len(trials), chance.random()))
         for taker, trial in zip(takers, chance.sample(trials, len(trials)), strict=False):
             taker.append(trial)

@@ -1,7 +1,7 @@
-"""The page on which people compare films: nothing in its addresses, headers and text tells who made which.
+"""Page on which people compare films; its addresses, headers and text do not reveal the methods.
 
-A person is a random number in a cookie. There is one address; what it shows depends on how far the person is. A film is
-asked for by comparison and side.
+A random number in a cookie identifies a person. There is a single address, which shows the next comparison of that
+person. Films are requested by comparison and side.
 """
 
 import secrets
@@ -35,15 +35,15 @@ LEVELS = {
 COOKIE = "person"
 MONTH = 30 * 24 * 3600
 LARGEST = 10_000
-"""Bytes of a form that is sent."""
+"""Largest size of a submitted form [bytes]."""
 
 
 class StudyPage:
     """Serves a study.
 
     Args:
-        folder: Of the study.
-        hosts: Names with ports under which browsers ask.
+        folder: The folder of the study.
+        hosts: Values of the `Host` header that are accepted, `name:port`.
     """
 
     def __init__(self, folder: Path, hosts: frozenset[str]) -> None:
@@ -67,7 +67,7 @@ class StudyPage:
         return answer
 
     def _place(self, request: Request) -> tuple[str, int, int] | None:
-        """Who asks, the assignment, and the comparison at which they are."""
+        """The person, the assignment, and the number of the current comparison; None for an unknown person."""
         person = request.cookies.get(COOKIE, "")
         found = self.answers.position(person)
         return None if found is None else (person, *found)
@@ -102,7 +102,7 @@ class StudyPage:
             return back
         person, assignment, number = place
         over = number == len(self._study.assignments[assignment])
-        if over or given.get("number") != str(number):  # sent twice, or from an old page
+        if over or given.get("number") != str(number):  # submitted twice, or from an old page
             return back
         missing = tuple(name for name in self._study.questions if given.get(name) not in LEVELS)
         if missing:
@@ -119,14 +119,14 @@ class StudyPage:
         if not 0 <= number < len(trials):
             return await _nothing(request)
         film = self._folder / FILMS / f"{self._study.film(trials[number], side)}.mp4"
-        # Kept by the browser, so that the next comparison's are there when it is shown.
+        # The page prefetches the films of the next comparison, so the browser must cache them.
         return FileResponse(film, media_type="video/mp4", headers={"Cache-Control": "private, max-age=86400"})
 
 
 def _shown(state: str, status: int = 200, **contents: Any) -> Response:
     nonce = secrets.token_urlsafe(12)
     page = render_page("study", "page.html.j2", {"state": state, "nonce": nonce, **contents})
-    # Without any referrer a form is sent from the origin `null`, which is everybody's.
+    # With `no-referrer`, browsers submit a form with the origin `null`, which `admitted` could not check.
     headers = {"Content-Security-Policy": policy(nonce, "'self'"), "Referrer-Policy": "same-origin"}
     return HTMLResponse(page, status, headers)
 
@@ -136,16 +136,16 @@ async def _nothing(request: Request, error: Exception | None = None) -> Response
 
 
 def serve(folder: Path, address: str, port: int, tell: Callable[[str], None]) -> None:
-    """Serve a study until somebody stops it.
+    """Serve a study until it is interrupted.
 
     Args:
-        folder: Of the study.
-        address: Of this machine, at which to listen.
-        port: 0 takes one that is free.
-        tell: Told the address of the page.
+        folder: The folder of the study.
+        address: Address to listen at.
+        port: Port; 0 chooses a free one.
+        tell: Called with the URL of the page.
 
     Raises:
-        OSError: If it cannot listen there.
+        OSError: If it cannot listen at this address and port.
     """
     listening = socket.create_server((address, port))
     port = listening.getsockname()[1]
