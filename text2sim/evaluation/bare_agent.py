@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 PROGRAM, FILM, LOG, ENDED = "main.py", "film.mp4", "log.txt", "ended.json"
 ROUNDS_PER_ATTEMPT = 3
-"""Replies for each program that may be run: the rest is reading."""
+"""Replies for each program that may be run, including requests for documentation."""
 REMEMBERED = 12
-"""Messages that go with a question, the latest, behind the first two."""
+"""Latest messages that are sent again, after the first two."""
 LOG_SHOWN = 6_000
-"""Characters of the end of a log that the agent sees."""
+"""Characters at the end of a log that the agent sees."""
 CARDS = 6
-"""Cards that it is dealt, by the words of the prompt."""
+"""Number of cards that the agent gets; they are found by the words of the prompt."""
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,9 @@ class ProgramTrial:
     code: int
     cause: str
     wall: float
-    """[s]"""
+    """Wall time [s]."""
     minutes_left: float | None
-    """For everything, when it had ended; None without a limit."""
+    """Minutes left of the budget when it ended; None without a limit."""
 
     @property
     def film(self) -> Path | None:
@@ -65,7 +65,7 @@ class ProgramTrial:
         return path if path.is_file() else None
 
     def is_filmed(self) -> bool:
-        """Whether its film can be decoded, which fails if the program was stopped while writing it."""
+        """Whether its film can be decoded. It cannot if the program was stopped while writing it."""
         with suppress(RunError):
             return self.film is not None and length_of(self.film) > 0
         return False
@@ -102,17 +102,17 @@ class BareAgent:
             ModelError: If the model cannot be reached; the next start resumes it.
         """
         why, accepted = "its attempts are spent", False
-        allowed, minutes = self._allowance, self._allowance.minutes
-        limit = allowed.sim_timeout if minutes is None else min(allowed.sim_timeout, 60 * minutes)
-        told = {"limit": limit, "minutes": minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
+        allowed = self._allowance
+        limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
+        told = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
             Message("system", letter("agent", **told)),
             Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
         ]
         try:
             with Stop() as stop:
-                for _ in range(ROUNDS_PER_ATTEMPT * self._allowance.attempts):
-                    if len(self._trials) >= self._allowance.attempts:
+                for _ in range(ROUNDS_PER_ATTEMPT * allowed.attempts):
+                    if len(self._trials) >= allowed.attempts:
                         break
                     reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
                     told, images, done = self._act(reply, stop)

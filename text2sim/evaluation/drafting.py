@@ -1,4 +1,4 @@
-"""Drafting of requirements by a model, from the prompt alone, and freezing them with a digest."""
+"""Drafting of requirements by a model that sees the prompt alone, and freezing of suites."""
 
 from pathlib import Path
 from typing import Any

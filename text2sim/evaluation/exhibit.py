@@ -28,7 +28,7 @@ LONGEST_PROGRAM, LONGEST_LOG = 80_000, 6_000
 """Characters of a program, and of the end of a log, that a judge reads."""
 LARGEST_FILE = 20_000_000
 FACTS = 12
-"""Requirements of which facts are computed."""
+"""Largest number of requirements that facts are computed for."""
 
 
 class FactClaims(Answer):
@@ -46,11 +46,11 @@ class ResultExhibit:
     frames: FilmFrames | None = None
     motion: Motion | None = None
     facts: list[str] = field(default_factory=list)
-    """Sentences, those that belong to a requirement with its name."""
+    """Sentences; one about a requirement begins with its name."""
     missing: list[str] = field(default_factory=list)
-    """What is not there, or cannot be read, and why."""
+    """Files that are missing or unreadable, and why."""
     notes: list[str] = field(default_factory=list)
-    """What went wrong on our side, which is no judge's business."""
+    """Errors of text2sim itself, which judges do not see."""
     loaded: LoadedCase | None = None
 
     def hide(self, folder: Path) -> None:
@@ -85,8 +85,8 @@ def exhibit_of(made: PromptResult) -> ResultExhibit:
 def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultExhibit, made: PromptResult) -> None:
     """Have a model bind requirements to computable facts, and compute these.
 
-    The model is asked once for each result; all judges read the same facts. Without a case, or an answer, there are
-    none.
+    The model is asked once for each result, and all judges read the same facts. There are none without a case or
+    without a usable answer.
 
     Args:
         chat: Opens a conversation with the models.

@@ -1,4 +1,4 @@
-"""Frames of a film for judges: evenly spaced and at scene changes, at full resolution."""
+"""Frames of a film for judges: evenly spaced ones and those after scene changes, at full resolution."""
 
 import io
 from dataclasses import dataclass
@@ -12,16 +12,17 @@ from text2sim.legibility.film import spread
 from text2sim.spec_schema.errors import RunError
 
 EVENLY, CHANGES = 10, 6
-"""Pictures that are spread over the film, and those behind changes of scene, at most."""
+"""Number of evenly spaced frames, and largest number of frames after scene changes."""
 LONGEST = 20_000
-"""Pictures of a film that are read."""
+"""Largest number of frames that are read."""
 PIXELS = 4096 * 2304
-"""Largest picture that is read."""
+"""Largest frame that is read [pixels]."""
 CUT = 0.12
-"""Mean difference of neighbouring small grey pictures (0 to 1) that is a change of scene,"""
+"""Smallest mean difference of consecutive grey thumbnails (0 to 1) at a scene change."""
 TIMES = 5.0
-"""if it is so many times the film's usual one: things that move fast are no change of scene."""
+"""Smallest ratio of this difference to the film's median, since fast motion is not a scene change."""
 SMALL = (64, 36)
+"""Width and height of these thumbnails [pixels]."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +32,9 @@ class FilmFrames:
     images: tuple[Image, ...]
     """`frame_01.png` and so on."""
     times: tuple[float, ...]
-    """When they come [s of the film]."""
+    """Their times in the film [s]."""
     duration: float
-    """Of the film [s]."""
+    """Duration of the film [s]."""
     size: tuple[int, int]
     """Width and height [pixels]."""
 
@@ -46,7 +47,7 @@ def film_frames(film: Path) -> FilmFrames:
     """Return frames of a film for a judge.
 
     Raises:
-        RunError: If it cannot be decoded; the message says why.
+        RunError: If it cannot be decoded.
     """
     times, greys, size = _looked_through(film)
     chosen = sorted({*spread(len(times), EVENLY), *_changes(greys)})

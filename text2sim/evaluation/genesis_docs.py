@@ -25,7 +25,7 @@ OPTIONS = {
     "gs.materials.SPH": ("engine/materials/SPH",),
     "gs.force_fields": ("engine/force_fields.py",),
 }
-"""Classes that are set up by their fields, by the name under which they are reached."""
+"""Sources of option classes, which are configured by their fields, by the prefix of their names."""
 OBJECTS = {
     "Scene": ("engine/scene.py",),
     "Camera": ("vis/camera.py",),
@@ -35,7 +35,7 @@ OBJECTS = {
     "PBDEntity": ("engine/entities/pbd_entity.py",),
     "FEMEntity": ("engine/entities/fem_entity.py",),
 }
-"""Objects that are used by their methods."""
+"""Sources of the classes whose methods are documented."""
 SKIPPED = (
     "GravityMixin",
     "TimeBasedMixin",
@@ -49,17 +49,18 @@ SKIPPED = (
     "ViewerOptions",
 )
 FIELD = 40
-"""Characters of a default value."""
+"""Longest default value that is shown [characters]."""
 DOCSTRING = 6_000
-"""Characters of a docstring that is asked for."""
+"""Longest docstring that is shown [characters]."""
 
 
 class ApiEntry(NamedTuple):
     """A class or method."""
 
     line: str
-    """Its signature, with the first words of its docstring."""
+    """Its signature, with the beginning of its docstring."""
     doc: str
+    """Its docstring."""
 
 
 @cache
@@ -83,7 +84,7 @@ def documentation() -> dict[str, ApiEntry]:
                     name = f"gs.options.vis.{node.name}"  # not re-exported by the package
                 made = next((one for one in node.body if _is(one, "__init__")), None)
                 options = _options(name, node)
-                bare = made is None or "()" not in options.line  # what has fields takes them, whatever else it takes
+                bare = made is None or "()" not in options.line  # a class with fields accepts them as arguments
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
     for owner, places in OBJECTS.items():
         for node in _classes(root, places):
@@ -95,7 +96,7 @@ def documentation() -> dict[str, ApiEntry]:
 
 
 def digest() -> str:
-    """Return a line for each class and method."""
+    """Return one line for each class and method."""
     return "\n".join(entry.line for entry in documentation().values())
 
 

@@ -1,6 +1,6 @@
 """Judging of method folders: independent repeats by judges who see neither names nor each other's scores.
 
-JUDGED/judging.json                                     what was judged, by whom
+JUDGED/judging.json                                     suite, prompts, methods and judges
 JUDGED/<prompt>/<method>/frames/                        the frames that judges saw
 JUDGED/<prompt>/<method>/<kind>-<judge>-<repeat>/       judgement.json, and calls/ with every request and reply
 """
@@ -37,10 +37,10 @@ from text2sim.recording.run_files import read_json, read_text
 from text2sim.spec_schema.errors import RunError
 
 Kind = Literal["physical", "visual", "check"]
-"""`check` binds requirements to facts; it is no judgement."""
+"""`check` binds requirements to facts; it is not a judgement."""
 KINDS: tuple[Kind, ...] = ("physical", "visual")
 State = Literal["judged", "nothing", "not_judged"]
-"""`nothing`: there was nothing to look at, which is 0 by the rules, and nobody was asked."""
+"""`nothing`: there was nothing to judge, so the score is 0 and no judge was asked."""
 JUDGING, JUDGEMENT = "judging.json", "judgement.json"
 Tell = Callable[[str], None]
 
@@ -59,7 +59,7 @@ class Turn:
 
     @property
     def code(self) -> str:
-        """Its anonymous name: it reveals neither the method, nor which other judgements are about the same film."""
+        """Its anonymous name, which reveals neither the method nor other judgements of the same film."""
         said = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
         return f"{self.prompt}-{self.kind}-{sha256(said.encode()).hexdigest()[:8]}"
 
@@ -75,18 +75,18 @@ class Judgement:
 
     turn: Turn
     digest: str
-    """Of what it is judged by (`Prompt.digest`)."""
+    """Digest of the prompt and its requirements (`Prompt.digest`)."""
     state: State
     total: float | None
     """0 to 100; None if it was not judged."""
     why: str = ""
-    """Of a total that follows from the rules alone, or of none."""
+    """Reason for a total without a judge, or for no total."""
     reply: Mapping[str, Any] | None = None
-    """What the judge said."""
+    """The judge's reply."""
     score: Mapping[str, Any] | None = None
     """The parts of a physical score."""
     shown: Mapping[str, Any] | None = None
-    """Facts, what was missing, and the moments of the pictures [s]."""
+    """Facts, missing files, and times of the frames [s]."""
 
 
 @dataclass
@@ -98,9 +98,9 @@ class Judging:
     models: Sequence[str]
     """The judges."""
     out: Path
-    """Where everything is kept."""
+    """Output folder."""
     repeats: int = 3
-    """Judgements of each kind by each judge."""
+    """Number of judgements of each kind by each judge."""
     budget: Budget = field(default_factory=Budget)
     stop: Callable[[], bool] = never
 
@@ -121,7 +121,7 @@ class Judging:
         Raises:
             StoppedError: If the user stopped it.
             BudgetSpent: If the budget is used up.
-            RunError: If a judge sees no pictures.
+            RunError: If a judge does not accept images.
         """
         for model in self.models:
             if not judge_endpoint(model, "").vision:
@@ -154,7 +154,7 @@ class Judging:
             turn = Turn(name, method.name, "check", 1, 1)
             bind_facts(lambda: self._chat(turn), prompt, shown, made)
         rows = []
-        for turn in self._turns(name, method.name):
+        for turn in _turns(name, method.name, len(self.models), self.repeats):
             row = self._judged(turn, prompt, made, shown)
             write_json(self.out / turn.place / JUDGEMENT, asdict(row))
             rows.append(row)
@@ -162,9 +162,6 @@ class Judging:
             who = f"{turn.kind} {turn.repeat} of {self.repeats} by judge {turn.judge}"
             tell(f"{name}, {method.name}: {who}: {said}")
         return rows
-
-    def _turns(self, name: str, method: str) -> list[Turn]:
-        return _turns(name, method, len(self.models), self.repeats)
 
     def _judged(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
@@ -220,7 +217,7 @@ def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit
 
 
 def _turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
-    """Return the judgements of a result that are due."""
+    """The judgements that are due for a result."""
     return [
         Turn(prompt, method, kind, judge, repeat)
         for kind in KINDS
@@ -230,7 +227,7 @@ def _turns(prompt: str, method: str, judges: int, repeats: int) -> list[Turn]:
 
 
 def judge_endpoint(model: str, code: str) -> Endpoint:
-    """Return a judge's endpoint; a mailbox gets a separate folder for each judgement, so that they are independent."""
+    """Return a judge's endpoint; each judgement by mailbox has a folder of its own, so that they are independent."""
     folder = model.startswith(("mailbox:", "replay:"))
     return endpoint_of(f"{model.rstrip('/')}/{code}" if folder else model)
 
@@ -264,7 +261,7 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
 
 
 def scores_of_runs(out: Path) -> dict[str, list[dict[str, Any]]]:
-    """Return what judges gave runs of text2sim, by the digest of the simulation: `by`, `score` of 100, no `verdict`.
+    """Return the judgements of runs of text2sim by simulation digest, as `by`, `score` (0 to 100) and `verdict` (None).
 
     Raises:
         RunError: If the folder has no judgements, or a method folder is gone.

@@ -13,35 +13,35 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 STILL = 2e-4
-"""Way [m] from frame to frame below which something stands still."""
+"""Displacement per frame below which something is at rest [m]."""
 SLACK = 0.05
-"""Part of a way that integration may add to what velocities say,"""
+"""Tolerated integration error, as a fraction of the displacement."""
 SOFT_SLACK = 0.5
-"""and of a body that deforms: points that something holds are moved by the solver, and have no velocity from that."""
+"""The same for deformable bodies, where the solver moves held points without giving them a velocity."""
 FREE = 0.5
-"""Acceleration in units of gravity that nothing recorded explains, from which on it is not explained,"""
+"""Tolerated unexplained acceleration, as a fraction of gravity."""
 PUSHED = 0.2
-"""with so much of what contacts explain on top."""
+"""Additional tolerance, as a fraction of the acceleration by contacts."""
 USUAL = 9.81
-"""[m/s2], where there is no gravity."""
+"""Reference acceleration in a scene without gravity [m/s2]."""
 SHARE, FEWEST = 0.2, 3
-"""Part of the frames in motion, and how many, from which on a body counts as keyframed."""
+"""Smallest fraction and number of unexplained frames in motion for which a body counts as keyframed."""
 JUMP = 0.05
-"""Way [m] beyond what velocities explain that is a jump, in one frame."""
+"""Displacement in one frame beyond what velocities explain that counts as a jump [m]."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Origin of the motion of a run."""
+    """Keyframed and driven motion of a run."""
 
     keyframed: dict[str, str]
-    """Copies that are moved by no force, and what shows it."""
+    """Copies that no force moves, and the evidence."""
     driven: dict[str, float]
-    """Bodies that move by decree, with their part of all ways in the scene."""
+    """Bodies with prescribed motion, and their fraction of the total path length."""
     part: float
-    """Of all ways that bodies go, the part of keyframed ones, 0 to 1."""
+    """Fraction of the total path length that is keyframed, 0 to 1."""
     looked_at: int
-    """Copies that were looked at."""
+    """Number of copies that were checked."""
 
     @property
     def mainly_keyframed(self) -> bool:
@@ -61,14 +61,14 @@ class Motion:
 
 
 def motion_of(recording: RecordedCase) -> Motion:
-    """Compare recorded positions with recorded velocities, and these with gravity and contacts.
+    """Detect motion that recorded velocities, gravity and contacts do not explain.
 
     For each link and deformable body, the displacement d of the centre between frames must agree with the velocities at
     both ends: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with a tolerance of 5 % (50 % for deformable bodies) and
     0.2 mm. For each free rigid body, the change of momentum must be that of gravity and contacts,
-    m (v1 - v0) = m g h + sum(F dt), with a tolerance of half of gravity and a fifth of the contact forces. Skipped if
-    controls act on the body, if something deforms (its contacts are not recorded), or if the contact model does not
-    report forces.
+    m (v1 - v0) = m g h + sum(F dt), with a tolerance of half of gravity and a fifth of the contact forces. This second
+    check is skipped if controls act on the body, if the scene has deformable bodies (their contacts are not recorded),
+    or if the contact model does not report forces.
     """
     keyframed: dict[str, str] = {}
     ways: dict[str, float] = {}

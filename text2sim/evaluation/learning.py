@@ -1,9 +1,9 @@
 """Learning of cards from a suite: failures are reviewed, and a card is kept only if it improves the score.
 
-WORK/rounds/<round>/<prompt>/    how prompts were answered: `before`, then once for each card that is tried
-WORK/judged/<round>/             what judges said of that
-WORK/lessons/<prompt>/           what was asked and answered about its lesson, and lesson.json, what came of it
-WORK/cards/<round>/              the library with which a round was answered: the cards kept so far, and the one tried
+WORK/rounds/<round>/<prompt>/    answers to the prompts: round `before`, then one round for each card that is tried
+WORK/judged/<round>/             judgements of these answers
+WORK/lessons/<prompt>/           calls about the lesson from a prompt, and the lesson in lesson.json
+WORK/cards/<round>/              the card library of a round: the cards kept so far, and the one that is tried
 """
 
 import shutil
@@ -47,7 +47,7 @@ class Lesson(CardProposal):
     failure: str
     evidence: str
     edits: str = ""
-    """The card that it betters."""
+    """Id of the card that it edits; empty for a new card."""
 
 
 class Lessons(Answer):
@@ -86,20 +86,21 @@ class Learning:
 
     suite: Suite
     prompts: Mapping[str, Prompt]
-    """Of the suite: those to learn from."""
+    """The prompts of the suite to learn from."""
     cards: Path
     """The folder of learned cards, with its ledger."""
     work: Path
+    """The folder of answers, judgements and lessons."""
     models: Sequence[str]
-    """Who answers prompts, `[ROLE=]MODEL`."""
+    """Models that answer the prompts, `[ROLE=]MODEL`."""
     judge: str
-    """Who judges, and looks back; one who judges sees nothing of what the others see."""
+    """Model of the judge and the evaluator, in separate conversations."""
     allowance: Allowance
     tell: Callable[[str], None]
     repeats: int = 3
-    """Judgements of each kind."""
+    """Number of judgements of each kind."""
     answer: Callable[..., Path] = run_method
-    """Has prompts answered, as `run_method` does."""
+    """Answers prompts; has the signature of `run_method`."""
     budget: Budget = field(default_factory=Budget)
     stop: Callable[[], bool] = never
 
@@ -199,7 +200,7 @@ class Learning:
                 raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
 
     def _holds(self, draft: CardDraft, folder: Path) -> None:
-        """Run both cases of a card."""
+        """Run both cases of a card, and reject it if they do not show what it says."""
         place = folder / str(draft.data["id"])
         shutil.rmtree(folder, ignore_errors=True)
         draft.write(place)

@@ -26,7 +26,7 @@ Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]
 
 
 class Debt(Model):
-    """Debt of a card to a prompt, and so to its source."""
+    """The prompt, and so the source, that a card was learned from."""
 
     prompt: Name
     failure: Sentence
@@ -40,7 +40,7 @@ class CardTrial(Model):
     before: float
     after: float
     dealt: bool
-    """Whether somebody was given the card."""
+    """Whether a role received the card."""
 
 
 class CardRecord(Model):
@@ -48,7 +48,7 @@ class CardRecord(Model):
 
     state: Literal["kept", "rejected", "merged"]
     digest: str
-    """Of its files."""
+    """SHA-256 of its files."""
     owes: Annotated[list[Debt], Field(min_length=1)]
     tried: list[CardTrial] = []
 
@@ -63,7 +63,7 @@ class CardLedger(Model):
 
     format: Literal[1] = 1
     prompts: dict[Name, Prompt] = {}
-    """From which something was learned, with their sources."""
+    """Prompts from which cards were learned, with their sources."""
     cards: dict[CardId, CardRecord] = {}
 
 
@@ -78,7 +78,7 @@ def enter(cards: Path, card: str, account: CardRecord, prompts: dict[str, Prompt
     Args:
         cards: Folder of the cards.
         card: Id of the card.
-        account: What is known of it now.
+        account: The new record.
         prompts: Prompts that it was learned from, by name.
     """
     before = read_ledger(cards)
@@ -102,7 +102,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
     Args:
         suite: The suite.
         document: Its source document.
-        cards: Folder of cards besides those of text2sim; None without one.
+        cards: Folder of additional cards; None without one.
 
     Raises:
         SpecError: If a card was learned from a source of the suite, or its files do not match the ledger.

@@ -42,9 +42,9 @@ class Resources(Model):
     tokens_in: Number = 0
     tokens_out: Number = 0
     tokens_cached: Number = 0
-    """Of the tokens in: those that a prompt cache can serve."""
+    """Part of `tokens_in` that a prompt cache can serve."""
     cost: Amount | None = None
-    """US dollars; None if nobody knows."""
+    """Cost [US$]; None if it is unknown."""
     seconds: Amount = 0.0
     """Time that models took to answer [s]."""
 
@@ -61,9 +61,9 @@ class CaseResult(Model):
     prompt: Name
     """Its id in the suite."""
     status: Literal["finished", "failed", "unknown"]
-    """`finished`: there is something to judge; `failed`: there is nothing; `unknown`: nobody has said."""
+    """`finished`: there is something to judge; `failed`: there is nothing; `unknown`: not reported."""
     accepted: bool | None = None
-    """What the method itself thought of it, if it has an opinion."""
+    """The method's own verdict, if it gives one."""
     why: Annotated[str, StringConstraints(max_length=4000)] = ""
     """Why it failed, or was not accepted."""
     film: RelativePath | None = None
@@ -72,15 +72,15 @@ class CaseResult(Model):
     run: RelativePath | None = None
     """Run folder of text2sim, with recorded states and evidence."""
     log: RelativePath | None = None
-    """What the program printed, where there is no run folder."""
+    """Output of the program, if there is no run folder."""
     roles: dict[str, Resources] | None = None
-    """What models took, by role; None if nobody counted."""
+    """Resources used by models, by role; None if they were not counted."""
     attempts: Number | None = None
-    """Versions that were made."""
+    """Number of versions."""
     wall_s: Amount | None = None
     """Wall time from the prompt to the end [s]."""
     simulation_s: Amount | None = None
-    """Part of it in which programs ran [s]: simulation and film."""
+    """Part of `wall_s` in which simulations ran and the film was rendered [s]."""
 
     @property
     def total(self) -> Resources | None:
@@ -96,9 +96,9 @@ class MethodRecord(Model):
     suite: Annotated[str, StringConstraints(max_length=200)]
     """The suite's name."""
     digest: Annotated[str, StringConstraints(max_length=64)] = ""
-    """Of the suite's prompts (`Suite.prompts_digest`)."""
+    """Digest of the suite's prompts (`Suite.prompts_digest`)."""
     made_by: dict[str, Any] = {}
-    """How: command line, models, budget, versions."""
+    """Method, models, budget and version of text2sim."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class PromptResult:
     folder: Path
     result: CaseResult
     problems: tuple[Problem, ...] = ()
-    """What is wrong with the folder; it is judged as far as it goes."""
+    """Faults of the folder; what can be read is judged all the same."""
 
     def path(self, name: Literal["film", "program", "run", "log"]) -> Path | None:
         """Return the path of a part of the result; None if it is missing or outside of the folder."""
@@ -131,7 +131,7 @@ class MethodFolder:
     folder: Path
     record: MethodRecord
     made: Mapping[str, PromptResult] = field(default_factory=dict)
-    """By prompt; those of which there is no folder are missing."""
+    """Results by prompt; prompts without a folder are missing."""
 
     @property
     def name(self) -> str:

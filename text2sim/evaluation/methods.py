@@ -51,9 +51,9 @@ class Method:
     kind: Literal["text2sim", "agent", "command"]
     cards: bool = True
     library: str = ""
-    """Folder of cards besides those that come with text2sim, for `text2sim`; that of the environment if empty."""
+    """Folder of additional cards for `text2sim`; empty for that of the environment."""
     command: tuple[str, ...] = ()
-    """Words, with `{prompt}`, `{prompt_file}` and `{folder}`."""
+    """Arguments of the command, with the placeholders `{prompt}`, `{prompt_file}` and `{folder}`."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Allowance:
     sim_timeout: float = 3600.0
     film: Literal["draft", "final", "none"] = "draft"
     film_minutes: float = 10.0
-    """Wall time of the path-traced film of text2sim [min]."""
+    """Largest wall time for the path-traced film of text2sim [min]."""
 
 
 def method_of(word: str) -> Method:
@@ -171,7 +171,7 @@ def _text2sim(
         why = f"text2sim generate: {said.get('error') or said.get('problems') or f'exit code {code}'}"[:4000]
         if code == BUG:
             return CaseResult(prompt=name, status="failed", why=why)
-        raise RunError(f"{name}: {why}")  # not specific to this prompt: the next one would fail, too
+        raise RunError(f"{name}: {why}")  # the cause is not this prompt, so the next one would fail, too
     run = Path(said["run"]) if said.get("run") else None
     film, seconds = _film(run, allowance, place)
     records = [RunRecord.read(path.parent) for path in case.glob("runs/*/run.json")]
@@ -216,7 +216,7 @@ def _agent(
 def _command(
     place: Path, name: str, prompt: Prompt, method: Method, models: Sequence[str], allowance: Allowance
 ) -> CaseResult:
-    """Run a command line of the user's in the user's environment; its output goes to `log.txt`."""
+    """Run the user's command in the user's environment; its output goes to `log.txt`."""
     folder = place.resolve()
     blanks = {"{prompt}": prompt.prompt, "{prompt_file}": str(folder / PROMPT_FILE), "{folder}": str(folder)}
     words = [_filled(word, blanks) for word in method.command]
@@ -247,7 +247,7 @@ def _command(
 
 
 def _filled(word: str, blanks: Mapping[str, str]) -> str:
-    """Fill in placeholders once: those within a prompt are text."""
+    """Fill in placeholders once, so that those within a prompt remain text."""
     return re.sub("|".join(map(re.escape, blanks)), lambda found: blanks[found[0]], word)
 
 

@@ -1,4 +1,4 @@
-"""Page of an evaluation: tables as in the paper, bars by case, films side by side, requirements with evidence."""
+"""Page of an evaluation: tables, bar charts by case, films side by side, requirements with evidence."""
 
 import base64
 import io
@@ -22,11 +22,11 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 REPORT = "report.html"
 COLORS = (BLUE, ORANGE, GREEN, VERMILION, GREY)
-"""Of methods, in their order; beyond five they are hatched."""
+"""Colours of methods, in their order; further methods repeat them with hatching."""
 MOMENTS = 4
-"""Shared times of which pictures of all films of a case stand side by side."""
+"""Number of times at which the films of a case are compared."""
 THUMBNAIL = 300
-"""Width of those [pixels]."""
+"""Largest side of the thumbnails at these times [pixels]."""
 
 
 def write_report(tables: Tables, out: Path) -> Path:
@@ -46,7 +46,7 @@ def write_report(tables: Tables, out: Path) -> Path:
 
 
 def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
-    """Prompts with a judgement, by family."""
+    """Prompts with a judgement, sorted by family."""
     names = {row.turn.prompt for row in tables.judgements}
     found = [(name, prompt) for name, prompt in tables.suite.prompts.items() if name in names]
     families = list(dict.fromkeys(prompt.family for prompt in tables.suite.prompts.values()))
@@ -95,7 +95,7 @@ def _handles(methods: Sequence[str]) -> tuple[list[Any], Sequence[str]]:
 
 
 def _case(tables: Tables, out: Path, name: str, prompt: Prompt) -> dict[str, Any]:
-    """Variables of the section of one prompt."""
+    """Template variables for one prompt."""
     rows = [row for row in tables.judgements if row.turn.prompt == name]
     films = {method: _film(tables, method, name) for method in tables.methods}
     times, strips = _strips(films)

@@ -13,11 +13,12 @@ from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt
 PARTS = {"scene": 0.20, "body": 0.275, "action": 0.275, "render": 0.25}
 """Weights of S, B, A and R in the physical score."""
 FAITHFUL, AESTHETIC = 0.7, 0.3
-"""Of R: what was asked to be seen, and how well it looks."""
+"""Weights in R of the render requirements and of the aesthetics."""
 PENALTY = 40.0
+"""Points that are subtracted if all prohibitions are violated."""
 UNUSABLE, KEYFRAMED, SEVERE = 20.0, 40.0, 60.0
-"""What a physical score is at most: without usable execution or film; if it is mainly keyframes or effects instead of
-simulation; if a prohibition is severely violated."""
+"""Upper bounds of a physical score: without a usable execution or film; with mainly keyframes or effects instead of
+simulation; with a severely violated prohibition."""
 VISUAL = {"content": 0.30, "depiction": 0.30, "polish": 0.25, "impact": 0.15}
 """Weights of C, D, P and I in the visual score."""
 
@@ -26,7 +27,7 @@ Hundred = Annotated[float, Field(ge=0, le=100)]
 
 
 class Marked(Answer):
-    """Mark of a requirement."""
+    """Mark of a requirement: 1, 1/2 or 0."""
 
     mark: Annotated[float, Field(ge=0, le=1)]
     evidence: Evidence = ""
@@ -43,26 +44,26 @@ class PhysicalReply(Answer):
     """Reply of a judge who sees prompt, program, records and frames."""
 
     requirements: dict[str, Marked]
-    """By `category.name`."""
+    """Marks by `category.name`."""
     prohibitions: dict[str, Violation] = {}
     aesthetics: Hundred
     execution: Literal["usable", "unusable"]
     motion: Literal["simulated", "mainly_keyframed"]
     why: Evidence = ""
-    """Of `unusable` and `mainly_keyframed`."""
+    """Reason for `unusable` or `mainly_keyframed`."""
 
 
 class VisualReply(Answer):
     """Reply of a judge who sees prompt and film alone."""
 
     content: Hundred
-    """C: what was asked for is there, and happens, in its order, up to its end."""
+    """C: everything in the prompt is present, and happens in the right order and completely."""
     depiction: Hundred
-    """D: it is seen clearly, and understood."""
+    """D: it is clearly visible and understandable."""
     polish: Hundred
-    """P: light, materials and surroundings belong together."""
+    """P: light, materials and surroundings fit together."""
     impact: Hundred
-    """I: whether one would show it to others."""
+    """I: the film is worth showing to others."""
     why: Evidence = ""
 
 
@@ -73,12 +74,13 @@ class PhysicalScore:
     parts: Mapping[str, float]
     """S, B, A and R, by category."""
     faithfulness: float
-    """Of R: weighted mean of the render requirements."""
+    """F in R: weighted mean of the marks of render requirements."""
     aesthetics: float
+    """Q in R."""
     penalty: float
-    """What violated prohibitions take off."""
+    """Points that are subtracted for violated prohibitions."""
     caps: tuple[float, ...]
-    """Those that apply."""
+    """Upper bounds that apply."""
     total: float
 
 
@@ -88,9 +90,10 @@ def physical_score(
     r"""Return the physical score of a judgement.
 
     S, B, A = 100 \sum_i w_i m_i / \sum_i w_i over the requirements of a category, with importance w and mark m of 1,
-    1/2 or 0; one without a mark counts 0. R = 0.7 F + 0.3 Q: F is the same over the render requirements, Q the judge's
-    aesthetics. Total = 0.20 S + 0.275 B + 0.275 A + 0.25 R - 40 \sum_violated v_j / \sum v_j, with v the weights of the
-    prohibitions, clamped to 0 to 100, and no more than the lowest cap that applies: 20, 40, 60.
+    1/2 or 0; a requirement without a mark counts 0. R = 0.7 F + 0.3 Q, where F is the same mean over the render
+    requirements and Q the judge's aesthetics. The total is 0.20 S + 0.275 B + 0.275 A + 0.25 R
+    - 40 \sum_violated v_j / \sum v_j, with weights v of the prohibitions, clamped to 0 to 100, and at most the lowest
+    cap that applies: 20, 40 or 60.
 
     Args:
         prompt: The prompt, with requirements.
@@ -131,16 +134,16 @@ def _violated(prohibitions: Mapping[str, Prohibition], said: Mapping[str, Violat
 
 
 def visual_score(reply: VisualReply) -> float:
-    """Return the visual score 0.30 C + 0.30 D + 0.25 P + 0.15 I; without a film it is 0, and nobody is asked."""
+    """Return the visual score 0.30 C + 0.30 D + 0.25 P + 0.15 I."""
     return sum(weight * getattr(reply, part) for part, weight in VISUAL.items())
 
 
 def physical_faults(prompt: Prompt, reply: PhysicalReply, frames: int) -> list[str]:
-    """Describe the faults of a physical judgement: names, marks, and marks without evidence.
+    """Describe the faults of a physical judgement: wrong names, wrong marks, missing evidence.
 
     Args:
-        prompt: With requirements.
-        reply: What the judge said.
+        prompt: The prompt, with requirements.
+        reply: The judge's reply.
         frames: Number of frames that the judge was shown.
     """
     assert prompt.requirements is not None

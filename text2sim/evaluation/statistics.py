@@ -13,7 +13,7 @@ from text2sim.evaluation.judging import Judgement, Kind
 CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 16
-"""Of the bootstrap: the same judgements give the same intervals."""
+"""Seed of the bootstrap: equal judgements give equal intervals."""
 
 Key = tuple[str, str]
 """Method and prompt."""
@@ -26,24 +26,24 @@ class Estimate:
     mean: float
     low: float
     high: float
-    """Ends of the bootstrap interval (percentiles, 95 %); the mean itself where there is but one case."""
+    """Ends of the 95 % bootstrap interval (percentiles); equal to the mean if there is only one case."""
     count: int
-    """Cases."""
+    """Number of cases."""
 
 
 @dataclass(frozen=True)
 class RaterAgreement:
-    """Agreement of two judgements of the same results."""
+    """Agreement of pairs of judgements, each pair of the same result."""
 
     pairs: int
     marks: float | None
-    """Part of the requirements that get the same mark from both; None of visual judgements."""
+    """Fraction of the requirements with equal marks; None for visual judgements."""
     difference: float
-    """Mean difference of totals, second less first; 0 between repeats, which have no order."""
+    """Mean difference of totals, second minus first; 0 between repeats, which have no order."""
     distance: float
     """Mean absolute difference of totals."""
     correlation: float | None
-    """Of totals over cases (Pearson); None where one of both does not vary."""
+    """Pearson correlation of totals; None if either does not vary."""
 
 
 def case_scores(rows: Iterable[Judgement], kind: Kind) -> dict[Key, float]:
@@ -55,9 +55,9 @@ def case_scores(rows: Iterable[Judgement], kind: Kind) -> dict[Key, float]:
 
 
 def spread_within(rows: Iterable[Judgement], kind: Kind, method: str) -> float | None:
-    r"""Return the RMS standard deviation within cases: \sqrt{mean_i s_i^2}, s_i^2 the variance (n - 1) of repeats.
+    r"""Return the RMS standard deviation within cases, \sqrt{mean_i s_i^2}, with the sample variance s_i^2 of repeats.
 
-    A case is one prompt by one judge; those with a single repeat do not count. None if there are no others.
+    A case here is a prompt with one judge. Cases with a single repeat are ignored; None if there are no others.
 
     Args:
         rows: The judgements.
@@ -128,7 +128,12 @@ def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) ->
 
 
 def part_scores(rows: Iterable[Judgement], part: Callable[[Judgement], float | None]) -> dict[Key, float]:
-    """Return the mean of a part of judgements for each case; 0 where there was nothing to judge."""
+    """Return the mean of a part of the score for each case; 0 if there was nothing to judge.
+
+    Args:
+        rows: The judgements.
+        part: Returns the part of one judgement; None excludes the judgement.
+    """
     found: dict[Key, list[float]] = defaultdict(list)
     for row in rows:
         if (value := 0.0 if row.state == "nothing" else part(row)) is not None:
@@ -150,7 +155,7 @@ def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -
 
 
 def _marks(row: Judgement) -> list[Any]:
-    """Marks of a judgement, in the order of their names."""
+    """Marks of a judgement, sorted by name."""
     return [one for _, one in sorted(((row.reply or {}).get("requirements") or {}).items())]
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints
 
 from text2sim.evaluation.documents import read_model
-from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
 
@@ -21,9 +21,9 @@ BUILT_IN = Path(__file__).resolve().parent / "suites"
 CATEGORIES = ("scene", "body", "action", "render")
 Family = Literal["rigid", "deformable", "cloth"]
 MOST = 12
-"""Requirements of one category, and prohibitions, at most."""
+"""Largest number of requirements of one category, and of prohibitions."""
 SAME_TITLE, SAME_PROMPT = 0.9, 0.8
-"""Likeness (difflib, 0 to 1) from which two titles name one source, and two prompts ask for the same."""
+"""Similarity (difflib, 0 to 1) at which titles name the same source, and prompts ask for the same thing."""
 
 Line = Annotated[str, StringConstraints(min_length=3, max_length=400, strip_whitespace=True)]
 Importance = Annotated[int, Field(ge=1, le=5, strict=True)]
@@ -53,19 +53,19 @@ class Prohibition(Model):
 
 
 class Requirements(Model):
-    """Requirements of a prompt by category, and its prohibitions."""
+    """Requirements of a prompt by category."""
 
     scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
-    """What is there: surroundings, supports, their arrangement."""
+    """Surroundings, supports, and their arrangement."""
     body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
-    """What the things that move are: shapes, counts, materials."""
+    """Shapes, counts and materials of moving bodies."""
     action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
-    """What happens, by what cause, in which order, with what outcome."""
+    """Events, their causes, order and outcome."""
     render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
-    """What the film has to show, and how things have to look."""
+    """What the film must show, and appearance."""
 
     def rows(self) -> dict[str, tuple[str, Requirement]]:
-        """Return category and requirement, by `category.name`."""
+        """Return the category and the requirement by `category.name`."""
         return {f"{kind}.{name}": (kind, one) for kind in CATEGORIES for name, one in getattr(self, kind).items()}
 
 
@@ -76,30 +76,30 @@ class Prompt(Model):
     source: PromptSource
     prompt: Annotated[str, StringConstraints(min_length=10, max_length=4000, strip_whitespace=True)]
     requirements: Requirements | None = None
-    """None until somebody has drafted them."""
+    """None until they are drafted."""
     prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MOST)] = {}
 
     def digest(self) -> str:
-        """Return the SHA-256 of all that it is judged by: prompt, requirements, prohibitions."""
+        """Return the SHA-256 of prompt, requirements and prohibitions, which judgements depend on."""
         return _sha(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
 
 
 class Suite(Model):
-    """A list of prompts that every method is judged by."""
+    """Prompts on which methods are judged."""
 
     text2sim_suite: Literal[1]
-    """Version of this form."""
+    """Version of the format."""
     name: Name
     frozen: Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")] | None = None
     """`digest` at the time when it was frozen."""
     prompts: Annotated[dict[Name, Prompt], Field(min_length=1, max_length=1000)]
 
     def digest(self) -> str:
-        """Return the SHA-256 of all that methods are judged by."""
+        """Return the SHA-256 of all prompts, requirements and prohibitions."""
         return _sha({name: one.digest() for name, one in self.prompts.items()})
 
     def prompts_digest(self) -> str:
-        """Return the SHA-256 of the prompts alone: what methods see."""
+        """Return the SHA-256 of the prompts alone, which methods see."""
         return _sha({name: one.prompt for name, one in self.prompts.items()})
 
 
@@ -107,7 +107,7 @@ def read_suite(path: Path) -> tuple[Suite, Document]:
     """Read a suite; a plain name without folder and extension is one of those included in text2sim.
 
     Raises:
-        SpecError: With all its problems, including a change since it was frozen.
+        SpecError: With all problems of the file, including changes after it was frozen.
     """
     if not path.suffix and len(path.parts) == 1 and (BUILT_IN / f"{path}.yaml").is_file():
         path = BUILT_IN / f"{path}.yaml"
@@ -131,7 +131,7 @@ def complete(suite: Suite, document: Document) -> None:
 
 
 def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem]:
-    """Report the prompts of a suite that another one also contains, by source or by wording.
+    """Report the prompts of a suite that share a source or the wording with a prompt of another suite.
 
     Titles and prompts are compared without case, accents and punctuation, so that citations of one source match.
 
@@ -160,8 +160,6 @@ def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
     Raises:
         SpecError: If a name is unknown.
     """
-    from text2sim.spec_schema.errors import nearest
-
     wanted = list(only)
     unknown = [name for name in wanted if name not in suite.prompts]
     if unknown:

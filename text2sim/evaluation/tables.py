@@ -1,4 +1,4 @@
-"""Tables of an evaluation: scores, differences, agreement, resources, single judgements; as text, CSV and Parquet."""
+"""Tables of an evaluation, as text, CSV and Parquet: scores, differences, agreement, resources, single judgements."""
 
 import csv
 import importlib.util
@@ -38,8 +38,8 @@ PAPER: tuple[Row, ...] = (
     {"method": "Qwen-3.8, bare", "physical": 84.09, "visual": 56.31, "tokens": 23.9e6, "minutes": 95.1},
     {"method": "Code2Worlds", "physical": 67.91, "visual": 59.26, "tokens": 27.26e6, "minutes": 113.0},
 )
-"""What the paper of Text2Sim reports of its own 42 prompts, judges and prices: not comparable with ours number by
-number. Its ablation: cards bring +3.98 physical and +6.73 visual."""
+"""Figures that the paper of Text2Sim reports for its own 42 prompts, judges and prices; they are not directly
+comparable with ours."""
 RESOURCES = ("tokens_in", "tokens_out", "tokens_cached", "cost", "wall_s", "without_simulation_s", "attempts")
 
 
@@ -49,12 +49,12 @@ class Tables:
 
     suite: Suite
     record: Row
-    """Of the judging: models, repeats, methods."""
+    """Record of the judging: models, repeats, methods."""
     judgements: Sequence[Judgement]
     methods: Mapping[str, MethodFolder | None]
-    """None where a folder is gone."""
+    """Method folders by name; None if a folder no longer exists."""
     tables: Mapping[str, list[Row]]
-    """By the name of the file that they are written to."""
+    """Rows by name of the table, which is also the name of its file."""
 
 
 def tables_of(suite: Suite, out: Path) -> Tables:
@@ -114,12 +114,8 @@ def _differences(rows: Sequence[Judgement], methods: Sequence[str]) -> list[Row]
         scores = case_scores(rows, kind)
         for one, other in combinations(methods, 2):
             if (difference := paired(scores, one, other)) is not None:
-                found.append({"method": one, "less": other, **_spelled(kind, difference), "score": kind})
-    return [
-        {"score": row["score"], "method": row["method"], "less": row["less"]}
-        | {name: row[f"{row['score']}{suffix}"] for name, suffix in _SPELLED.items()}
-        for row in found
-    ]
+                found.append({"score": kind, "method": one, "less": other, **asdict(difference)})
+    return found
 
 
 _SPELLED = {"mean": "", "low": "_low", "high": "_high", "count": "_cases"}
@@ -141,7 +137,7 @@ def _agreement(rows: Sequence[Judgement], models: int) -> list[Row]:
 
 
 def _mean_resources(name: str, method: MethodFolder | None, suite: Suite) -> Row:
-    """Mean of each resource over the cases in which it is known."""
+    """Means of each resource over the cases with a known value."""
     cases = [row for row in _case_resources(name, method, suite) if row["role"] == "all"]
     row: Row = {"method": name, "cases": len(cases)}
     for part in RESOURCES:
@@ -238,7 +234,7 @@ def write_tables(tables: Tables, out: Path) -> list[Path]:
 
 
 def text_of(tables: Tables) -> str:
-    """Return the scores as text, a line for each method."""
+    """Return the scores, one line for each method, and the differences between methods."""
     rows = ["method                    physical               visual                 sd within    not judged"]
     for row in tables.tables["scores"]:
         cells = [f"{row['method'][:24]:<24}"]
