@@ -14,8 +14,6 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 
 UNMOVED = ("static", "driven")
-
-
 _PARAMETER = re.compile(r"\$\{\s*(\w+)\s*\}")
 
 
@@ -30,15 +28,15 @@ class Agreement:
     def __init__(self, plan: CasePlan, emit: Emit) -> None:
         self.plan, self._emit = plan, emit
         self.names: tuple[str, ...] = ()
-        """Expectations that come from the request."""
+        """Names of the expectations that come from the request."""
         self.first = Fragments()
-        """What was expected before anything was built."""
+        """Measures, events and expectations before anything was built."""
         self.restated: list[str] = []
-        """What was said anew, old and new, for the Critic."""
+        """Descriptions of restated expectations, old and new, for the Critic."""
         self.contract: Contract | None = None
-        """Values of the expectations in the last sound case; None until there is one."""
+        """Values of the expectations in the last valid case; None until there is one."""
         self.planned_anew = False
-        """Whether the one further plan was made."""
+        """Whether a second plan was made; only one is allowed."""
         self._replaced: Contract | None = None
         self._why = ""
 
@@ -48,13 +46,13 @@ class Agreement:
 
     @property
     def pointers(self) -> tuple[str, ...]:
-        """JSON Pointers to what only the Planner may change in a case."""
+        """JSON Pointers to the parts of a case that only the Planner may change."""
         if self.contract is not None:
             return self.contract.pointers
         return tuple(f"/actions/{part}/{name}" for part in FROZEN_PARTS for name in getattr(self.plan.checks, part))
 
     def breaches(self, examined: Examination) -> list[Problem]:
-        """Return a problem for each place where a case deviates from the contract."""
+        """Return a problem for each deviation of a case from the contract."""
         assert examined.loaded is not None
         contract = self.contract or self._contract_of(examined.loaded)
         rows = contract.breaches(examined.loaded)
@@ -66,13 +64,13 @@ class Agreement:
         return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
 
     def take_down(self, examined: Examination) -> Contract:
-        """Record the contract of a valid case; what differs from the previous contract is shown to the Critic."""
+        """Record the contract of a valid case; differences from the previous contract are shown to the Critic."""
         assert examined.loaded is not None
         fresh, old = self._contract_of(examined.loaded), self.contract or self._replaced
         for part, rows in (old.values if old is not None else {}).items():
             for name, was in rows.items():
                 now = fresh.values[part].get(name)
-                # A measure that no expectation uses any more does not count as restated.
+                # A measure that no expectation uses any longer does not count as restated.
                 if not same(now, was) and (now is not None or part == "expect"):
                     self.say_restated(f"{part} `{name}` was {was}, is {now} ({self._why})")
         self.contract = fresh
@@ -160,7 +158,7 @@ class Agreement:
     def _take_anew(self, why: str) -> None:
         """Have the contract recorded again from the next valid case, with the reason for the Critic."""
         if self.contract is None and self._replaced is not None and why not in self._why:
-            why = f"{self._why}; {why}"  # there was no sound case in between
+            why = f"{self._why}; {why}"  # there was no valid case in between
         self._replaced, self.contract, self._why = self.contract or self._replaced, None, why
 
     def _contract_of(self, loaded: LoadedCase) -> Contract:
@@ -173,7 +171,7 @@ def _told(claims: Iterable[Claim]) -> str:
 
 
 def _duration_path(text: str) -> str:
-    """Return the pointer to the duration of a case: that of the parameter, if it is nothing but `${parameter}`."""
+    """Pointer to the duration of a case, or to the parameter if the duration is just `${parameter}`."""
     data = revising.data_of(text)
     said = _PARAMETER.fullmatch(str(revising.mapping(data, "scene").get("duration")))
     named = said is not None and said[1] in revising.mapping(data, "params")

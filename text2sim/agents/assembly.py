@@ -19,7 +19,7 @@ FROZEN_PARTS = ("measures", "events", "expect")
 PLANNERS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
 """Parts of a case that no Writer owns: the Planner patches them."""
 _OF_NAMES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
-"""Rules about names, which mean nothing while the rest of the case is not there."""
+"""Rules about names, which are meaningless while other sections are missing."""
 
 
 @dataclass
@@ -33,13 +33,13 @@ class Examination:
     notes: list[str] = field(default_factory=list)
     """Derived settings."""
     meant: Mapping[tuple[str, str], str] = field(default_factory=dict)
-    """What owners say of warnings that are meant, by rule and path."""
+    """Owners' reasons for intended warnings, by rule and path."""
     seconds: float = 0.0
-    """Wall time that a run takes on two idle cores; 0 if that is not known."""
+    """Estimated wall time of a run on two idle cores [s]; 0 if unknown."""
 
     @property
     def derived(self) -> str:
-        """One line of derived settings that the case leaves open and an author may want to know."""
+        """One line with the settings that the case leaves open and the compiler derives."""
         rows = [note.partition(": ")[0] for note in self.notes]
         told = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
         return f"derived: {'; '.join(told)}" if told else ""
@@ -78,7 +78,7 @@ def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections:
 
     Args:
         plan: The plan.
-        request: What was asked for; its first 2000 characters become `prompt`.
+        request: Text of the request; its first 2000 characters become `prompt`.
         params: Parameters of the case by name.
         sections: Sections by name, as their Writers wrote them.
     """
@@ -132,13 +132,13 @@ def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
 
     Args:
         problem: The problem.
-        frozen: Pointers to what only the Planner may change.
+        frozen: Pointers to the parts that only the Planner may change.
     """
     steps = problem.path.split("/")
     section = steps[1] if len(steps) > 1 else ""
     if problem.path == "/actions/expect":  # concerns all expectations together
         return "plan"
-    # Problems name a repeated entry by its numbered copies.
+    # Problems refer to a repeated entry by its numbered copies.
     if any(re.fullmatch(rf"{re.escape(pointer)}(_\d+)?(/.*)?", problem.path) for pointer in frozen):
         return "plan"
     return section if section in SECTIONS else "plan"

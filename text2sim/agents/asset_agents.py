@@ -1,5 +1,6 @@
 """Asset agents: specialists that make mechanisms and shapes before the bodies are written."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -45,11 +46,11 @@ class Supplies:
     """Output of the asset agents."""
 
     bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Whole bodies, which are put into the case as they are."""
+    """Complete bodies, which go into the case unchanged."""
     shapes: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Shapes of bodies and statics that Writers write, put in likewise."""
+    """Shapes, which go unchanged into bodies and statics that Writers write."""
     words: list[str] = field(default_factory=list)
-    """What the Writers have to know of them."""
+    """Notes on them for the Writers."""
 
 
 def supply(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
@@ -102,7 +103,7 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
         if answer.shape.get("kind") not in takes:
             got = f"`{answer.shape.get('kind')}` is no shape of a {kind} body"
             raise Wrong([f"/shape/kind: {got}, which takes {', '.join(takes)}"])
-        # A static is tried as a fixed body; a deformable one as it is, because its mesh has to be watertight.
+        # A static is tried as a rigid body. A deformable body keeps its kind, since its mesh must be watertight.
         body = {"kind": "rigid" if kind not in language.body_kinds() else kind, "shape": answer.shape}
         if wrong := tried(asset.body, body, plan, case, asset.what).faults:
             raise Wrong(wrong)
@@ -121,19 +122,16 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
 _SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "ellipsoid",
                      "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
-"""Parts of a sculpt that are no shapes by themselves."""
+"""Parts of a sculpt, which are not shapes by themselves."""
 
 
 def _text_to_3d() -> bool:
-    import os
 
     return bool(os.environ.get("MESHY_API_KEY"))
 
 
 def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     """Generate a mesh with Meshy, repair it, and register it in the case's manifest."""
-    import os
-
     from text2sim.asset_intake.register import generate
     from text2sim.assets.mesh_repair import RepairGoal
     from text2sim.assets.meshy import BASE, Meshy, Order3D

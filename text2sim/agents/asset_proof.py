@@ -22,20 +22,20 @@ class Proof:
     """Result of a trial."""
 
     faults: tuple[str, ...] = ()
-    """What is wrong, for its author."""
+    """Faults, in words for the agent that wrote the body."""
     control: dict[str, Control] | None = None
     notes: tuple[str, ...] = ()
 
 
 def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: str) -> Proof:
-    """Try a body by itself and register it in the manifest if it is valid; a body tried before is not tried again.
+    """Try a body by itself and register it in the manifest if it is valid; the same body is not tried twice.
 
     Args:
         name: Name of the body in the plan.
         body: The body as written in a case; its pose is ignored.
         plan: The plan, which defines the parameters.
         case: The case folder.
-        prompt: Text that the agent was given.
+        prompt: The agent's task, which is recorded in the manifest.
     """
     alone = {key: row for key, row in body.items() if key not in PLACING}
     alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
@@ -70,7 +70,7 @@ def _document(name: str, body: dict[str, Any], plan: CasePlan) -> dict[str, Any]
 
 
 def _drawn(name: str, loaded: Any, case: Path) -> str | None:
-    """Save a picture of the case; return the reason if there can be none."""
+    """Save a picture of the case; return the reason if that fails."""
     from text2sim.compiler.build import resolve_case
     from text2sim.drawing.portrait import portrait
 

@@ -1,4 +1,4 @@
-"""Attempts of a loop: each a folder with the case, its evidence and its judgement."""
+"""Attempts of a loop, each in a folder with the case, its evidence and its judgement."""
 
 import json
 import re
@@ -26,43 +26,45 @@ if TYPE_CHECKING:
     from text2sim.runtime.warm_runner import WarmRunner
 
 LARGEST_INPUT = 100_000_000
-"""Bytes of a file that comes with a request."""
+"""Largest file that comes with a request [bytes]."""
 ESTIMATE = "slow-scene"
-"""The rule that guesses how long a run takes: after one, that is known."""
+"""The rule that estimates the duration of a run; it is ignored once a run was timed."""
 
 
 @dataclass
 class Attempt:
-    """One version of the case, run or not."""
+    """One version of the case, and the result of its run."""
 
     number: int
     text: str
     cause: str
     """Why it was made."""
     changes: list[str] = field(default_factory=list)
-    """What is different from the one before."""
+    """Differences from the previous version."""
     problems: list[str] = field(default_factory=list)
-    """What kept it from running."""
+    """Reasons why it could not be run."""
     state: str = "unsound"
-    """`unsound` if it could not be run; otherwise how the run ended."""
+    """`unsound` if it could not be run, else the final state of the run."""
     run: str = ""
-    """The run folder, below that of the case."""
+    """The run folder, relative to the case folder."""
     evidence: str = ""
-    """In words."""
+    """Summary of the run for the Critic and the Planner."""
     expect: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Results of the expectations, by name."""
     cites: list[str] = field(default_factory=list)
+    """Items of the evidence that a judgement may cite."""
     pictures: list[str] = field(default_factory=list)
     """Files in its folder."""
     wall: float = 0.0
-    """What the run took by the clock [s]; 0 if there was none."""
+    """Wall time of the run [s]; 0 without a run."""
     pace: float = 0.0
-    """What a simulated second took by the clock [s]; 0 if there was no run."""
+    """Wall time per simulated second [s]; 0 without a run."""
     critique: dict[str, Any] | None = None
     fates: list[str] = field(default_factory=list)
-    """What became of each of the Critic's patches."""
+    """Outcome of each of the Critic's patches."""
     accepted: bool = False
     facts: list[dict[str, Any]] = field(default_factory=list)
-    """What the program found out about requirements."""
+    """Computed facts about requirements."""
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return those of the named expectations that failed."""
@@ -70,7 +72,7 @@ class Attempt:
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
     def history_row(self) -> str:
-        """Return one line about it for the history."""
+        """Return one line for the history of attempts."""
         missed = [name for name, row in self.expect.items() if row.get("ok") is not True]
         row = f"{self.number}. {self.cause}: "
         row += self.state if not self.problems else "refused: " + "; ".join(self.problems[:2])
@@ -84,7 +86,7 @@ class Attempt:
         return row
 
     def shortcomings(self, requirements: Mapping[str, Requirement]) -> list[str]:
-        """Return problems, unmet requirements and the failures that the Critic names, if it was not accepted."""
+        """Return its problems, and, unless it was accepted, unmet requirements and the Critic's failures."""
         if self.accepted:
             return list(self.problems)
         marks, failures = (self.critique or {}).get("requirements", {}), (self.critique or {}).get("failures", ())
@@ -97,16 +99,9 @@ class Attempt:
 
     def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
         """Sort key of an attempt's quality; larger is better."""
-        verdict = (self.critique or {}).get("verdict") == "pass"
-        kept = len(names) - len(self.missed(names))
-        return (
-            self.accepted,
-            self.state == "finished",
-            verdict,
-            kept,
-            (self.critique or {}).get("score", 0),
-            -self.number,
-        )
+        critique = self.critique or {}
+        passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
+        return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -self.number
 
 
 class Attempts:
@@ -119,13 +114,13 @@ class Attempts:
     def __init__(self, case: Path) -> None:
         self.case, self.folder = case, case / "generation" / "attempts"
         self._minutes: dict[int, list[float | None]] = {}
-        """Minutes that were left each time when the Planner was asked about an attempt; None without a bound."""
+        """Minutes left at each question to the Planner, by attempt; None without a limit."""
         self._asked: Counter[int] = Counter()
         self._warm: WarmRunner | None = None
 
     @property
     def runner(self) -> "WarmRunner":
-        """Runs programs in an engine that stays warm from attempt to attempt; it starts with the first."""
+        """Runner whose engine process stays warm between attempts; created on first use."""
         if self._warm is None:
             from text2sim.runtime.warm_runner import WarmRunner
 
@@ -134,7 +129,7 @@ class Attempts:
         return self._warm
 
     def close(self) -> None:
-        """End the engine."""
+        """End the engine process."""
         if self._warm is not None:
             self._warm.close()
             self._warm = None
@@ -163,16 +158,20 @@ class Attempts:
         told, asked = self._told(attempt.number), self._asked[attempt.number]
         if len(told) <= asked:
             told.append(now)
-            # A file of its own: the attempt's may hold what came of it, which a resumed loop is about to recall.
+            # Not in attempt.json, which may hold results that a resumed loop is about to recall.
             self.of(attempt.number).mkdir(parents=True, exist_ok=True)
             write_atomically(self.of(attempt.number) / "minutes.json", json.dumps(told) + "\n")
         self._asked[attempt.number] += 1
         return told[asked]
 
     def too_late(self, attempt: Attempt, now: float | None) -> bool:
-        """Return whether not even half of a run like that of an attempt fits into the minutes left.
+        """Whether the time left is less than half of the wall time of an attempt's run.
 
-        Never in a loop that goes on, for what was asked before: the answer is there.
+        False if a resumed loop repeats a question, since its answer is stored.
+
+        Args:
+            attempt: The attempt.
+            now: Minutes left by the clock; None without a limit.
         """
         asked_before = len(self._told(attempt.number)) > self._asked[attempt.number]
         return now is not None and not asked_before and 60 * now < attempt.wall / 2
@@ -239,7 +238,7 @@ class Attempts:
             "lint": lint,
         }
         try:
-            # The Critic sees path-traced pictures: a preview film would take longer than most simulations.
+            # The Critic sees path-traced frames, and a preview film would take longer than most simulations.
             result = run_case(examined.loaded, film=False, runner=self.runner, **rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
@@ -310,7 +309,7 @@ class Attempts:
             attempt: The attempt; the effects are added to it and stored.
             plan: The plan that names the causes.
             timeout: Limit of each run [s].
-            on_progress: Is called with the progress of each run.
+            on_progress: Callback for the progress of each run.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.

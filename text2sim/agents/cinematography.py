@@ -1,4 +1,4 @@
-"""Cinematography of an accepted case: several treatments are filmed and judged by their stills. Nothing is simulated.
+"""Cinematography of an accepted case: several treatments are judged by stills, without a new simulation.
 
 A treatment is a patch on `render` and on looks (`restyling.py`). A judge sees the request and path-traced stills of the
 start, the events and the end, and nothing else. The best treatment is refined with the judge's remarks on all of them
@@ -33,19 +33,19 @@ from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 
 ENOUGH = 80.0
-"""Of 100, at which a film is as good as it has to be."""
+"""Total mark (0 to 100) at which no better treatment is sought."""
 ROUNDS = 3
-"""Times that treatments are proposed and judged."""
+"""Number of rounds of proposals and judgements."""
 PROPOSED = 2
-"""Treatments that a Render Writer proposes at first; later it is one."""
+"""Treatments that the Render Writer proposes in the first round; later rounds have one."""
 WIDTH = 480
-"""Of a still [pixels]."""
+"""Width of a still [pixels]."""
 LISTED = 30
-"""Events, and bodies, that a Render Writer is told of at most."""
+"""Largest number of events, and of bodies, in the Render Writer's prompt."""
 EVENTS, EVENLY = 4, 4
-"""Events that are shown at most, and stills spread over the film."""
+"""Largest number of stills of events, and number of evenly spaced stills."""
 WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
-"""What the marks count."""
+"""Weights of the marks."""
 Score = Annotated[float, Field(ge=0, le=100)]
 
 
@@ -73,7 +73,7 @@ class Marks(Answer):
     polish: Score
     appeal: Score
     better: Line = ""
-    """What would raise the marks."""
+    """Suggested improvements."""
 
     @property
     def total(self) -> float:
@@ -87,14 +87,14 @@ class FilmedTreatment:
 
     name: str
     text: str
-    """Of the case."""
+    """Text of the case."""
     marks: Marks
     sheet: Image
     """The stills that were judged."""
 
 
 class Cinematography:
-    """The pass over one accepted case.
+    """The search for the best film of one accepted case.
 
     Args:
         chat: The conversation with the models.
@@ -109,14 +109,14 @@ class Cinematography:
         self._tried: list[FilmedTreatment] = []
 
     def best(self, text: str) -> FilmedTreatment | None:
-        """Return the best treatment of a case; None if no model of the judge's role can see pictures.
+        """Return the best treatment of a case; None if the judge's model does not accept images.
 
         Args:
             text: The accepted case. If its film is already good enough, no treatments are requested.
 
         Raises:
-            RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, if it happens before the first judgement.
-            RunError, MachineError: If stills of the case as it is cannot be traced.
+            RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, before the first judgement.
+            RunError, MachineError: If the stills of the unchanged case cannot be traced.
             StoppedError: If the user stopped it.
         """
         if not self._chat.vision("viewer"):
@@ -231,9 +231,9 @@ def styled(
     """Return the case with its best treatment, or unchanged if there is no better one.
 
     Args:
-        cinematography: The pass.
+        cinematography: The search.
         text: The accepted case.
-        refilm: Renders the run again with another film.
+        refilm: Updates the run for a case with another film.
         path: Path of the case file.
         emit: Callback for journal events.
 
@@ -247,9 +247,9 @@ def styled(
     except StoppedError:
         raise
     except Text2SimError as error:
-        emit("not_styled", why=str(error))  # the physics stays accepted even if filming fails
+        emit("not_styled", why=str(error))  # a failure of the film must not lose the accepted case
         return text
-    except Exception as error:  # noqa: BLE001 - not even our own errors may lose it
+    except Exception as error:  # noqa: BLE001 - nor may an internal error
         emit("not_styled", why=told(error))
         return text
     if best is None:
@@ -332,7 +332,7 @@ def _recording(run: Path, loaded: LoadedCase) -> Any:
 
 
 def _shown(text: str) -> dict[str, Any]:
-    """The parts of a case that define how it is shown."""
+    """The parts of a case that define its appearance: `render` and looks."""
     data = data_of(text)
     scene = data.get("scene") or {}
     looks = {name: _looks(body) for name, body in (data.get("bodies") or {}).items()}
@@ -341,7 +341,7 @@ def _shown(text: str) -> dict[str, Any]:
 
 
 def _looks(value: Any) -> Any:
-    """The looks within a body, at their places; everything else is dropped."""
+    """The looks within a body, in their nesting."""
     if not isinstance(value, Mapping):
         return {}
     inner = {key: _looks(row) for key, row in value.items() if isinstance(row, Mapping) and key != "look"}

@@ -16,7 +16,7 @@ from text2sim.spec_schema.vocabulary.docstrings import model_doc
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
 _RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
 _MAGNITUDES = re.compile(r"from 1e-\S+ to 1e\+\S+ [a-z]+[0-9/a-z]*")
-"""Of quantities with a unit: a case that breaks them is told so."""
+"""Wide bounds of quantities with a unit; a condensed page says `greater than 0`, and the checker reports the rest."""
 _SHORTER = (
     ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
     ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
@@ -25,11 +25,11 @@ _SHORTER = (
 
 
 _FORMS = {"region": " of what deforms: a part of it, as `{edge: left}`, `{corner: [left, front]}`"}
-"""What a field takes, where its name does not tell."""
+"""Explanations of fields with unclear names."""
 
 
 def plain(text: str) -> str:
-    """Strip from Markdown what only a browser needs."""
+    """Strip links and table rules from Markdown."""
     return _RULE.sub("", _LINK.sub(r"\1", text))
 
 
@@ -72,7 +72,7 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
         if names:
             lines.append(f"{', '.join(having) if len(having) < len(models) else f'every {section.noun}'}: {names}")
     for kind, model in models.items():
-        # The fields of the example without its kind: `{of: ball, axis: z}`.
+        # The fields of the example without its kind, such as `{of: ball, axis: z}`.
         text = " ".join(examples.get(kind, "").strip().partition("}\n")[0].split()).partition(": ")[2]
         text = text.replace(f"kind: {kind}, ", "").replace(f"kind: {kind}", "")
         text += "}" * (text.count("{") - text.count("}"))
@@ -89,7 +89,7 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
 
 
 def kinds_brief(section: ReferenceSection, told: Collection[str]) -> list[str]:
-    """Describe some kinds of a page and their fields; shared fields are listed once."""
+    """Describe the kinds `told` of a page and their fields; shared fields are listed once."""
     kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
     everybody = list(section_kinds(section.models).values())
     shared = shared_bases(everybody)
@@ -112,13 +112,13 @@ def kinds_brief(section: ReferenceSection, told: Collection[str]) -> list[str]:
 def fields_named(
     section: ReferenceSection, words: Collection[str], only: Collection[str], whole: Collection[str] = ()
 ) -> list[str]:
-    """Return the rows of the fields of a page's models whose names are among some words.
+    """Return the rows of those fields of a page's models that are named by some words.
 
     Args:
         section: Section of the language.
         words: The words.
-        only: Models that can be concerned.
-        whole: Models, in small letters, of which all fields are described.
+        only: Models to search.
+        whole: Lower-case names of models whose fields are all described.
     """
     models = section.models if isinstance(section.models, tuple) else ()
     found = []

@@ -1,6 +1,6 @@
-"""Contract of a request: its expectations in the language, fixed before anything is built; they cannot be weakened.
+"""Contract of a request: its expectations, fixed before anything is built, which must not be weakened.
 
-Values are compared, not texts: a parameter that relaxes a bound is as much a change as another bound.
+Evaluated values are compared, so that a bound cannot be relaxed through a parameter either.
 """
 
 import re
@@ -10,11 +10,12 @@ from typing import Any
 
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.names.selectors import body_of, strings_in
 
 Data = dict[str, Any]
 PARTS = ("expect", "measures", "events")
 SLACK = 0.5
-"""By how much of itself a bound may become easier when the Planner says an expectation anew."""
+"""Fraction by which the Planner may relax a bound when it restates an expectation."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +25,9 @@ class Contract:
     names: tuple[str, ...]
     """The expectations."""
     values: Mapping[str, Data]
-    """By part (`expect`, `measures`, `events`) and name: what they say, with expressions worked out."""
+    """Entries by part (`expect`, `measures`, `events`) and name, with expressions evaluated."""
     subjects: frozenset[str]
-    """The dynamic bodies that they are about."""
+    """The dynamic bodies that they depend on."""
 
     @property
     def pointers(self) -> tuple[str, ...]:
@@ -40,7 +41,7 @@ class Contract:
         Args:
             loaded: The case.
             names: Names of expectations.
-            planned: Names of bodies that the plan calls dynamic, whatever they are in the case.
+            planned: Names of bodies that are dynamic in the plan, whatever they are in the case.
         """
         actions = loaded.data.get("actions") or {}
         names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
@@ -52,20 +53,15 @@ class Contract:
             if row is None or name in values[part]:
                 continue
             values[part][name] = row
-            words = _words(row)
+            words = strings_in(row)
             waiting += [(other, word) for other in PARTS[1:] for word in words if word in (actions.get(other) or {})]
         bodies = loaded.data.get("bodies") or {}
-        named = {
-            word.split("[")[0].split(".")[0]
-            for part in PARTS[1:]
-            for row in values[part].values()
-            for word in _words(row)
-        }
+        named = {body_of(word) for part in PARTS[1:] for word in strings_in(values[part])}
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
         return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
     def breaches(self, loaded: LoadedCase) -> list[str]:
-        """Describe each point in which another version of the case breaks the contract."""
+        """Describe each way in which another version of the case breaks the contract."""
         actions = loaded.data.get("actions") or {}
         found = [
             f"/actions/expect/{name} comes from the request and must stay"
@@ -102,7 +98,7 @@ def numbered(name: str, known: Iterable[str]) -> list[str]:
 
 
 def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
-    """Describe how a restatement weakens expectations, as far as that can be decided mechanically.
+    """Describe how restated expectations are weaker, as far as their bounds alone show it.
 
     Args:
         old: The original expectations, by name.
@@ -131,17 +127,6 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
 
 def _bounds(row: Mapping[str, Any]) -> set[str]:
     return {"within", "never", "count", "before", "above", "below", "equals"} & set(row)
-
-
-def _words(value: Any) -> list[str]:
-    """All strings in a nested value."""
-    if isinstance(value, str):
-        return [value]
-    if isinstance(value, dict):
-        return [word for row in value.values() for word in _words(row)]
-    if isinstance(value, list | tuple):
-        return [word for row in value for word in _words(row)]
-    return []
 
 
 def _kind(body: Any) -> str:

@@ -1,4 +1,4 @@
-"""Conversation with models: call a model, parse its answer into a type, return faults to it, a few times."""
+"""Conversation with models: call a model, parse its answer into a type, and return faults to it a few times."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -18,19 +18,19 @@ from text2sim.spec_schema.errors import RunError, nearest
 T = TypeVar("T")
 
 ROUNDS = 3
-"""Answers that a role may give to one question before it has failed."""
+"""Largest number of answers to one question."""
 LOOKS = 2
-"""Times that a role may read more before it answers."""
+"""Largest number of requests for pages before an answer."""
 MUCH = 20
-"""Names that it may ask for at once."""
+"""Largest number of pages in one request."""
 ECHO = 12_000
-"""Characters of a refused answer that go back with what is wrong."""
+"""Characters of a refused answer that are sent back with its faults."""
 SHOWN = 12
-"""Errors that are sent back at once."""
+"""Largest number of faults that are sent back."""
 CHANGES = "changes"
-"""Key of an answer that only says what is different from the refused one."""
+"""Key of an answer that contains only the differences from the refused one."""
 LONG = 2_000
-"""Characters of an answer above which that is offered: it is shorter and quicker than all of it again."""
+"""Length from which a refused answer may be corrected by its differences [characters]."""
 IN_FULL = "Answer again, in full, in one fenced ```yaml block."
 PARTLY = (
     "Answer in one fenced ```yaml block with the one key `changes`, and under it only the keys that change, each at "
@@ -70,7 +70,7 @@ class Conversation:
         endpoints: Endpoint by role; the entry "" serves all other roles.
         log: Finished calls, which are never made twice.
         account: Tokens and cost of the calls.
-        budget: Their bounds.
+        budget: Limits of tokens, cost and time.
         emit: Callback for journal events.
         stop: Polled; returns whether to give up.
     """
@@ -89,7 +89,7 @@ class Conversation:
         self._numbers: Counter[str] = Counter()
         self._lock, self._beginnings = Lock(), Beginnings()
         self.attempt = 0
-        """The attempt that calls are counted for."""
+        """Number of the attempt that calls are charged to."""
 
     def vision(self, role: str) -> bool:
         """Whether the endpoint of a role accepts images."""
@@ -206,7 +206,7 @@ def _wanted(data: Any) -> list[str]:
 
 
 def _echo(reply: str) -> str:
-    """The part of a rejected answer that is sent back: bounded, so that a huge one is not paid for three times."""
+    """A rejected answer as it is sent back; shortened, so that a huge one is not paid for three times."""
     return reply if len(reply) <= ECHO else f"{reply[: ECHO // 2]}\n[…]\n{reply[-ECHO // 2 :]}"
 
 
@@ -221,7 +221,7 @@ def _said(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 
 def _unknown_field(name: str, model: type[BaseModel], way: Sequence[Any]) -> str:
-    """Error message for an unknown field: the fields that exist, and the nearest one."""
+    """Message about an unknown field, with the known fields and the nearest one."""
     for step in way:
         inner = model.model_fields.get(str(step))
         found = _models_in(inner.annotation) if inner is not None else []
@@ -238,7 +238,7 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
 
 
 def merged(data: Any, changes: Any) -> Any:
-    """Return data with changes laid over it (JSON merge patch, RFC 7396): null removes a key."""
+    """Return data with a JSON Merge Patch applied (RFC 7396): null removes a key."""
     if not isinstance(changes, dict):
         return changes
     made = dict(data) if isinstance(data, dict) else {}

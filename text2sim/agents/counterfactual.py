@@ -1,4 +1,4 @@
-"""Counterfactual runs: the case without a claimed cause, in which its effect must not occur."""
+"""Counterfactual runs: without a claimed cause, its effect must not occur."""
 
 import copy
 import json
@@ -12,20 +12,21 @@ from text2sim.agents.contract import numbered
 from text2sim.agents.facts import Fact
 from text2sim.agents.replies import CasePlan
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
 MOST = 2
-"""Causes that are left out, one after the other: each costs a simulation."""
+"""Largest number of causes that are tested; each costs a simulation."""
 TITLE = "## Without the cause"
 PARTS = ("controls", "measures", "events", "expect")
 CAME: dict[bool | None, str] = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
-"""What an expectation says of the cause when it came true, or did not, in a run that came to its end."""
+"""Verdict on a cause, by whether the effect's expectation came true in a finished run without it."""
 Found = Mapping[str, Mapping[str, Any]]
 
 
 def without(case: Data, names: Collection[str]) -> Data:
-    """Return a case without a film, and without some bodies, statics and controls and all references to them."""
+    """Return a case without its film, and without the named bodies, statics and controls and all references to them."""
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
     for rows in (left.get("bodies") or {}, scene.get("statics") or {}, actions.get("controls") or {}):
@@ -47,7 +48,7 @@ def without(case: Data, names: Collection[str]) -> Data:
 def _refers(row: Any, names: Collection[str]) -> bool:
     """Whether an entry refers to one of these names, in any field but its kind."""
     if isinstance(row, str):
-        return row.split("[")[0].split(".")[0] in names
+        return body_of(row) in names
     if isinstance(row, Mapping):
         return any(_refers(value, names) for key, value in row.items() if key != "kind")
     return isinstance(row, list) and any(_refers(value, names) for value in row)
@@ -57,7 +58,7 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
     """Run a case once without each cause that the plan names, and compare.
 
     Args:
-        plan: The plan; by requirement, `causes` names bodies and controls, `meets` the expectations of the effect.
+        plan: The plan. By requirement, `causes` lists bodies and controls, and `meets` the expectations of the effect.
         text: The case, in which all expectations hold.
         path: Path of the case file.
         simulate: Runs a loaded case; returns its final status and the results of its expectations, by name.
@@ -71,7 +72,7 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         case = without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
-        # What must not change needs no cause.
+        # An expectation in `keeps` holds from the start, so it is no effect.
         effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
         if not effects:
             facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))

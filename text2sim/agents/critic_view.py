@@ -1,4 +1,4 @@
-"""View of an attempt for the Critic: all of its evidence, or a short form if only looks can have changed."""
+"""View of an attempt for the Critic: all of its evidence, or a short form if only its looks have changed."""
 
 from collections.abc import Sequence
 from io import BytesIO
@@ -14,7 +14,7 @@ from text2sim.agents.run_summary import attempts_table, judgement
 from text2sim.spec_schema.errors import Text2SimError
 
 GLANCE = 800
-"""Width [pixels] of the pictures that tell whether a change of looks came out."""
+"""Largest side of the pictures in the short form [pixels]."""
 
 
 def exhibit(
@@ -63,7 +63,7 @@ def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
 
 
 def kept(attempt: Attempt) -> list[str]:
-    """Return what holds in an attempt and must survive the next change."""
+    """Return what holds in an attempt and must stay true after the next change."""
     marks = (attempt.critique or {}).get("requirements", {})
     rows = [f"{name}: {row['why']}" for name, row in attempt.expect.items() if row.get("ok") is True]
     rows += [f"requirement {name} is met" for name, row in marks.items() if row["mark"] == 1]

@@ -29,17 +29,17 @@ class Exhibit:
 
     attempt: int
     case: str
-    """Text of the case; empty if only what is seen can have changed, and no patch is wanted."""
+    """Text of the case; empty if only its looks have changed, so that no patch is wanted."""
     evidence: str
     cites: frozenset[str]
-    """What a judgement can rest on."""
+    """Items of the evidence that a judgement may cite."""
     images: tuple[Image, ...]
     missed: tuple[str, ...]
     """Expectations that did not come true."""
     facts: tuple[Fact, ...] = ()
-    """What the program found out about requirements."""
+    """Computed facts about requirements."""
     before: str = ""
-    """Attempts so far, with what it said of them."""
+    """Earlier attempts and their judgements."""
 
 
 def criticise(
@@ -53,9 +53,9 @@ def criticise(
 ) -> Critique:
     """Have a run judged.
 
-    Faulty parts of an answer are asked for again, once, without the evidence: a patch that cannot be applied, that
-    reaches outside its section, invalidates the case or breaks the contract; a requirement without a mark. Parts that
-    are still faulty are dropped.
+    Faulty parts of an answer are requested again, once, without the evidence: requirements without a mark, and patches
+    that cannot be applied, leave their section, invalidate the case or break the contract. Parts that are still faulty
+    are dropped.
 
     Args:
         chat: The conversation with the models.
@@ -94,7 +94,7 @@ def criticise(
 
 
 def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
-    """The requirements, each with the expectations that would fail without it and its computed facts."""
+    """The requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
     for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
@@ -104,7 +104,7 @@ def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
 
 
 def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
-    """Return the reasons why a patch cannot be applied to a case; empty if it can."""
+    """Reasons why a patch cannot be applied to a case; empty if it can."""
     try:
         revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
     except PatchError as error:

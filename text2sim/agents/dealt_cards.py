@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from text2sim.card_library.library import CardLibrary
 
 ATTACHED = 2
-"""Cards that go with one question."""
+"""Largest number of cards with one question."""
 ALIKE = 0.5
-"""How well words have to fit, as a part of the best match, where nothing else tells."""
+"""Smallest word score of a card without a matching signature, as a fraction of the best match."""
 OFFERED = 6
-"""Cards that are put before the Planner after a failure."""
+"""Largest number of cards that are offered to the Planner after a failure."""
 
 
 @dataclass
@@ -26,7 +26,7 @@ class DealtCards:
     library: "CardLibrary | None"
     emit: Emit
     dealt: dict[str, set[str]] = field(default_factory=dict)
-    """Cards that each role was given."""
+    """Ids of the cards that each role received."""
 
     def index(self) -> str:
         """Return the ids of all cards, for the Planner; an id names the card's subject."""
@@ -118,15 +118,15 @@ def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: 
 
 
 _REMARKS = {"leaves the picture": "leaves-picture", "never sees": "not visible", "- suspicions": "suspicion"}
-"""How cards call what the evidence says."""
+"""Signatures of cards by wording of the evidence."""
 _HEIGHT, _COUNT = ("extent", "position"), ("count", "count_in", "contact_count")
 _SHORT = {kind: {"height too small"} for kind in _HEIGHT} | {kind: {"count too small"} for kind in _COUNT} | {
     "share_in": {"share too small"}, "joint_position": {"joint does not move"}, "displacement": {"falls short"},
 }  # fmt: skip
-"""How cards call a measure that stays too small, by its kind,"""
+"""Signatures of a measure that stays too small, by its kind."""
 _LONG = {kind: {"height too large", "jumps"} for kind in _HEIGHT} | {kind: {"count too large"} for kind in _COUNT} | {
     "distance": {"distance too large"}, "penetration": {"penetration"}, "energy": {"energy grows"},
     "displacement": {"creeps"},
 }  # fmt: skip
-"""and one that gets too large."""
+"""Signatures of a measure that gets too large, by its kind."""
 _MODES = frozenset(get_args(Mode))

@@ -1,4 +1,4 @@
-"""Decisions of the Planner about an attempt, tried on a copy before they are carried out."""
+"""Decisions of the Planner about an attempt, tested on a copy before they are carried out."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,17 +30,17 @@ class AttemptReport:
     """Report on an attempt for the Planner."""
 
     problems: Sequence[str] = ()
-    """What the checker said, if it could not be run."""
+    """Errors of the check, if it could not be run."""
     doubts: Sequence[str] = ()
-    """What the checker says of what is asked for, before it is run."""
+    """Findings about the expectations themselves, before the run."""
     referred: Sequence[str] = ()
-    """What Writers say that the Planner has to mend."""
+    """Faults that Writers refer to the Planner."""
     evidence: str = ""
     critique: Mapping[str, Any] | None = None
     rules: frozenset[str] = frozenset()
-    """Ids of the lint's rules that found something."""
+    """Ids of the lint rules with findings."""
     left: str = ""
-    """Attempts and time that are left, and what the last run took, in words."""
+    """Sentence with the attempts and time left, and the duration of the last run."""
 
 
 def decide(
@@ -180,7 +180,7 @@ def _does(decision: Decision) -> bool:
 
 
 def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Describe the operations that touch what a Writer owns."""
+    """Describe the operations that touch a Writer's section."""
     return [
         f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
         for k, row in enumerate(operations)
@@ -238,7 +238,8 @@ def _tried(
 ) -> list[str]:
     """Problems that a decision would introduce and that no Writer could fix.
 
-    The Critic's patches that it takes count: a new expectation may come at a time that only they make room for.
+    The Critic's patches that the decision takes are applied, too: a new expectation may need a duration that one of
+    them sets.
     """
     try:
         text, plan = agreement.changed(case, decision)
@@ -298,7 +299,7 @@ def _listed(lines: Sequence[str]) -> str:
     return "\n".join(f"- {line}" for line in lines)
 
 
-# --- a case that is there already ----------------------------------------------------------------------------------
+# --- existing cases ------------------------------------------------------------------------------------------------
 
 
 def open_case(
@@ -312,17 +313,17 @@ def open_case(
     keep: bool,
     left: str,
 ) -> Opening:
-    """Have the Planner open work on an existing case; with `keep`, all its expectations must stay.
+    """Have the Planner open work on an existing case.
 
     Args:
         chat: The conversation with the models.
         request: The request.
         agreement: The plan and its contract.
         case: Text of the case.
-        evidence: What its last run showed, in words.
+        evidence: Summary of its run.
         path: Path of the case file.
         keep: Whether all its expectations must stay.
-        left: Attempts and time that are left, in words.
+        left: Sentence with the attempts and time left.
     """
     there = agreement.plan.checks
 
@@ -364,7 +365,7 @@ def as_decision(opening: Opening) -> Decision:
 
 
 def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Path) -> list[str]:
-    """Faults of an opening in expectations, parameters and the like, whatever the Writers do."""
+    """Faults of an opening that do not depend on the Writers' work."""
     try:
         text, _ = agreement.changed(revising.with_checks(case, opening.checks, opening.drop), as_decision(opening))
     except (PatchError, SpecError) as error:
@@ -378,6 +379,6 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     ]
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
-    # A body that a Writer is asked to add does not exist yet.
+    # Bodies that a Writer is asked to add do not exist yet.
     later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
     return [said(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)]

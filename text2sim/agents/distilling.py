@@ -31,11 +31,11 @@ class CardProposal(Answer):
 
     failing: int
     repaired: int | None = None
-    """None if no attempt fixed it: then there is a repair."""
+    """None if no attempt fixed the failure; then `repair` does."""
     expect: list[dict[str, Any]] = []
-    """RFC 6902, for both cases: an expectation that tells the failure, where the attempt has none."""
+    """RFC 6902, for both cases: adds an expectation that detects the failure, if the attempts lack one."""
     repair: list[dict[str, Any]] = []
-    """RFC 6902, for the failing case, after `expect`."""
+    """RFC 6902, for the failing case, applied after `expect`."""
     card: dict[str, Any]
 
 
@@ -54,13 +54,13 @@ class CardDraft:
     repaired: str
 
     def write(self, folder: Path) -> None:
-        """Write the three files of the card, `card.yaml` last: a folder without it is not a card yet."""
+        """Write the three files of the card, `card.yaml` last, because a folder without it is not a card."""
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in self._files().items():
             write_atomically(folder / name, text)
 
     def fits(self, folder: Path) -> bool:
-        """Whether the folder has no file of another card; what a full disk left of this one is written again."""
+        """Whether the folder has no file of another card; files of this card may remain from a full disk."""
         files = self._files()
         there = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         return there <= files.keys() and all((folder / name).read_bytes() == files[name].encode() for name in there)

@@ -86,7 +86,7 @@ def _kind(row: object) -> str:
 
 
 def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, list[str]]:
-    """Evidence of the case as it is, or the reasons why it cannot be run."""
+    """Evidence of the unchanged case, or the reasons why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
         return "", [said(problem) for problem in examined.errors]
@@ -103,7 +103,7 @@ def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, li
 
 
 def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
-    """Apply the Planner's opening; from then on the expectations are binding."""
+    """Apply the Planner's opening, and make the expectations binding."""
     checks = loop.agreement.plan.checks
     expect = {name: row for name, row in checks.expect.items() if name not in opening.drop} | opening.checks.expect
     merged = Fragments(
@@ -120,7 +120,7 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
             "says": says,
             "facts": opening.facts,
             "event": opening.event or loop.agreement.plan.event,
-            # Existing entries are as their author wants them.
+            # The author's own expectations may hold from the start.
             "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],
         }
     )

@@ -1,6 +1,6 @@
 """Facts computed from a run and bound to requirements: counts, colours, visibility, touches, causes of motion.
 
-The requirement of a false fact is not met, whatever the Critic says. An undecided fact leaves it to the Critic.
+A requirement with a false fact is not met, whatever the Critic says. If a fact is undecided, the Critic decides.
 """
 
 import json
@@ -16,7 +16,7 @@ from text2sim.agents.replies import Claim, Name
 from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 from text2sim.spec_schema.models.colors import rgb
-from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 SEEN = 0.001
-"""Part of the picture that is seen: 30 x 30 pixels of 1280 x 720."""
+"""Smallest visible fraction of the picture: 30 x 30 pixels of 1280 x 720."""
 WAY, TURN = 0.01, 5.0
-"""What counts as a motion [m], [deg]."""
+"""Smallest displacement [m] and rotation [deg] that count as motion."""
 MORE = 2.0
-"""Times that a body moves after the touch what it had moved before, if the touch is the cause."""
+"""Smallest ratio of the motion after a touch to that before it, if the touch is the cause."""
 FROM_THE_START = 2.5
-"""Time steps within which a touch is there from the start."""
+"""Number of time steps within which a touch counts as present from the start."""
 ALIKE, NEARLY = 0.12, 0.06
-"""Distances of colours in Oklab: below the one they are called alike, and by the other a name may be beaten."""
+"""Distances in Oklab: a colour matches a name within the first, or if no name is nearer by more than the second."""
 TERMS: Mapping[str, str] = {
     "red": "red crimson firebrick darkred #d62728 #c0392b tomato", "orange": "orange darkorange #e69f00 #d55e00 coral",
     "yellow": "yellow gold khaki mustard #f0e442", "pink": "pink hotpink deeppink #cc79a7",
@@ -45,12 +45,12 @@ TERMS: Mapping[str, str] = {
     "black": "black #1c1c1e #2b2b2d charcoal", "white": "white whitesmoke snow ivory marble",
     "grey": "grey silver dimgrey lightgrey steel", "gray": "grey silver dimgrey lightgrey steel",
 }  # fmt: skip
-"""Colours that go by a word of every day."""
+"""Colours that an everyday colour word stands for."""
 
 
 Claims = Mapping[Name, list[Claim]]
 Told = tuple[bool | None, str]
-"""Whether a fact holds, None if it cannot be told, and what there is."""
+"""Whether a fact holds (None if undecided), and a sentence with the values found."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +59,9 @@ class Fact:
 
     requirement: str
     ok: bool | None
-    """None if it cannot be told."""
+    """None if undecided."""
     told: str
+    """Sentence with the values found."""
 
     def __str__(self) -> str:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"
@@ -126,7 +127,7 @@ def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evi
 
 
 def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
-    """Whether there are as many bodies as wanted."""
+    """Whether a selector has the wanted number of bodies."""
     number = len(recording.names.select(claim.count))
     return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
 
@@ -219,14 +220,14 @@ def _most_seen(visibility: Any) -> dict[str, float]:
         for sample in samples:
             sums: dict[str, float] = {}
             for name, share in sample["shares"].items():
-                base = name.split("[")[0].split(".")[0]
+                base = body_of(name)
                 sums[base] = sums.get(base, 0.0) + share
             most = {name: max(most.get(name, 0.0), sums.get(name, 0.0)) for name in {**most, **sums}}
     return most
 
 
 def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
-    """Touches of two selectors in the order of time.
+    """Touches of two selectors, sorted by time.
 
     Raises:
         RunError: If they were not recorded.
@@ -243,13 +244,13 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
 
 
 def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
-    """Whether a body is touched by another: at all, for a time in all, or never."""
+    """Whether one body touches another: at all, for a total time, or never."""
     rows = _touches(recording, claim.touched, claim.by)
     if not rows:
         return claim.never, f"`{claim.by}` never touches `{claim.touched}`"
     total, until, step = 0.0, -inf, recording.states.dt
     for row in rows:
-        start, end = float(row["time"]) - step, float(row["end"])  # what touches in one step does so for that step
+        start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step
         total += max(0.0, end - max(start, until))
         until = max(until, end)
     told = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
@@ -261,7 +262,7 @@ def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", 
 
 
 def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
-    """Whether a body moves after another has touched it, and hardly before that."""
+    """Whether a body moves after another has touched it, and hardly before."""
     rows = _touches(recording, claim.moved, claim.by)
     names = {target.label: target for target in recording.names.select(claim.moved)}
     if not rows:
@@ -283,7 +284,7 @@ _TOLD: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, 
     "moved": _moved,
     "touched": _touched,
 }
-"""What tells each sort of fact, see `FACTS` of `replies`."""
+"""Function for each sort of fact (`FACTS` in `replies`)."""
 
 
 def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -296,7 +297,7 @@ def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tup
     turns = states.quat[:, target.root].astype(float) if target.soft is None else None
     split = min(int(np.searchsorted(states.time, at, "right")) - 1, states.frames - 1) if states.frames else 0
     spans = []
-    # The recorded moment of a touch is one at which its blow is felt already.
+    # At the recorded time of a touch, its impulse has acted already, so the span after it begins one frame earlier.
     for rows in (slice(0, max(split, 1)), slice(max(split - 1, 0), None)):
         way = float(np.linalg.norm(places[rows] - places[rows][0], axis=1).max())
         turn = 0.0

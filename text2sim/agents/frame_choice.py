@@ -1,4 +1,4 @@
-"""Choice of frames for the Critic: events, extremes of measures and diagnostics, and evenly spaced ones."""
+"""Choice of frames for the Critic: events, extremes of measures and diagnostics, and evenly spaced frames."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.legibility.film import nearest_frame, spread
+from text2sim.spec_schema.names.selectors import body_of
 
 if TYPE_CHECKING:
     from text2sim.templates.cadence import Frame
@@ -13,17 +14,18 @@ if TYPE_CHECKING:
 Data = Mapping[str, Any]
 
 APART, SLOWEST = 0.1, 0.2
-"""Simulated time [s] between pictures of one camera at full speed: nearer ones show the same. In slow motion it is
-less, in proportion to the speed, down to this part of it."""
+"""Smallest simulated time between frames of one camera at full speed [s]; in slow motion, it shrinks in proportion to
+the speed, down to this fraction."""
 BESIDE = 0.15
-"""How long [s] before and after an event a picture is taken."""
+"""Time before and after an event at which frames are taken [s]."""
 GAPS, WIDE = 2, 5
-"""Frames that are kept for the longest times without one, if they are longer than a fifth of the film."""
+"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `WIDE`) that counts as a gap."""
 EVENTS, EXTREMES, DEFORMED, DECIDED = 4, 4, 2, 4
+"""Largest numbers of moments of each sort."""
 DEEP = 0.002
-"""Penetration [m] from which its worst moment is shown."""
+"""Smallest penetration whose worst moment is shown [m]."""
 STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
-"""What a body that deforms has to come to for its worst moment to be shown; of its volume, what it loses or gains."""
+"""Smallest deformation whose worst moment is shown; for `volume`, the relative change."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,9 @@ class FrameMoment:
     t: float
     """Simulated time [s]."""
     said: str = ""
+    """Caption."""
     bodies: tuple[str, ...] = ()
-    """Whom it is about."""
+    """Bodies that it is about."""
 
 
 @dataclass
@@ -46,13 +49,13 @@ class Shown:
 
     @property
     def said(self) -> list[str]:
-        """Why it was chosen, in words."""
+        """Captions of its moments, with the time of those that the frame does not match exactly."""
         rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.said]
         return [f"{one.said} at {one.t:.2f} s" if apart else one.said for one, apart in rows]
 
     @property
     def bodies(self) -> set[str]:
-        """Whom these are about."""
+        """Bodies that its moments are about."""
         return {body for one in self.moments for body in one.bodies}
 
 
@@ -84,12 +87,12 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
     depth = evidence.get("penetration") or {}
     if (depth.get("value") or 0) >= DEEP:
-        yield FrameMoment(depth["time"], "deepest overlap", tuple(map(_base, depth.get("between") or ())))
+        yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
     yield from _around(events[:3])
 
 
 def _around(told: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
-    """Yield the moments just before and after the given ones."""
+    """Yield moments shortly before and after the given ones."""
     for row in told:
         yield FrameMoment(row.t - BESIDE, f"before {row.said}", row.bodies)
         yield FrameMoment(row.t + BESIDE, f"after {row.said}", row.bodies)
@@ -109,7 +112,7 @@ def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
 
 
 def _deformed(evidence: Data) -> Iterator[FrameMoment]:
-    """Yield the moments of largest strain, stretch and compression."""
+    """Yield the moments of largest strain, stretch and change of volume."""
     found = []
     for body, row in (evidence.get("deformables") or {}).items():
         for name, least in STRAINED.items():
@@ -160,7 +163,7 @@ def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[Fr
 
 
 def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
-    """A chosen frame of the same camera that is the same, or no farther away than `film` [frames]."""
+    """A chosen frame that shows the same as a frame, or is less than `film` frames away; None without one."""
     for one in found:
         same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _apart(frame)
         if same or abs(one.frame.k - frame.k) < film:
@@ -169,14 +172,14 @@ def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | No
 
 
 def _apart(frame: "Frame") -> float:
-    """Simulated time [s] from a frame within which others show the same."""
+    """Simulated time within which other frames show the same [s]."""
     return APART * min(1.0, max(frame.speed, SLOWEST))
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:
-    """Return bodies with what is attached to them: a close view of a chassis shows the body on it as well."""
+    """Return bodies and those attached to them, which a close-up should include."""
     pairs = [
-        {_base(row[key]) for key in ("body", "to") if isinstance(row.get(key), str)}
+        {body_of(row[key]) for key in ("body", "to") if isinstance(row.get(key), str)}
         for row in (actions.get("controls") or {}).values()
         if isinstance(row, Mapping) and row.get("kind") == "attach"
     ]
@@ -188,8 +191,4 @@ def _bodies(row: Any) -> tuple[str, ...]:
     if not isinstance(row, Mapping):
         return ()
     names = [row.get("of"), row.get("by"), row.get("to"), *(row.get("between") or ())]
-    return tuple(_base(name) for name in names if isinstance(name, str))
-
-
-def _base(name: str) -> str:
-    return name.split("[")[0].split(".")[0]
+    return tuple(body_of(name) for name in names if isinstance(name, str))

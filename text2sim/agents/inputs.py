@@ -13,7 +13,7 @@ from text2sim.spec_schema.errors import AssetError, MachineError, RunError, Spec
 
 ACTUATED = ("hinge", "slider")
 PIECES, CORNERS, FINE = 12, 24, 0.004
-"""Pieces of a drawing that are told of at most, corners of each, and how far [heights] these lie from its outline."""
+"""Largest numbers of pieces of a drawing and of corners of each, and tolerance of their outlines [image heights]."""
 
 
 def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
@@ -21,7 +21,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
 
     Args:
         case: The case folder.
-        files: Meshes, mechanisms and pictures; the originals are not changed.
+        files: Meshes, mechanisms and pictures, which are copied.
         licence: Licence of the files.
 
     Raises:
@@ -39,7 +39,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
 
 
 def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
-    """Drive each joint of the mechanisms a little in the engine, once, and record the responses.
+    """Drive each joint of the mechanisms a little in the engine and record the responses, unless that was done before.
 
     Args:
         case: The case folder.
@@ -96,7 +96,7 @@ def _words(asset: Asset) -> str:
 
 
 def _drawn(case: Path, asset: Asset) -> str:
-    """Describe where the shapes of a drawing lie; empty for a photograph or a drawing of many pieces."""
+    """Describe the outlines in a drawing; empty for a photograph or a drawing of many pieces."""
     if asset.kind != "texture":
         return ""
     try:

@@ -1,4 +1,4 @@
-"""Journal of a loop: an append-only file, and its listener."""
+"""Journal of a loop: an append-only file and a listener."""
 
 import json
 from collections.abc import Callable
@@ -56,7 +56,7 @@ def _lines(file: Path) -> list[str]:
         return []
     rows = text.splitlines(keepends=True)
     if rows and not rows[-1].endswith("\n"):
-        # The process was killed in the middle of a line: drop it; it is written again when its event is repeated.
+        # The process was killed while writing a line. Drop it: its event will be repeated.
         write_atomically(file, "".join(rows[:-1]))
         rows = rows[:-1]
     return [row.rstrip("\n") for row in rows]

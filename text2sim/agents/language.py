@@ -1,6 +1,6 @@
-"""Language reference for a role: the pages of its section, with only the kinds that its plan or instruction names.
+"""Language reference for a role: the pages of its section, limited to kinds that its plan or instruction names.
 
-A role asks for more by name (`explained`).
+A role can request more by name (`explained`).
 """
 
 import re
@@ -31,7 +31,7 @@ from text2sim.spec_schema.vocabulary.docstrings import model_doc
 OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze", "clay", "concrete", "copper",
               "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
               "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
-"""Colours that CSS has no name for."""
+"""Names of colours that CSS lacks."""
 MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
 PLACES = (
     "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
@@ -51,13 +51,13 @@ EXPECTED = (
     "(max, min, mean, std, range). `on: EVENT`: these times count from its first (`on: hit, during: [0, 0.5]`), "
     "which is better than a guess. `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with `k` in `${…}`."
 )
-"""What the Planner reads of expectations; the form of its answer shows examples."""
+"""The Planner's page about expectations; its prompt has examples."""
 TELLING = 36
-"""Characters of what a kind is from which on it tells more than its name does."""
+"""Smallest length of a description that says more than the kind's name [characters]."""
 SHORTEST = 4
-"""Letters of a word that can be meant as a field's name."""
+"""Smallest length of a word that may name a field [characters]."""
 SERVED = 14_000
-"""Characters of pages that are served at once."""
+"""Largest size of the pages in one reply [characters]."""
 
 
 def pages(reader: str, kinds: Collection[str] | None = None) -> str:
@@ -98,7 +98,7 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
 
 
 def _without_softness(text: str) -> str:
-    """Drop what concerns deformable bodies: rows of fields, sentences about kinds, examples."""
+    """Drop rows, sentences and examples about deformable bodies."""
     rows = []
     for row in _SOFT_ROWS.sub("", text).split("\n"):
         if row.startswith("- `") and "`: " in row:
@@ -133,7 +133,7 @@ def measured_kinds() -> tuple[str, ...]:
 
 
 def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[str]:
-    """Names of the models of a page that the wanted kinds use."""
+    """Names of the models of a page that the wanted kinds need."""
     names = [model.__name__ for model in section.models]
     if wanted is None or len(names) == 1 and names[0] not in NEEDED:
         return set(names)
@@ -143,12 +143,13 @@ def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[st
 
 
 def named(reader: str, text: str, there: Collection[str] = ()) -> str:
-    """Return the reference of what an instruction names: kinds with all fields, and single fields of other models.
+    """Return the reference for an instruction: named kinds with all fields, and named fields of other models.
 
     Args:
         reader: A key of `READS`.
         text: The instruction.
-        there: Kinds that the section has already: fields of what is neither there nor named are left out.
+        there: Kinds that the section has already. Fields of models that belong to neither these nor named kinds are
+            omitted.
     """
     words = set(re.findall(r"[a-z][a-z_0-9]*", _KEPT.sub("", text.lower())))
     wanted = kinds_in(words) | set(there)
@@ -171,7 +172,7 @@ def named(reader: str, text: str, there: Collection[str] = ()) -> str:
 
 
 def _places(reader: str, words: Collection[str]) -> list[str]:
-    """Rows about where things are, for an instruction that moves, turns or adds something."""
+    """Rows about poses and places, for an instruction that moves, turns or adds something."""
     if not (PLACING | TURNING) & set(words):
         return []
     (section,) = _sections(("Poses and places",))
@@ -221,7 +222,7 @@ def explanation(name: str) -> str:
 
 @cache
 def rules(*, brief: bool = False) -> str:
-    """Return general rules of the language, expressions and selectors; `brief` for authors whose case is checked."""
+    """Return the rules of the language, expressions and selectors; `brief` for authors whose answers are checked."""
     if brief:
         return _BRIEF_RULES
     from text2sim.spec_schema.published.language_reference import language_reference
@@ -278,7 +279,7 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
 
 
 def _told(gists: dict[str, str]) -> list[str]:
-    """A line for each kind that needs an explanation, and one line that names the others."""
+    """One line for each kind that needs an explanation, and one line with the names of the others."""
     told = {name: gist for name, gist in gists.items() if len(gist) >= TELLING}
     rows = [f"- `{name}`: {gist}" for name, gist in told.items()]
     rest = [f"`{name}`" for name in gists if name not in told]
@@ -358,13 +359,13 @@ _KEPT = re.compile(
     r"\b(?:keep(?:ing)?|nothing else|do(?: not|n't) (?:touch|change|move)|without (?:touching|changing|moving))\b[^.;]*"
     r"|\b(?:leav(?:e|ing) )[^.;]*\b(?:alone|as (?:it|they)|untouched|unchanged)\b[^.;]*"
 )
-"""What an instruction names because it has to stay."""
+"""Clauses about parts that must not change."""
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
-"""Which `PLACES` tells."""
+"""Examples that `PLACES` replaces."""
 _RARE, _RARE_OF_STATICS = (
     re.compile(rf"^- `(?:{rows})` .*\n", re.MULTILINE) for rows in ("quality|tone", "seed|record|density|mass")
 )
-"""Fields that a Writer has no use for."""
+"""Rows of fields that Writers rarely need."""
 _SOFT_ROWS = re.compile(
     rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:bodies that deform|mpm and fem bodies).*\n",
@@ -372,7 +373,7 @@ _SOFT_ROWS = re.compile(
 )
 _SOFT = re.compile(r"\b(?:deforms?|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
-"""The bodies that deform in the examples."""
+"""Names of deformable bodies in the examples."""
 
 
 def _first(text: str) -> str:

@@ -26,11 +26,11 @@ from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.writer_team import Workshop
 
 STANDSTILL = 2
-"""Attempts after the best one that may bring nothing, once everything expected has come true,"""
+"""Number of attempts without improvement that end the loop, once all expectations are true."""
 FILMED = 5
-"""and so many if they only film a run again, which is cheap."""
+"""The same for attempts that only film a run again, which is cheap."""
 DEAR = 0.25
-"""Share of the time left that a first run may be expected to take before the Planner is asked about it."""
+"""Largest estimated share of the time left for a first run about which the Planner is not asked."""
 
 
 class AgentLoop:
@@ -57,18 +57,18 @@ class AgentLoop:
         self.workshop.left = self.left
         self.mending = Mending(self.workshop, self.agreement, self.path, emit)
         self.only_if_accepted = False
-        """Whether the case is somebody's own, and only a version that was accepted may take its place."""
+        """Whether the case existed before, so that only an accepted version may replace it."""
         self.style = False
-        """Whether an accepted case is filmed in several ways, and the best is kept."""
+        """Whether the best film of an accepted case is searched for."""
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
         self.base = ""
-        """Text of the case of which somebody wishes a change."""
+        """Text of the existing case that is to be changed."""
         self._told: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
 
-    # --- ways in ----------------------------------------------------------------------------------------------
+    # --- entry points -----------------------------------------------------------------------------------------
 
     def generate(self) -> LoopOutcome:
         """Generate a case from the request."""
@@ -111,7 +111,7 @@ class AgentLoop:
             self.attempts.close()
 
     def work(self, text: str, cause: str) -> LoopOutcome:
-        """Improve a case until it is accepted or a bound is reached.
+        """Improve a case until it is accepted or a limit is reached.
 
         Args:
             text: The first version.
@@ -160,7 +160,7 @@ class AgentLoop:
         attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
-        """Number of the best attempt, if all its expectations hold and the last attempts were no better."""
+        """Number of the best attempt if its expectations are all true and later attempts were no better; else None."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names))
         before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
         fresh = {one.run or one.number for one in later} - {one.run for one in before}
@@ -185,7 +185,7 @@ class AgentLoop:
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
-        """Have the sections written; if a Writer fails three times, a simpler plan is made, once."""
+        """Have the sections written; if a Writer fails, have a simpler plan made, once."""
         try:
             sections = self.workshop.drafted()
         except RoleFailed as failed:
@@ -255,7 +255,7 @@ class AgentLoop:
         return report
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
-        """Have warnings mended and doubts settled; how long a run takes is known after the first one."""
+        """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
         known = {ESTIMATE} if any(one.pace for one in self.made) else set()
         return self._doubted(attempt, *self.mending.considered(attempt, examined, known))
 
@@ -273,7 +273,7 @@ class AgentLoop:
         rules = frozenset(problem.rule for problem in examined.warnings)
         decision = self._decided(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
-            return examined  # run it all the same: the doubts may be wrong
+            return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
         for version in (text, alone):  # contract and case change together
@@ -284,7 +284,7 @@ class AgentLoop:
         return examined
 
     def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
-        """Say once, before the first run, that it may take too much of the time that is left."""
+        """Report once, before the first run, that it may take too much of the time left."""
         now = self.limits.minutes_left()
         if now is None or "dear" in {rule for rule, _ in self._told} or any(one.pace for one in self.made):
             return []
@@ -297,7 +297,7 @@ class AgentLoop:
         )
         return [f"{estimate}, and several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
 
-    # --- what is done next ------------------------------------------------------------------------------------
+    # --- decisions --------------------------------------------------------------------------------------------
 
     def _decided(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
@@ -317,7 +317,7 @@ class AgentLoop:
         return decision
 
     def left(self) -> str:
-        """Return what is left of the budget, in words; the same text again when a loop is resumed."""
+        """Return a sentence with the attempts and time left; a resumed loop gets the same one again."""
         attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
         minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
@@ -332,7 +332,7 @@ class AgentLoop:
         return "\n".join(one.history_row() for one in self.made)
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
-        """Carry out a decision; return the new text, and what could not be done."""
+        """Carry out a decision; return the new text, and the reasons for refused patches."""
         text, routes = self.agreement.apply(attempt.text, decision), list(decision.routes)
         patches = (attempt.critique or {}).get("patches", [])
         left_out: list[str] = []
@@ -351,7 +351,7 @@ class AgentLoop:
             routes += told
         return self.workshop.routed(text, routes, kept(attempt)), left_out
 
-    # --- ends -------------------------------------------------------------------------------------------------
+    # --- outcome ----------------------------------------------------------------------------------------------
 
     def outcome(self, state: State, why: str) -> LoopOutcome:
         """Publish the best attempt, and return the outcome."""

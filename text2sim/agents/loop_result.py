@@ -12,16 +12,16 @@ State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
 
 @dataclass(frozen=True)
 class LoopLimits:
-    """Bounds of a loop, besides tokens, cost and time."""
+    """Limits of a loop, besides tokens and cost."""
 
     attempts: int = 30
     sim_timeout: float = 3600.0
-    """Wall time [s] of one simulation."""
+    """Largest wall time of one simulation [s]."""
     minutes_left: Callable[[], float | None] = lambda: None
-    """Minutes by the clock that are left for everything."""
+    """Returns the minutes left for the whole loop; None without a limit."""
 
     def timeout(self) -> float:
-        """Return the wall time [s] that the next simulation may take."""
+        """Return the largest wall time of the next simulation [s]."""
         left = self.minutes_left()
         return self.sim_timeout if left is None else max(1.0, min(self.sim_timeout, 60 * left))
 

@@ -1,4 +1,4 @@
-"""Mending of what the check finds in an attempt, by the owners of the sections, before it is run."""
+"""Repair of an attempt before its run: owners of sections fix what the check finds."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -12,7 +12,7 @@ from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
 MENDS = 3
-"""Times that owners may mend what the check finds, before it is the Planner's turn."""
+"""Number of repairs by owners before the Planner is asked."""
 MEND = "Mend what the check found in your section, and change nothing else."
 CONSIDER = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
@@ -20,16 +20,16 @@ CONSIDER = (
 )
 
 About = tuple[str, str, frozenset[str]]
-"""What a warning is about: its rule, its path if it is not of a camera, and then the names in it."""
+"""Subject of a warning: its rule and path, or for a camera its rule and the names in its message."""
 
 
 class Mending:
-    """Sends the findings of the check to those whose sections they are about.
+    """Sends the findings of the check to the owners of the sections concerned.
 
     Args:
         workshop: The owners.
-        agreement: What the case has to keep to.
-        path: The case's file.
+        agreement: The plan and its contract.
+        path: Path of the case file.
         emit: Callback for journal events.
     """
 
@@ -38,14 +38,14 @@ class Mending:
         self._warned: set[About] = set()
         """Warnings that owners were told of."""
         self._meant: dict[About, str] = {}
-        """Why warnings are meant, by what they are about: an owner says so once."""
+        """Owners' reasons for intended warnings."""
 
     def inherit(self, warnings: Sequence[Problem]) -> None:
-        """Ask nobody about warnings that a case had before anything was wished of it."""
+        """Accept the warnings that an existing case has before any change."""
         self._meant |= {_about(problem): "it was there before" for problem in warnings}
 
     def meant(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
-        """Return which warnings are meant, by rule and path, with what their owners say of them."""
+        """Return the owners' reasons for intended warnings, by rule and path."""
         return {(p.rule, p.path): self._meant[_about(p)] for p in warnings if _about(p) in self._meant}
 
     def checked(self, attempt: Attempt) -> tuple[Examination, list[str]]:
@@ -65,22 +65,22 @@ class Mending:
             before = attempt.text
             attempt.text, told = self.workshop.fixed(before, owners, MEND)
             self.workshop.referred += [*told.pop("plan", []), *self.workshop.refusals()]
-            if attempt.text == before and not told:  # asking the same again would give the same answers
+            if attempt.text == before and not told:  # the same question would get the same answer
                 return examined, [said(one) for one in errors]
         raise AssertionError("the last round returns")
 
     def considered(
         self, attempt: Attempt, examined: Examination, known: Collection[str]
     ) -> tuple[Examination, list[str]]:
-        """Give owners one chance to fix the lint's warnings: that is cheaper before a run than after it.
+        """Give owners one chance to fix the lint's warnings, which is cheaper before a run than after it.
 
         Args:
-            attempt: An attempt without errors; its text becomes what they make of it.
-            examined: What the check found in it.
-            known: Rules that they need not be told of.
+            attempt: An attempt without errors; it gets the repaired text.
+            examined: Result of its check.
+            known: Rules to ignore.
 
         Returns:
-            What the check finds afterwards, and the warnings that are about the plan.
+            The result of the check afterwards, and the warnings about the plan.
         """
         told = {*self._warned, *self._meant}
         fresh = [p for p in examined.warnings if _about(p) not in told and p.rule not in known]
@@ -98,12 +98,12 @@ class Mending:
         return examined, doubts
 
     def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
-        """Adopt a repaired text, unless it is worse; return what the check finds in what is kept.
+        """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.
 
         Args:
             attempt: The attempt that gets the text.
             text: The repaired text.
-            before: What the check found in its present text.
+            before: Result of the check of its present text.
         """
         found = examine(text, self.path)
         if found.errors or self.agreement.breaches(found):
@@ -119,7 +119,7 @@ class Mending:
 
 
 def _about(problem: Problem) -> About:
-    """The same of a subject that is not seen, whatever the camera is called."""
+    """Subject of a warning; the same for all cameras that do not see a body."""
     film, steps = problem.path.startswith("/render/cameras"), problem.path.split("/")
     names = frozenset(re.findall(r"`([^`]+)`", problem.message))
     return problem.rule, "" if film else problem.path, names - set(steps) if film else frozenset()

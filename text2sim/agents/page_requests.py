@@ -17,7 +17,7 @@ class PageRequests:
         self._served: set[str] = set()
 
     def __call__(self, names: Sequence[str]) -> str:
-        """Return pages about the kinds, prefabs and other things of these names."""
+        """Return the pages with these names."""
         others = {name: text for name, text in self._other(names).items() if name not in self._served}
         text, served = language.explained([name for name in names if name not in others], self._served)
         self._served |= {*others, *served}

@@ -1,4 +1,4 @@
-"""Selection of pages: what of the language each reader gets, and what it needs only beside some kinds."""
+"""Selection of pages: the parts of the language for each reader, and the kinds that require further parts."""
 
 from text2sim.spec_schema.models.bodies import LINKED
 
@@ -17,7 +17,7 @@ READS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """Titles of the pages that each reader gets."""
 INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
-"""Pages of which the Planner sees what kinds there are."""
+"""Pages whose kinds the Planner sees, one line each."""
 MPM = frozenset({"soft", "granular", "liquid", "snow"})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
@@ -33,7 +33,7 @@ NEEDED: dict[str, frozenset[str]] = {
     "JointOverride": frozenset({"articulated"}), "Payload": frozenset({"chain"}), "Shot": frozenset(),
     "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
 }  # fmt: skip
-"""Models of pages that are described if one of these kinds is needed; without any, always. Others on demand."""
+"""Models of pages, and the kinds that require their description; an empty set means always. Others are on demand."""
 PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
     "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
@@ -42,21 +42,21 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Lights": frozenset({"sun", "softbox", "lamp", "spot", "sky", "environment", "light", "lights"}),
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip
-"""Pages that are there only if one of these is needed."""
+"""Pages, and the kinds that require them; other pages are always included."""
 DEFORMING = MPM | {"cloth"}
 PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
-"""Controls on what deforms alone: words of every day, where nothing does."""
+"""Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
-"""Fields that only what deforms feels."""
+"""Fields that concern deformable bodies alone."""
 PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
-"""Pages about what the Planner has put into the script: its Writer needs them only for more of its own."""
+"""Pages about parts that the Planner writes; the Action Writer needs them only to add its own."""
 USUAL = frozenset({"ramp", "still"})
-"""Kinds that are described to everybody who reads their page."""
+"""Kinds that are described to every reader of their page."""
 EVERYDAY = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
-"""Kinds that are words of every day, or that everybody knows."""
+"""Kinds that are everyday words or need no explanation."""
 WHOLE = frozenset({"pattern", "label", "vary", "palette", "overlay"})
-"""Models that a change describes with all fields if it names them."""
+"""Models that are described with all fields if an instruction names them."""
 PLACING = frozenset({"place", "placed", "add", "added", "adds", "another", "new", "second"})
-"""Words of a change after which something may be put somewhere,"""
+"""Words of an instruction that may place something."""
 TURNING = frozenset({"pose", "quat", "euler_deg", "turn", "turned", "tilt", "tilted", "rotate", "rotated"})
-"""or only moved or turned."""
+"""Words of an instruction that may only move or turn something."""

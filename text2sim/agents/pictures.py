@@ -16,41 +16,40 @@ if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded
 
 SHEET_WIDTH = 500
-"""Of a picture on the sheet [pixels]; of a tall one, of which four stand in a row, 375."""
+"""Width of a frame on the sheet [pixels]; tall frames, four in a row, have three quarters of it."""
 FRAMES = 12
-"""Pictures on it at most,"""
+"""Largest number of frames on the sheet."""
 CLOSE = 4
-"""and how many of them have a close view beside them."""
+"""Largest number of close-ups beside them."""
 NAMED = 2
-"""Reasons that are written onto a picture: more would hide it."""
+"""Largest number of reasons in a caption; more would hide the frame."""
 LITTLE = 0.2
-"""Part of the picture below which what it is about is shown from near as well."""
+"""Fraction of the frame below which its subject is also shown in close-up."""
 SIGHT = 160
-"""Width [pixels] of the pictures in which bodies are looked for."""
+"""Width of the pictures in which bodies are located [pixels]."""
 SECONDS = 90.0
-"""That the pictures may take to be traced, a second or two each; those of the preview serve if that is not enough."""
+"""Longest time for tracing the frames, at one or two seconds each [s]; if it is exceeded, the preview is used."""
 
 TOLD = "The frames are path-traced, as the film will be, but small and coarse."
 PLAIN = (None, "rough", "painted", "plastic", "smooth")
-"""Finishes that a preview shows about as they are."""
+"""Finishes that a preview shows approximately."""
 LOOKS = 8
-"""Bodies whose missing looks are named."""
+"""Largest number of bodies whose missing looks are named."""
 
 Row = tuple[str, str, Any, Any]
-"""Camera, what is said of it, the picture, and a close view of it or None."""
+"""Camera, caption, frame, and its close-up or None."""
 
 
 def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[Any, int, str]:
     """Return a sheet of a run's frames with numbers and times, the number of frames, and a note.
 
-    Shown are the ends of the main film, when expectations were decided and events came with what is just before and
-    after, extremes of measures, the deepest overlap, and evenly what is left; what it is about is shown from near
-    beside it, if it is small.
-    (None, 0, "") if there are no pictures.
+    The frames are the first and last of the main film, moments that decide expectations, events with the moments before
+    and after, extremes of measures, the deepest overlap, and evenly spaced ones. Small subjects are also shown in
+    close-up. (None, 0, "") if there are no frames.
 
     Args:
         run: The run folder.
-        preview: Makes the preview, unless there is one of this film; called if nothing can be traced in time.
+        preview: Makes the preview of the film if it is missing; called if no frames can be traced in time.
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
@@ -142,7 +141,7 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
 
 
 def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
-    """Return a close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
+    """A close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
     import numpy as np
 
     if eye is None or not one.bodies:
@@ -158,7 +157,7 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     if not len(rows):
         return None
     scale = wide / SIGHT
-    # As wide as what it is about with a third around it, in the shape of the picture.
+    # Half the width of the crop: that of the bodies with a margin of 30 %, at the aspect ratio of the picture.
     half = max((np.ptp(columns) + 1) * scale, (np.ptp(rows) + 1) * scale * wide / tall, wide / 4) * 0.65
     if half > LITTLE**0.5 * wide / 2 * 1.3:
         return None
@@ -202,7 +201,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
     except (Text2SimError, ImportError, OSError):
         return
-    except Exception as error:  # noqa: BLE001 - an error of ours: the preview serves, and the loop goes on
+    except Exception as error:  # noqa: BLE001 - an internal error must not end the loop; the preview is used
         keep_details(error)
         return
     eye = _eye(run)
@@ -232,7 +231,7 @@ def _unshown(look: dict[str, Any]) -> str:
 
 
 def moments_of(run: Path) -> list[FrameMoment]:
-    """Moments of a run with evidence; empty without it."""
+    """Return the moments of a run that are worth showing; empty without evidence."""
     try:
         return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):

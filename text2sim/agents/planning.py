@@ -1,4 +1,4 @@
-"""Planning: the Planner reads the card library and defines success."""
+"""Planning: the Planner turns a request into a plan with expectations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -33,11 +33,11 @@ class Request:
     text: str
     images: tuple[Image, ...] = ()
     inputs: tuple[str, ...] = ()
-    """Files that came with it, in words."""
+    """Descriptions of its files."""
     requirements: Requirements = field(default_factory=dict)
-    """What it asks for, one thing at a time; empty if nobody has taken it apart."""
+    """Its atomic requirements; empty if they could not be extracted."""
     minutes: float | None = None
-    """By the clock, for all of it; None without a bound."""
+    """Wall time for the whole loop [min]; None without a limit."""
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,17 @@ class TriedPlan:
     """Result of an earlier plan."""
 
     why: str
-    """Why the approach is wrong."""
+    """Reason for a new plan."""
     history: str
     plan: CasePlan
     first: Fragments
-    """What was expected at first: it stands."""
+    """The original expectations, which a new plan must keep."""
     left: str = ""
-    """Attempts and time that are left, in words."""
+    """Sentence with the attempts and time left."""
 
 
 PLANNING = 6
-"""Times that a plan is asked for: without one everything is lost."""
+"""Largest number of answers before planning fails, which ends the loop."""
 
 
 def make_plan(

@@ -1,13 +1,12 @@
 """Rehearsal of a plan: a case of stand-in bodies is checked before the Writers start.
 
-Where bodies stand and how large they are is not known yet, so that a finding of the lint counts only if three quite
-different arrangements have it, one of them with everything in one place: then it follows from what measures and events
-are.
+Positions and sizes of bodies are not known yet. A finding of the lint counts only if it appears in three very different
+arrangements, one of them with all bodies in one place: then it follows from the definitions of measures and events.
 """
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, get_args
@@ -24,19 +23,19 @@ from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError, neare
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placed import Placed
-from text2sim.spec_schema.names.selectors import named_by
+from text2sim.spec_schema.names.selectors import named_by, strings_in
 from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
 TAKEN = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
-"""Names that expressions know already, and no parameter can have."""
+"""Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
 OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
-"""Rules about what the Writers will add."""
+"""Rules about parts that the Writers will add."""
 BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 MAX_BODIES = 300
-"""Bodies up to which the lint is asked: the plan has to be answered at once."""
+"""Largest number of bodies for which the lint runs, since the Planner waits for it."""
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
 _PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
 _PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
@@ -89,7 +88,7 @@ def _kind_faults(plan: CasePlan) -> Iterator[str]:
 
 
 def _shape_faults(plan: CasePlan) -> Iterator[str]:
-    """Faults of what the Writers decide in the end: a shape may be several words, such as `box and cylinders`."""
+    """Faults of shapes and modes; a shape may be several words, such as `box and cylinders`."""
     shapes = shape_kinds()
     known = {*shapes, *_prefabs()}
     for name, body in plan.bodies.items():
@@ -113,7 +112,7 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
     words += [(f"/bodies/{name}/what", body.what) for name, body in plan.bodies.items()]
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
     known = {*plan.params, *COPY_VARIABLES, NUMBER}
-    if NUMBER in plan.params:  # it is wrong as soon as any Writer says `repeat: 3`
+    if NUMBER in plan.params:  # an error as soon as a Writer uses `repeat`
         way = f"choose another name; taken are {', '.join(TAKEN)} [taken-name]"
         yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {way}"
     for where, text in words:
@@ -133,7 +132,7 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
 
 
 def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
-    """The plan as a case. With `loose`, no body has a joint, so that joint limits imply nothing."""
+    """The plan as a case of stand-ins. With `loose`, no body has a joint, so that joint limits imply nothing."""
     statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
     for k, (name, body) in enumerate(plan.bodies.items()):
         parts = _parts_named(checks, name)
@@ -169,10 +168,9 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
             mount |= _joint(mount["kind"])
         return {"kind": "rigid", "shape": box, **place, **({} if loose else {"mount": mount})}
     if body.kind == "articulated":
-        shape = {"kind": "box", "size": [size, size, size]}
-        links: Data = {"root_of_it": {"shape": shape}}
         joint = {"kind": "hinge", **_joint("hinge")}
-        links |= {part: {"parent": "root_of_it", "shape": shape, "joint": joint} for part in parts}
+        links: Data = {"root_of_it": {"shape": box}}
+        links |= {part: {"parent": "root_of_it", "shape": box, "joint": joint} for part in parts}
         return {"kind": "articulated", "links": links, **place, **({"base": "free"} if loose else {})}
     return {**_example(body.kind), **place}
 
@@ -184,7 +182,7 @@ def _joint(kind: str) -> Data:
 
 @cache
 def _example(kind: str) -> Data:
-    """The body of the language's example of a kind, wherever it stands."""
+    """The body in the reference's example of a kind, without its placement."""
     from text2sim.spec_schema.published.language_reference import load_examples
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import Source
@@ -209,25 +207,17 @@ def _prefabs() -> dict[str, Data]:
 
 
 def _parts_named(checks: Fragments, body: str) -> list[str]:
-    """Links and joints of a body that the checks name, and that its Writer will define."""
-    words = [word for part in (checks.measures, checks.events) for word in _strings(part)]
+    """Links and joints of a body that the checks name and its Writer will define."""
+    words = [*strings_in(checks.measures), *strings_in(checks.events)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
     parts = dict.fromkeys(match[2] for match in found if "*" not in match[2])
     for match in found:
-        if not named_by(match[2], parts):  # a pattern that means none of them: one that it means
+        if not named_by(match[2], parts):  # a pattern needs at least one part that it matches
             parts[match[2].replace("*", "a")] = None
     return list(parts)
 
 
-def _strings(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, Mapping | list):
-        for row in value.values() if isinstance(value, Mapping) else value:
-            yield from _strings(row)
-
-
-# --- what follows from definitions ---------------------------------------------------------------------------------
+# --- findings that follow from definitions -------------------------------------------------------------------------
 
 
 def _by_definition(plan: CasePlan, path: Path) -> list[str]:
@@ -255,12 +245,12 @@ def _found(text: str, path: Path) -> list[Problem]:
 
 
 def _without_joints(checks: Fragments) -> Fragments:
-    """The checks without those about joints, which these arrangements lack."""
+    """The checks without those about joints, which loose stand-ins lack."""
     measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINTS}
     events = {
         name: row
         for name, row in checks.events.items()
-        if row.get("kind") != "joint_limit" and row.get("kind") not in ("released", "left_domain")
+        if row.get("kind") not in ("joint_limit", "released", "left_domain")
         if row.get("measure") is None or row["measure"] in measures
     }
     while lost := [name for name, row in events.items() if row.get("after") is not None and row["after"] not in events]:
@@ -275,10 +265,10 @@ def _without_joints(checks: Fragments) -> Fragments:
 
 
 def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
-    """Yield expectations that hold if nothing happens, whatever the bodies are: name and reason.
+    """Yield the name and the reason for each expectation that holds if nothing happens, whatever the bodies are.
 
-    That a measure is small again holds as well while nothing ever moves: it may be asked for where another expectation
-    wants the same measure to be something else before.
+    An expectation that a measure returns to its rest value is allowed if another one requires the same measure to
+    differ from it at some time.
     """
     from text2sim.lint.script.outcomes import asked_of
 
@@ -287,7 +277,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     holding, active = {}, set()
     for name, expect in case.actions.expect.items():
         if expect.on is not None:
-            continue  # the event that it waits for does not happen
+            continue  # the event does not happen, so the expectation fails
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
             asked = asked_of(expect, case.scene.duration)
@@ -333,11 +323,11 @@ def rest_value(measure: Any) -> float | None:
 
 
 def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
-    """Say which expectations of a whole case hold if nothing happens, although they are read after the start.
+    """Return the expectations of a case that hold if nothing happens, although they apply after the start, and why.
 
     Args:
-        loaded: A case that can be resolved.
-        names: Expectations that are looked at.
+        loaded: A valid case.
+        names: Names of the expectations to check.
     """
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts

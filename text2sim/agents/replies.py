@@ -1,7 +1,6 @@
-"""Types of the roles' answers, each checked before anything is done with it.
+"""Types of the roles' answers.
 
-Values of the wrong type go back, and so does what a form does not know: it would be without effect in silence. Of
-judgements and the like, where nothing is done with a further key, it is ignored: a chatty model costs nothing.
+A `Form` rejects unknown keys, since they would silently have no effect. Other answers ignore them, to save a call.
 """
 
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -9,6 +8,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from text2sim.spec_schema.models.colors import ColorError, rgb
+from text2sim.spec_schema.names.selectors import body_of
 
 SECTIONS = ("scene", "bodies", "actions", "render")
 Owner = Literal["scene", "bodies", "actions", "render"]
@@ -19,19 +19,19 @@ Lines = Annotated[list[Line], Field(max_length=60)]
 
 
 class Answer(BaseModel):
-    """The base of every answer."""
+    """Base of all answers; it ignores unknown keys."""
 
     model_config = ConfigDict(extra="ignore", allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod
     def _leniently(cls, data: Any) -> Any:
-        """Take what is meant where only the form is off: another call costs more than this."""
+        """Correct obvious slips of form, which is cheaper than another call."""
         return {k: _as_meant(cls, k, v) for k, v in data.items() if v is not None} if isinstance(data, dict) else data
 
 
 class Form(Answer):
-    """An answer of which everything has an effect: a key that it does not know is sent back."""
+    """Base of answers in which every key has an effect; unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
@@ -43,27 +43,27 @@ def _as_meant(model: type[BaseModel], key: Any, value: Any) -> Any:
     if isinstance(value, str):
         return [value]
     if isinstance(value, dict) and all(isinstance(row, dict) for row in value.values()):
-        # Assets by the body that they are for.
+        # A mapping of assets by body instead of a list.
         return [{"body": name, **row} for name, row in value.items()]
     return value
 
 
 class PlannedBody(Form):
-    """A body or static as the plan names it; its owner works it out."""
+    """Outline of a body or static, which its Writer works out."""
 
     kind: Annotated[str, StringConstraints(max_length=40)]
-    """A kind of body or a prefab; `static` for what never moves."""
+    """A kind of body, a prefab, or `static`."""
     shape: Annotated[str, StringConstraints(max_length=40)] = ""
-    """Kind of shape, if one is meant."""
+    """Kind of shape; empty to leave it open."""
     mount: Annotated[str, StringConstraints(max_length=40)] = ""
     count: Annotated[int, Field(ge=1, le=100_000)] = 1
-    """How many copies."""
+    """Number of copies."""
     what: Line = ""
-    """Size, material, where it starts, what it has to do."""
+    """Size, material, initial place, purpose."""
 
 
 class Asset(Form):
-    """A model that has to be made or looked at before the bodies are written."""
+    """A shape or mechanism that an asset agent makes before the bodies are written."""
 
     kind: Literal["mesh", "mechanism"]
     body: Name
@@ -73,14 +73,14 @@ class Asset(Form):
     @model_validator(mode="before")
     @classmethod
     def _named(cls, data: Any) -> Any:
-        """Take a `name` for the body: an asset has no other."""
+        """Accept `name` for `body`."""
         if not isinstance(data, dict) or "name" not in data:
             return data
         return {"body": data["name"]} | {key: value for key, value in data.items() if key != "name"}
 
 
 class Fragments(Form):
-    """Measures, events and expectations in the words of the language."""
+    """Measures, events and expectations in the language of cases."""
 
     measures: dict[Name, dict[str, Any]] = {}
     events: dict[Name, dict[str, Any]] = {}
@@ -89,27 +89,27 @@ class Fragments(Form):
 
 Selector = Annotated[str, StringConstraints(max_length=80)]
 FACTS = {"count": "equals", "color": "like", "seen": "", "moved": "by", "touched": "by"}
-"""The sorts of facts, each a field of `Claim` that names a body, and the field that it needs."""
+"""Sorts of facts: the field of `Claim` that names a body, and the further field that it requires."""
 
 
 class Claim(Form):
-    """Something that the program can tell of a run, as the plan wants it."""
+    """A fact about a run that the plan wants and the program can check; exactly one field of `FACTS` is set."""
 
     count: Selector = ""
-    """How many bodies of a selector there are: `equals`."""
+    """Bodies whose number is `equals`."""
     equals: Annotated[int, Field(ge=0, le=100_000)] | None = None
     color: Selector = ""
-    """Colour of a body, of a copy, a part or a link: `like` a name or #rrggbb."""
+    """A body, copy, part or link whose colour is `like` a name or #rrggbb."""
     like: Annotated[str, StringConstraints(max_length=40)] = ""
     seen: Selector = ""
     """A body that the film shows."""
     moved: Selector = ""
-    """A body that is set in motion by the touch of another: `by`."""
+    """A body that the touch of another, `by`, sets in motion."""
     by: Selector = ""
     touched: Selector = ""
-    """A body that another touches: `by`."""
+    """A body that another, `by`, touches."""
     lasting: Annotated[float, Field(gt=0, le=3600)] | None = None
-    """Seconds in all for which it is touched at least."""
+    """Smallest total duration of the touch [s]."""
     never: bool = False
     """Whether it must not be touched."""
 
@@ -135,68 +135,68 @@ class Claim(Form):
 
     @property
     def sort(self) -> str:
-        """The sort of fact, one of `FACTS`."""
+        """The sort of fact, a key of `FACTS`."""
         return next(sort for sort in FACTS if getattr(self, sort))
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that it is about."""
         words = [word for word in (getattr(self, self.sort), self.by) if word]
-        return tuple(word.partition("[")[0].partition(".")[0] for word in words)
+        return tuple(map(body_of, words))
 
 
 class CasePlan(Form):
-    """What is to be shown, by what, and how it will be known."""
+    """Plan of a case: the event, the bodies, and the expectations that define success."""
 
     name: Name
     event: Line
     """The event that the request asks for, in one sentence."""
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
-    """What cannot be done, and why."""
+    """Reason why something is not possible."""
     assumptions: Lines = []
-    """What the request left open, and how it was read."""
+    """Interpretations of what the request leaves open."""
     mode: list[Annotated[str, StringConstraints(max_length=40)]] = []
-    """Which physics: rigid, articulated, soft, cloth, rope, granular, liquid, snow."""
+    """Kinds of physics: rigid, articulated, soft, cloth, rope, granular, liquid, snow."""
     duration: Annotated[float, Field(gt=0, le=600)] = 4.0
     """Simulated time [s]."""
     params: dict[Name, Any] = {}
     bodies: Annotated[dict[Name, PlannedBody], Field(max_length=60)] = {}
     shared: Lines = []
-    """What more than one Writer has to agree on: places, sizes, joints, directions, times."""
+    """Values that several Writers must agree on: places, sizes, joints, directions, times."""
     assets: Annotated[list[Asset], Field(max_length=8)] = []
     says: dict[Name, Line] = {}
-    """For each expectation that the request asks for, the sentence that it stands for."""
+    """The sentence of the request behind each expectation."""
     checks: Fragments = Fragments()
-    """The same, in the words of the language. Nobody but the Planner may change them."""
+    """The expectations, with their measures and events; only the Planner may change them."""
     keeps: list[Name] = []
-    """Expectations about something that has to stay as it is: they hold from the start."""
+    """Expectations that something stays as it is, which hold from the start."""
     meets: dict[Name, list[Name]] = {}
-    """For each requirement, the expectations that fail if it is not met; the others are judged by eye."""
+    """Expectations that fail if a requirement is not met, by requirement; the others are judged by eye."""
     facts: dict[Name, list[Claim]] = {}
-    """For each requirement, what the program itself can tell of it."""
+    """Facts that the program can check, by requirement."""
     causes: dict[Name, list[Name]] = {}
     """For requirements of the form "X makes Y": bodies or controls without which Y must not happen."""
     briefs: dict[Owner, Line] = {}
-    """What each Writer is to do."""
+    """Task of each Writer."""
     cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
-    """Debug Cards to give to each Writer, by role."""
+    """Ids of Debug Cards for each Writer."""
 
 
 Cites = Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(max_length=20)]
 
 
 class Failure(Answer):
-    """Something that is not as the request wants it."""
+    """A difference between the run and the request."""
 
     what: Line
     cites: Cites = []
-    """What it rests on: `expect:`, `measure:`, `event:`, `body:` or `diagnostic:` and a name, `frame:N`, `run`."""
+    """Evidence: `expect:`, `measure:`, `event:`, `body:` or `diagnostic:` and a name, `frame:N`, or `run`."""
     section: Where
 
 
 class Patch(Answer):
-    """A change to one section that would mend something."""
+    """A change to one section that fixes a failure."""
 
     section: Owner
     why: Line
@@ -211,17 +211,17 @@ def _a_mark(value: float) -> float:
 
 
 class Mark(Answer):
-    """How far one requirement is met."""
+    """Mark of one requirement: 1, 1/2 or 0."""
 
     mark: Annotated[float, AfterValidator(_a_mark)]
     cites: Cites = []
     why: Line = ""
-    """What is missing, if anything is."""
+    """What is missing; empty if nothing is."""
 
     @model_validator(mode="before")
     @classmethod
     def _short(cls, data: Any) -> Any:
-        """Take a mark by itself, or with what it rests on, for the whole; and a half in any spelling."""
+        """Accept a bare mark, or a list of mark, citations and reason, and any spelling of a half."""
         if not isinstance(data, dict | list):
             data = [data]
         if isinstance(data, list):
@@ -240,19 +240,19 @@ _MARKS = {
 
 
 class Critique(Answer):
-    """What the Critic makes of a run."""
+    """The Critic's judgement of a run."""
 
     seen: Line
-    """What the pictures show, in the order of time."""
+    """Description of the pictures, in the order of time."""
     requirements: dict[Name, Mark] = {}
-    """How far each is met."""
+    """Mark of each requirement."""
     score: Annotated[float, Field(ge=0, le=100)] = 0
-    """How well it agrees with the request; worked out from the marks, if there are any."""
+    """Agreement with the request; computed from the marks, if there are any."""
     verdict: Literal["pass", "repair", "cannot_judge"]
     failures: Annotated[list[Failure], Field(max_length=20)] = []
     responsible: Where | None = None
     summary: Line = ""
-    """What to change, for the one who does."""
+    """What to change, for the Planner."""
     patches: Annotated[list[Patch], Field(max_length=10)] = []
     unfaithful: Lines = []
     """Restated expectations that ask for less than the request did."""
@@ -262,7 +262,7 @@ class Critique(Answer):
     @model_validator(mode="before")
     @classmethod
     def _slips(cls, data: Any) -> Any:
-        """Forgive what nothing hangs on: who is responsible for nothing, a word for a verdict."""
+        """Ignore an unknown `responsible`, and accept synonyms of a verdict."""
         if not isinstance(data, dict):
             return data
         data = dict(data)
@@ -277,7 +277,7 @@ _VERDICTS = {"passed": "pass", "accept": "pass", "accepted": "pass", "fail": "re
 
 
 class Amendment(Answer):
-    """Parts of a judgement that were asked for again."""
+    """Corrected parts of a judgement."""
 
     requirements: dict[Name, Mark] = {}
     failures: Annotated[list[Failure], Field(max_length=20)] = []
@@ -285,7 +285,7 @@ class Amendment(Answer):
 
 
 class Route(Form):
-    """Work for one Writer."""
+    """A task for one Writer."""
 
     section: Owner
     instruction: Line
@@ -293,42 +293,42 @@ class Route(Form):
 
 
 class Restatement(Form):
-    """An expectation that was put into the language wrongly, and how it should have been."""
+    """Corrections of expectations that do not say what the request means."""
 
     why: Line
     checks: Fragments
 
 
 class PlanPatch(Form):
-    """What the Planner changes of its plan."""
+    """The Planner's changes of its plan."""
 
     event: Line = ""
     duration: Annotated[float, Field(gt=0, le=600)] | None = None
-    """Another length of the run [s], which the case gets at once."""
+    """New duration of the run [s], which the case gets at once."""
     rename: dict[Name, Name] = {}
-    """Parameters that are called otherwise from now on, in the whole case."""
+    """New names of parameters by old name, for the whole case."""
     bodies: dict[Name, PlannedBody] = {}
-    """Bodies that are new, or planned otherwise."""
+    """New bodies, and new outlines of planned ones."""
     drop_bodies: list[Name] = []
     shared: Lines | None = None
-    """All of it, in the place of what stood there."""
+    """Replaces the whole list."""
     assumptions: Lines | None = None
-    """All of them, in the place of those that stood there."""
+    """Replaces the whole list."""
     briefs: dict[Owner, Line] = {}
-    """Work for Writers, as `routes`."""
+    """Tasks for Writers, like `routes`."""
     assets: Annotated[list[Asset], Field(max_length=8)] = []
-    """Further models that have to be made."""
+    """Additional assets."""
     says: dict[Name, Line] = {}
     checks: Fragments = Fragments()
-    """Further expectations, with their measures and events."""
+    """Additional expectations, with their measures and events."""
     keeps: list[Name] = []
     """Expectations that are meant to hold from the start."""
     facts: dict[Name, list[Claim]] = {}
-    """By requirement, in the place of those that were there."""
+    """Replaces the facts of these requirements."""
 
 
 class Decision(Form):
-    """What the Planner does about an attempt that was not accepted."""
+    """The Planner's decision about an attempt that was not accepted."""
 
     action: Literal["repair", "plan_anew", "give_up"]
     why: Line
@@ -336,24 +336,24 @@ class Decision(Form):
     """Numbers of the Critic's patches to apply."""
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}
-    """Parameters with another value."""
+    """New values of parameters."""
     waive: dict[Annotated[str, StringConstraints(max_length=60)], Line] = {}
-    """Rules of the lint whose finding is meant, and why."""
+    """Lint rules whose findings are intended, and why."""
     restate: Restatement | None = None
     plan: PlanPatch | None = None
     patch: Annotated[list[dict[str, Any]], Field(max_length=100)] = []
-    """RFC 6902, on what no Writer owns: parameters, waivers, variants, sweeps, prefabs, name and prompt."""
+    """RFC 6902, on parts that no Writer owns: parameters, waivers, variants, sweeps, prefabs, name and prompt."""
 
 
 class Refer(Form):
-    """A Writer's word that a fault cannot be mended in its own section."""
+    """A Writer's statement that a fault must be fixed in another section, or in the plan."""
 
     section: Where
     why: Line
 
 
 class Opening(Form):
-    """What the Planner makes of a wish about a case that is there already."""
+    """The Planner's first answer about an existing case that is to be changed."""
 
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
@@ -361,12 +361,12 @@ class Opening(Form):
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}
     patch: Annotated[list[dict[str, Any]], Field(max_length=100)] = []
-    """RFC 6902, on what no Writer owns."""
+    """RFC 6902, on parts that no Writer owns."""
     says: dict[Name, Line] = {}
     checks: Fragments = Fragments()
     keeps: list[Name] = []
     """New expectations that are meant to hold from the start."""
     facts: dict[Name, list[Claim]] = {}
-    """By requirement, what the program itself can tell of it."""
+    """Facts that the program can check, by requirement."""
     drop: list[Name] = []
-    """Expectations that the wish itself makes wrong."""
+    """Expectations that the request itself invalidates."""

@@ -1,6 +1,6 @@
 """Requirements of a request: listed before anything is built, and marked one by one by the Critic.
 
-If no list can be made, expectations and verdict alone decide; the loop goes on.
+Without such a list, expectations and the Critic's verdict alone decide.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,14 +16,14 @@ from text2sim.agents.roles import ROLES, render, system_prompt
 Sort = Literal["objects", "count", "appearance", "relation", "actuation", "action", "order", "final", "never", "other"]
 MOST = 24
 SHORT_WISH = 12
-"""Words of a wish about a case that is one requirement by itself."""
+"""Largest number of words of a change request that counts as a single requirement."""
 
 
 class Requirement(Answer):
     """A single requirement of a request."""
 
     what: Line
-    """As the request says it."""
+    """In the words of the request."""
     sort: Sort = "other"
     importance: Annotated[int, Field(ge=1, le=5)] = 3
 

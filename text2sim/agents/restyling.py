@@ -1,4 +1,4 @@
-"""Restyling: patches that change how a case is shown and cannot change its physics."""
+"""Restyling: patches that change the appearance of a case and cannot change its physics."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,11 +15,11 @@ LOOK = "look"
 
 
 class TouchesPhysics(RunError):
-    """Error: a patch changes more than how a case is shown."""
+    """Error: a patch changes more than the appearance of a case."""
 
 
 def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
-    """Apply a patch that changes how a case is shown.
+    """Apply a patch that changes the appearance of a case.
 
     Args:
         text: Text of the case.
@@ -27,9 +27,9 @@ def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
         path: Path of the case file.
 
     Raises:
-        TouchesPhysics: If it changes anything but `render` and looks, or if the simulation would be another one.
+        TouchesPhysics: If it changes anything but `render` and looks, or if it would change the simulation.
         PatchError: If the patch cannot be applied.
-        SpecError: If the result is no case that could be run.
+        SpecError: If the result is not a valid case.
     """
     for number, operation in enumerate(operations):
         for member in ("path", "from") if operation.get("op") in ("move", "copy") else ("path",):
@@ -47,10 +47,10 @@ def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
 
 
 def is_style(pointer: str) -> bool:
-    """Whether what stands at a JSON Pointer says only how things are shown, as far as the pointer tells.
+    """Whether a JSON Pointer leads into `render` or a look.
 
-    A part that somebody has named `look`, and looks of parts, which the engine's file of a compound has in it, are told
-    by the digest.
+    The pointer alone does not suffice: a part may be called `look`, and looks of a compound's parts are in its file for
+    the engine. Therefore the digests are compared as well.
     """
     try:
         steps = split_pointer(pointer)
@@ -63,6 +63,6 @@ def is_style(pointer: str) -> bool:
 
 
 def physics(text: str, path: Path) -> tuple[str, Any]:
-    """Return what a case simulates, and what it measures and expects: equal for equal physics."""
+    """Return the digest of the simulation and the actions of a case, which are equal for equal physics."""
     loaded = load_text(text, path)
     return plan_case(loaded).sim_digest, loaded.case.actions.model_dump(mode="json")

@@ -1,4 +1,4 @@
-"""Revision of the text of a case; the author's comments and order stay."""
+"""Revision of the text of a case; comments and order are kept."""
 
 import json
 import re
@@ -47,15 +47,13 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
 def with_patches(
     text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
 ) -> tuple[str, list[str]]:
-    """Apply patches in order; one that conflicts with earlier ones is skipped.
-
-    So is one that would break the contract.
+    """Apply patches in order; those that conflict with earlier ones or break the contract are skipped.
 
     Args:
         text: Text of the case.
         patches: Each with `section`, `operations` and `why`.
         path: Path of the case file.
-        contract: What patches must not break; None allows everything.
+        contract: The contract; None allows everything.
 
     Returns:
         The text, and the reasons for skipped patches.
@@ -128,7 +126,7 @@ def with_waivers(text: str, waive: Mapping[str, str]) -> str:
 
 
 def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
-    """Put measures, events and expectations into a case; they replace those of the same name.
+    """Put measures, events and expectations into a case; they replace those with the same names.
 
     Args:
         text: Text of the case.

@@ -15,14 +15,14 @@ class Role:
     """A role that a model plays."""
 
     name: str
-    """Under which its calls are counted, and its model chosen."""
+    """Name for its calls and in `--model`."""
     title: str
     duty: str
-    """Prompt file that says what it does."""
+    """Prompt file with its task."""
     owns: str = ""
     """The section that it writes."""
     example: str = ""
-    """A path and value for the example of a patch."""
+    """Path and value of the example of a patch in its prompt."""
 
 
 ROLES = {
@@ -56,7 +56,7 @@ def prompts_in(folder: Path) -> Any:
 
 
 def quoted(text: str) -> str:
-    """Return text of a stranger without control characters, in which nothing ends the mark that says so."""
+    """Return untrusted text without control characters and closing tags, so that it cannot end the tag around it."""
     return plain(text).replace("</", "<\u200b/").strip()
 
 

@@ -11,19 +11,19 @@ from text2sim.agents.roles import quoted
 Data = dict[str, Any]
 
 MEASURED = 7
-"""Moments at which each measure is quoted."""
+"""Number of times at which each measure is quoted."""
 ROWS = 30
-"""Of a table, at most."""
+"""Largest number of rows of a table."""
 FEW = 6
-"""Rows about limits, paths and work."""
+"""Largest number of rows about joint limits, paths and work."""
 OVERLAP = 5e-4
-"""Overlap [m] of rigid bodies that is not worth a line."""
+"""Largest overlap of rigid bodies that is not reported [m]."""
 OVERSHOOT = {"m": 1e-3, "rad": 0.01}
-"""Of joints beyond their limits, and driven bodies off their path."""
+"""Largest deviations from joint limits and driven paths that are not reported, by unit."""
 SLIGHT = 1e-6
-"""Work [J] that is none."""
+"""Largest work that is not reported [J]."""
 LOG = 1_500
-"""Characters of the end of the log, of a run that did not finish."""
+"""Characters from the end of the log of a run that did not finish."""
 
 
 def evidence_text(
@@ -59,9 +59,9 @@ def evidence_text(
 
 
 def to_decide_by(evidence: str) -> str:
-    """Return evidence without what only its judge looks at: values over time, and what cameras saw."""
+    """Return evidence without the parts for the Critic alone: values over time, and the cameras' views."""
     parts = [part for part in evidence.split("\n\n## ") if not part.startswith("What the cameras saw")]
-    return "\n\n## ".join(row for row in (_without_series(part) for part in parts))
+    return "\n\n## ".join(map(_without_series, parts))
 
 
 def _without_series(part: str) -> str:
@@ -75,7 +75,7 @@ def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates
         number: Number of the attempt.
         cause: Why the attempt was made.
         critique: The Critic's answer; None if it could not judge.
-        fates: What became of each of its patches, in their order.
+        fates: Outcome of each of its patches, in their order.
     """
     if critique is None:
         return f"Attempt {number} ({cause}) could not be judged."
@@ -232,7 +232,7 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
 
 
 def _works(energy: Mapping[str, Any]) -> list[str]:
-    """Who gave how much: motors and forces, and what the motors had given when there was most."""
+    """Work of motors and controls, and the motors' work up to the maximum of the energy."""
     works = energy.get("works") or {}
     told = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
     told += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
@@ -245,7 +245,7 @@ def _works(energy: Mapping[str, Any]) -> list[str]:
 
 
 def _worst(row: Mapping[str, Any]) -> str:
-    """A worst value, with what it is about."""
+    """A worst value with its unit, place and time."""
     where = f" in `{row['in']}`" if row.get("in") else ""
     return f"{_g(row['value'])} {row.get('unit') or ''}".rstrip() + f"{where} at {_g(row.get('at'))} s"
 

@@ -1,4 +1,4 @@
-"""Writers of sections: each returns its own section or a patch on it, without seeing the others' drafts."""
+"""Writers of sections: each returns its section, or a patch on it, without seeing the others' drafts."""
 
 import copy
 import json
@@ -21,16 +21,16 @@ from text2sim.spec_schema.changes.patch import PatchError, apply_operations, sam
 from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
-"""Kinds that are hardly ever meant by the words: a ball is no ball joint."""
+"""Kinds whose names usually mean something else: `ball` in a description is not the mount."""
 WHY = 300
-"""Characters of a reason why nothing changes."""
+"""Longest reason for leaving a section unchanged [characters]."""
 GISTS = {"render": 200, "actions": 200}
-"""Characters of what a body is, for those who only film it, or move it."""
+"""Longest description of a body for Writers who only film or move it [characters]."""
 
 
 @dataclass(frozen=True)
 class Unchanged:
-    """A Writer's word that nothing of its section has to change."""
+    """A Writer's statement that its section need not change."""
 
     why: str
 
@@ -50,14 +50,14 @@ def write_section(
 
     Args:
         chat: The conversation with the models.
-        section: Which.
+        section: Name of the section.
         plan: The plan.
-        request: The request.
-        supplied: What asset agents have made for it, in words.
-        cards: Debug Cards for its Writer.
+        request: Text of the request.
+        supplied: Notes on the work of asset agents.
+        cards: Debug Cards for the Writer.
         path: Future path of the case file.
-        shapes: Shapes that asset agents have made, by body or static: the answer leaves them out.
-        left: Attempts and time that are left, in words.
+        shapes: Shapes by asset agents, by body or static; they are put into the answer.
+        left: Sentence with the attempts and time left.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     pages = reading(section, plan)
@@ -99,17 +99,17 @@ def change_section(
 
     Args:
         chat: The conversation with the models.
-        section: Which.
+        section: Name of the section.
         plan: The plan.
-        case: The case as it is.
+        case: The present case.
         instruction: The required change.
         problems: Problems of this section from the check of the whole case.
-        cards: Debug Cards for its Writer.
+        cards: Debug Cards for the Writer.
         path: Path of the case file.
-        request: The request.
-        keep: What holds already and must stay.
-        derived: Settings that the case leaves open.
-        left: Attempts and time that are left, in words.
+        request: Text of the request.
+        keep: What holds now and must stay true.
+        derived: Derived settings that the case leaves open.
+        left: Sentence with the attempts and time left.
 
     Returns:
         The new section, a referral to another role, or why nothing has to change.
@@ -154,7 +154,7 @@ def change_section(
 
 
 def _kinds_there(data: Any) -> set[str]:
-    """Kinds that a section has, of bodies, shapes, mounts and all else."""
+    """All kinds in a section."""
     if isinstance(data, list):
         return {kind for row in data for kind in _kinds_there(row)}
     if not isinstance(data, Mapping):
@@ -164,12 +164,12 @@ def _kinds_there(data: Any) -> set[str]:
 
 
 def _quoted(problems: str) -> str:
-    """What problems call by name: their paths, and words of the language. The rest are words of every day."""
+    """Paths and quoted words in problems; their other words are plain English."""
     return " ".join(re.findall(r"`[^`]+`|(?<=- )/[^\s:]+", problems))
 
 
 def plan_for(section: str, plan: CasePlan) -> str:
-    """Return what of a plan the Writer of a section needs, as YAML: nothing that stands elsewhere in its letter."""
+    """Return the parts of a plan that a section's Writer needs, as YAML, except what its prompt states elsewhere."""
     data: dict[str, Any] = {"event": plan.event, "duration": plan.duration}
     if plan.mode:
         data["mode"] = plan.mode
@@ -179,7 +179,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
     bodies = {}
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
-        # Who films or moves it needs names and what they are; the stage, what stands on it but not how it is made.
+        # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
         if (gist := GISTS.get(section)) and len(body.what) > gist:
             row["what"] = f"{body.what[:gist]} …"
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
@@ -198,7 +198,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
 def reading(section: str, plan: CasePlan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
-    # What several agree on names forces and motions that are nobody's to write.
+    # Shared notes mention forces and motions that others write, so the Action Writer's kinds come from its brief alone.
     kinds = _kinds_for(section, plan, brief if section == "actions" else " ".join([brief, *plan.shared]))
     pages = language.pages(section, kinds)
     if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
@@ -207,20 +207,20 @@ def reading(section: str, plan: CasePlan) -> str:
 
 
 def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
-    """Kinds that a Writer will need: of its own bodies, and what its brief names."""
+    """Kinds that a Writer will need: those of its own bodies, and those that its brief names."""
     if section not in ("scene", "bodies"):
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
-        found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # a name is no kind
+        found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
         if not given & (DEFORMING | {"pbd"}):
             found -= PUSHES
-        if section == "actions":  # what is measured is the Planner's; of what is said, only what a brief calls by name
+        if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
         return found
     statics = section == "scene"
     own = {name: body for name, body in plan.bodies.items() if (body.kind == "static") == statics}
     found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
-    if statics:  # what moves decides about the solver
+    if statics:  # the moving bodies determine the solvers
         found |= {body.kind for body in plan.bodies.values()} | ({"fem"} if "fem" in words.lower() else set())
     return found
 
@@ -264,7 +264,7 @@ def _section_of(
     if not isinstance(data, dict):
         raise Wrong([f"answer with a mapping that has the key `{section}`"])
     inner = data.get(section, data)
-    if section not in data and set(data) & {"scene", "bodies", "actions", "render", "text2sim"}:
+    if section not in data and set(data) & {*SECTIONS, "text2sim"}:
         raise Wrong([f"`{section}` is your section, and the only one you write"])
     if not isinstance(inner, dict):
         raise Wrong([f"/{section}: has to be a mapping"])
@@ -277,7 +277,7 @@ def _section_of(
 
 
 def _own(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
-    """Leave out what the Planner has put in: it stands as it is."""
+    """Remove the Planner's entries, which must not be changed."""
     if section != "actions":
         return data
     kept, wrong = dict(data), []
@@ -289,7 +289,7 @@ def _own(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
                 for name, row in planned.items()
                 if name in kept[part] and not same(kept[part][name], row)
             ]
-            kept[part] = {name: row for name, row in kept[part].items() if name not in getattr(plan.checks, part)}
+            kept[part] = {name: row for name, row in kept[part].items() if name not in planned}
             if not kept[part]:
                 del kept[part]
     if wrong:
@@ -317,7 +317,7 @@ def _patched(operations: Any, section: str, case: Mapping[str, Any], plan: CaseP
     if wrong:
         raise Wrong(wrong)
     try:
-        # A section that the case does not have yet can be patched as well.
+        # The case may not have this section yet.
         changed = apply_operations(copy.deepcopy({**case, section: mapping(case, section)}), operations)
     except PatchError as error:
         raise Wrong([f"/patch: {error}"]) from None

@@ -1,11 +1,11 @@
 """Session: a loop on disk, with request, models and progress, so that it can be resumed after any interruption.
 
 CASE/case.yaml                     the best version
-CASE/generation/request.json       what was asked for
+CASE/generation/request.json       request, models and budget
 CASE/generation/calls/             every finished call of a model
 CASE/generation/attempts/NN/       every version: case, evidence, judgement
-CASE/generation/journal.jsonl      what happened, in order
-CASE/generation/run.json           how it ended, and what it cost
+CASE/generation/journal.jsonl      all events, in order
+CASE/generation/run.json           outcome and cost
 CASE/runs/                         the simulations
 """
 
@@ -39,9 +39,9 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 Kind = Literal["generate", "repair", "edit"]
 LONGEST = 100_000
-"""Characters of a request: every Writer reads it."""
+"""Longest request [characters]; every Writer reads it."""
 LARGEST_IMAGE = 4_000_000
-"""Bytes of a picture that goes with it."""
+"""Largest picture of a request [bytes]."""
 IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 
 
@@ -52,7 +52,7 @@ class SessionWish:
     kind: Kind
     text: str
     models: dict[str, str]
-    """Model by role; "" for the rest."""
+    """Model by role; "" for all other roles."""
     attempts: int = 30
     tokens: int | None = None
     cost: float | None = None
@@ -64,9 +64,9 @@ class SessionWish:
     inputs: list[str] = field(default_factory=list)
     """Names of assets in the case's manifest."""
     base: str = ""
-    """Text of the case that is to be changed."""
+    """Text of the existing case that is to be changed."""
     style: bool = False
-    """Whether an accepted case is filmed in several ways, and the best is kept."""
+    """Whether the best film of an accepted case is searched for."""
 
 
 class Session:
@@ -85,22 +85,25 @@ class Session:
     def begin(
         cls, case: Path, wish: SessionWish, images: list[Path], assets: list[Path], licence: str = ""
     ) -> "Session":
-        """Begin with a new request; what comes with it is repaired, checked and registered as assets of the case.
+        """Begin a session; its input files are repaired, checked and registered as assets of the case.
+
+        An edit or repair may follow a loop that has ended, whose records are kept as `generation.1` and so on.
 
         Args:
             case: The folder.
             wish: Request, models and budget.
-            images: Pictures that belong to it.
+            images: Pictures that belong to the request.
             assets: Meshes and mechanisms.
-            licence: On what terms these may be used.
+            licence: Licence of these files.
 
         Raises:
-            RunError: If there is a loop in this folder already, or an input cannot be taken. Only a loop that was not
-                interrupted may be followed by an edit or a repair; its records are kept as `generation.1` and so on.
+            RunError: If another loop has used this folder, or an input cannot be used.
         """
         over = _begun(case) and wish.kind != "generate" and _is_over(case)
         if _begun(case) and not over:
-            raise RunError(f"{case}: agents have worked here already; `--resume` goes on, another folder begins anew")
+            raise RunError(
+                f"{case}: agents have worked here already; continue with `--resume`, or choose another folder"
+            )
         wish.text = plain_text(wish.text)
         if not wish.text.strip():
             raise RunError("the request is empty")
@@ -134,7 +137,7 @@ class Session:
         try:
             return cls(case, SessionWish(**json.loads(file.read_text("utf-8"))))
         except (OSError, ValueError, TypeError) as error:
-            raise RunError(f"{file}: nothing to go on with ({error})") from None
+            raise RunError(f"{file}: there is nothing to resume ({error})") from None
 
     def run(
         self, listener: Listener, stop: Callable[[], bool] = lambda: False, *, prewarm: bool = False
@@ -144,7 +147,7 @@ class Session:
         Args:
             listener: Called with every event.
             stop: Polled; returns whether to give up.
-            prewarm: Whether to start the engine while the models still write the first version.
+            prewarm: Whether to start the engine while the Writers still write the first version.
 
         Raises:
             MachineError: If this machine cannot run simulations.
@@ -232,14 +235,14 @@ def check_models(models: dict[str, str]) -> None:
 
 
 def folder_name(request: str) -> str:
-    """Return a folder's name for a request: its first words."""
+    """Return the name of the folder for a request: its first words."""
     words = re.findall(r"[a-z0-9]+", request.lower())
     kept = [word for word in words if word not in ("a", "an", "the", "of", "and", "is", "are")][:5]
     return "_".join(kept)[:48] or "request"
 
 
 def free_folder(parent: Path, request: str) -> Path:
-    """Return a folder for a new request in which nobody has worked: its first words, numbered if they are taken."""
+    """Return an unused folder for a new request, named after its first words, and numbered if necessary."""
     first = parent / folder_name(request)
     names = (first if k == 1 else first.with_name(f"{first.name}_{k}") for k in count(1))
     return next(folder for folder in names if not (folder / "case.yaml").exists() and not _begun(folder))

@@ -1,4 +1,4 @@
-"""Team of Writers, each asked for its own section; referrals are passed on."""
+"""Team of Writers, each responsible for its own section; referrals are passed on."""
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,7 +20,7 @@ from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
 TOGETHER = 4
-"""Questions that are put at the same time."""
+"""Largest number of concurrent questions."""
 REFERRED = "Mend what you are told, and change nothing else; refer it on if it is not yours."
 
 
@@ -33,16 +33,16 @@ class Workshop:
     agreement: Agreement
     request: Request
     path: Path
-    """Where the case stands."""
+    """Path of the case file."""
     emit: Emit
     derived: str = ""
-    """Settings that the case leaves open, in words."""
+    """Line with the derived settings that the case leaves open."""
     referred: list[str] = field(default_factory=list)
-    """What Writers have said that the Planner has to mend, and has not been told yet."""
+    """Faults that Writers have referred to the Planner, and that it has not been told yet."""
     unchanged: dict[str, str] = field(default_factory=dict)
-    """Sections of which their Writers, when last asked, said that nothing has to change, and why."""
+    """Reasons of Writers who left their sections unchanged in the last round, by section."""
     left: Callable[[], str] = lambda: ""
-    """Says which attempts and how much time are left."""
+    """Returns a sentence with the attempts and time left."""
 
     def drafted(self) -> dict[str, dict[str, Any]]:
         """Have all sections written for the first time."""
@@ -66,12 +66,12 @@ class Workshop:
         if not assets:
             return Supplies()
         self.emit("stage", name="assets")
-        # One after the other: they are numbered calls of the same roles.
+        # Not concurrently, because calls of a role are numbered in order.
         plan, case = self.agreement.plan, self.path.parent
         return merged([supply(self.chat, asset, plan, self.request, case) for asset in assets])
 
     def fitted(self, text: str, assets: Sequence[Asset]) -> tuple[str, list[Route]]:
-        """Have further models made and put in; return the text, and what the Body Writer has to be told."""
+        """Have further assets made and put into the case; return the text, and the instructions for the Body Writer."""
         supplies = self.supplied(assets)
         if supplies.bodies:
             bodies = revising.mapping(revising.data_of(text), "bodies")
@@ -83,22 +83,22 @@ class Workshop:
     def fixed(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
     ) -> tuple[str, dict[str, list[str]]]:
-        """Have owners fix what is wrong in their sections; return the text, and what they say others have to fix.
+        """Have owners fix problems in their sections; return the text, and their referrals by role.
 
         Args:
             text: Text of the case.
-            owners: What is wrong, by the section that has to change.
-            instruction: What the Writers are asked to do.
+            owners: Problems, by the section that has to change.
+            instruction: Instruction for the Writers.
         """
         return self._asked(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
 
     def routed(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:
-        """Have Writers change their sections; what they refer to others is asked of those, once.
+        """Have Writers change their sections; referrals to other Writers are passed on once.
 
         Args:
-            text: The case.
-            routes: Who does what.
-            keep: What holds already, and must not be touched.
+            text: Text of the case.
+            routes: Tasks of Writers.
+            keep: What holds now and must stay true.
         """
         work: dict[str, tuple[str, Sequence[str], str]] = {}
         for section in SECTIONS:
@@ -112,11 +112,11 @@ class Workshop:
         return self.passed_on(text, told)
 
     def refusals(self) -> list[str]:
-        """Return why Writers who were asked last changed nothing, in words."""
+        """Return a sentence for each Writer who changed nothing in the last round, with the reason."""
         return [f"The Writer of {section} changed nothing: {why}" for section, why in self.unchanged.items() if why]
 
     def passed_on(self, text: str, told: dict[str, list[str]]) -> str:
-        """Ask those to whom something was referred; what is for the Planner waits until it is asked."""
+        """Pass referrals on to Writers; those to the Planner wait until it is asked."""
         self.referred += told.pop("plan", [])
         if told:
             text, again = self.fixed(text, told, REFERRED)
@@ -126,7 +126,7 @@ class Workshop:
     def _asked(
         self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = (), left: str = ""
     ) -> tuple[str, dict[str, list[str]]]:
-        """Have sections changed: by section an instruction, problems and cards."""
+        """Have sections changed; `work` has an instruction, problems and cards by section."""
         case = revising.data_of(text)
 
         def done(section: str) -> dict[str, Any] | Refer | Unchanged:
@@ -139,7 +139,7 @@ class Workshop:
                     "" if section == "render" else left,
                 )  # fmt: skip
             except RoleFailed as failed:
-                # The section stays as it is, and the Planner finds another way.
+                # The section stays as it is, and the Planner decides.
                 return Refer.model_construct(section="plan", why=str(failed))
 
         answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})
@@ -156,12 +156,12 @@ class Workshop:
 
 
 def _route(section: Any, instruction: str) -> Route:
-    """A route of ours, which may be longer than one that is answered."""
+    """A route without the length limit of answers."""
     return Route.model_construct(section=section, instruction=instruction, cards=[])
 
 
 def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
-    """Do independent things at the same time; the first that fails is raised when all are over."""
+    """Run independent jobs concurrently; after all have ended, the first exception is raised."""
     with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
         futures = {name: pool.submit(job) for name, job in jobs.items()}
     return {name: future.result() for name, future in futures.items()}

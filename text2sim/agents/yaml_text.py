@@ -1,4 +1,4 @@
-"""Data as YAML for a prompt: short, and the same every time."""
+"""Data as YAML for a prompt: short and deterministic."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ WIDTH = 110
 
 
 def yaml_text(data: Mapping[str, Any], indent: int = 0) -> str:
-    """Return a mapping as YAML: what fits on one line stands on one."""
+    """Return a mapping as YAML; a value goes on one line if it fits."""
     pad = " " * indent
     rows = []
     for name, value in data.items():

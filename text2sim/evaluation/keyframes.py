@@ -1,13 +1,14 @@
 """Detection of keyframed motion: recorded positions that no force explains."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import Target, base_name
 from text2sim.recording.states import Array
+from text2sim.spec_schema.names.selectors import body_of, strings_in
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
@@ -169,16 +170,7 @@ def _acted_on(case: "Case", body: str) -> bool:
     for control in case.actions.controls.values():
         if control.kind == "initial_velocity":
             continue
-        words = _words(control.model_dump(mode="json"))
-        if body in {word.partition("[")[0].partition(".")[0] for word in words}:
-            return True
-        if not any(word.partition("[")[0].partition(".")[0] in case.bodies for word in words):
+        named = {body_of(word) for word in strings_in(control.model_dump(mode="json"))}
+        if body in named or not named & case.bodies.keys():
             return True
     return False
-
-
-def _words(value: Any) -> list[str]:
-    if isinstance(value, str):
-        return [value]
-    rows = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
-    return [word for row in rows for word in _words(row)]

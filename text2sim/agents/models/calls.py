@@ -1,4 +1,4 @@
-"""Log of finished model calls, so that none is paid for twice; their account and budget."""
+"""Log of finished model calls, so that none is paid for twice, with their account and budget."""
 
 import json
 import time
@@ -52,7 +52,7 @@ class CallLog:
             attempt: Number of the attempt that the call belongs to; stored with it.
 
         Returns:
-            The reply. `cached`: the model was not called. `free`: it costs this case nothing, or is counted already.
+            The reply, `cached` if the model was not called, and `free` if it costs nothing or was counted before.
 
         Raises:
             ModelError: If the model gives no reply.
@@ -89,7 +89,7 @@ class CallLog:
     def _write(self, request: ModelRequest, record: str) -> None:
         with self._lock:
             path, count = self._folder / f"{request.stem}.json", 1
-            while path.exists():  # the number was used by another question before the loop took a different path
+            while path.exists():  # used by another question, before the loop took a different path
                 count += 1
                 path = self._folder / f"{request.stem}-{count}.json"
             write_whole(path, record)
@@ -115,24 +115,25 @@ class Spent:
     """Totals of some calls."""
 
     calls: int = 0
-    """Calls that were made now."""
+    """Calls made by this process."""
     cached: int = 0
-    """Calls that were answered from what was at hand."""
+    """Calls answered from stored replies."""
     tokens_in: int = 0
     tokens_out: int = 0
     again: int = 0
-    """Of the tokens in: those that a prompt cache can serve, because an earlier letter began with them."""
+    """Part of `tokens_in` that a prompt cache can serve, because an earlier request began with it."""
     cost: float = 0.0
-    """US dollars, as far as they are known."""
+    """Known cost [US$]."""
     unpriced: int = 0
-    """Paid calls whose price nobody knows."""
+    """Paid calls of unknown price."""
     estimated: int = 0
-    """Paid calls whose tokens were counted by us."""
+    """Paid calls whose tokens are estimated."""
     seconds: float = 0.0
+    """Time that models took to answer [s]."""
     tokens_before: int = 0
-    """What of the tokens was spent before this process began."""
+    """Tokens spent before this process started."""
     cost_before: float = 0.0
-    """What of the cost was spent before this process began."""
+    """Cost before this process started [US$]."""
 
     @property
     def tokens(self) -> int:
@@ -151,7 +152,7 @@ class Account:
         self._spent: dict[tuple[str, int], Spent] = {}
 
     def add(self, role: str, attempt: int, reply: Reply, again: int = 0) -> None:
-        """Add a reply. A restored one counts as spent earlier; a free one costs nothing.
+        """Add a reply. A cached one counts as spent before this process; a free one costs nothing.
 
         Args:
             role: Name of the role.
@@ -220,11 +221,11 @@ def _row(name: str, spent: Spent) -> tuple[str, ...]:
 
 
 class Budget:
-    """Bounds of a loop, including what it used before an interruption.
+    """Limits of a loop, including what it used before an interruption.
 
     Args:
-        tokens: Input and output tokens together; None for no bound.
-        cost: US dollars. Calls of unknown price count as zero: bound the tokens as well.
+        tokens: Input and output tokens together; None for no limit.
+        cost: Cost [US$]. Calls of unknown price count as zero, so limit the tokens as well.
         minutes: Wall time from now on [min].
         minutes_before: Wall time used before an interruption [min].
     """
@@ -246,11 +247,11 @@ class Budget:
         return (time.monotonic() - self._start) / 60
 
     def minutes_left(self) -> float | None:
-        """Return the minutes left; None without a bound."""
+        """Return the minutes left; None without a limit."""
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
     def exceeded(self, account: Account) -> str | None:
-        """Describe the bound that is reached; None if none is."""
+        """Describe the limit that is reached; None if none is."""
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
             return f"{spent.tokens:,} tokens are spent of {self._tokens:,}"

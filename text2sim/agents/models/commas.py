@@ -14,12 +14,12 @@ class _Open:
     """A flow collection that is being read."""
 
     braces: bool
-    """A mapping in braces."""
+    """Whether it is a mapping in braces."""
     mapping: bool
     key: Any = None
-    """The key that waits for its value."""
+    """The key whose value has not come yet."""
     last: int | None = None
-    """Where the last value starts, if it is plain text."""
+    """Index of the last value, if it is plain text."""
 
 
 def rejoined(text: str) -> tuple[str, list[tuple[int, str]]]:

@@ -12,7 +12,7 @@ FORMS = (
     "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
     "behind a model also ,vision=yes|no and ,schema=yes|no"
 )
-"""The names that `endpoint_of` takes, for help and messages."""
+"""Names that `endpoint_of` accepts, for help and messages."""
 
 _SPLIT = re.compile(r"@(?=https?://)")
 _MODEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.:@/+-]{0,199}")
@@ -24,7 +24,7 @@ class Endpoint(Protocol):
 
     @property
     def name(self) -> str:
-        """Its name in records, independent of where the case lies."""
+        """Its name in records, independent of the case folder."""
         ...
 
     @property

@@ -11,7 +11,7 @@ from text2sim.spec_schema.errors import AssetError, Text2SimError
 MAX_IMAGE = 4_000_000
 """Largest picture [bytes] that is sent to a model."""
 MEDIA_TYPES = {"image/png": ("png", b"\x89PNG\r\n\x1a\n"), "image/jpeg": ("jpg", b"\xff\xd8\xff")}
-"""Media types that every provider takes, with the ending of a file and its first bytes."""
+"""Media types that every provider accepts, with file extension and first bytes."""
 
 Speaker = Literal["system", "user", "assistant"]
 
@@ -44,7 +44,7 @@ class Image:
     """
 
     name: str
-    """How the text speaks of it, such as `frame_03.png`."""
+    """Its name in the text, such as `frame_03.png`."""
     media_type: str
     """`image/png` or `image/jpeg`."""
     data: bytes
@@ -84,16 +84,16 @@ class ModelRequest:
     """Input of one model call."""
 
     role: str
-    """Who asks, such as `planner`: a lower-case word, part of file names."""
+    """Role that asks, such as `planner`: a lower-case word, part of file names."""
     messages: tuple[Message, ...]
     schema: dict[str, Any] | None = None
-    """JSON Schema of the answer, for models that can be held to one. The text must say the form all the same."""
+    """JSON Schema of the answer, for models that support it; the text must describe the form as well."""
     max_tokens: int = 16_000
     """Longest reply."""
     temperature: float | None = None
-    """None: what the provider thinks best."""
+    """None for the provider's default."""
     number: int = 1
-    """How many calls this role has made in the conversation, this one included; names the files of a mailbox."""
+    """Number of this call among those of its role, from 1; part of the file names in a mailbox."""
 
     def __post_init__(self) -> None:
         if not _ROLE.fullmatch(self.role):
@@ -107,7 +107,7 @@ class ModelRequest:
         return f"{self.role}-{self.number:02}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all that the model is sent, as plain data; images by name, size and SHA-256."""
+        """Return everything that the model is sent as plain data, with images by name, size and SHA-256."""
         return {
             "role": self.role,
             "messages": [
@@ -127,8 +127,7 @@ class ModelRequest:
         }
 
     def digest(self) -> str:
-        """Return the SHA-256 over all that the model is sent; `number` is not part of it."""
-        # The order of keys in a schema has no meaning, so it is sorted away.
+        """Return the SHA-256 of everything that the model is sent; `number` and the order of keys do not matter."""
         text = json.dumps(self.as_dict(), sort_keys=True, ensure_ascii=True, allow_nan=False)
         return sha256(text.encode()).hexdigest()
 
@@ -141,17 +140,17 @@ class Reply:
     tokens_in: int
     tokens_out: int
     cost: float | None
-    """US dollars; None if nobody knows."""
+    """Cost [US$]; None if unknown."""
     seconds: float
     model: str
     cached: bool = False
-    """Whether it was at hand and cost nothing now."""
+    """Whether it was stored, so that the model was not called."""
     free: bool = False
-    """Whether it is not this case that paid for it, or it was counted already."""
+    """Whether another case paid for it, or it was counted before."""
     estimated: bool = False
-    """Whether the tokens were counted by us and not by the provider."""
+    """Whether we counted the tokens instead of the provider."""
     truncated: bool = False
-    """Whether it ended because `max_tokens` was reached."""
+    """Whether it ended at `max_tokens`."""
 
 
 @dataclass(frozen=True)
@@ -159,10 +158,10 @@ class ModelName:
     """A model's name on the command line, parsed."""
 
     model: str
-    """`provider/model`, or what the server at `url` calls it."""
+    """`provider/model`, or the model's name at `url`."""
     url: str | None = None
     """Root of an OpenAI-compatible API; None for the provider's own."""
     vision: bool | None = None
-    """Whether it sees pictures; None: as is known of it."""
+    """Whether it accepts images; None to ask litellm."""
     schema: bool | None = None
-    """Whether it can be held to a JSON Schema; None: as is known of it."""
+    """Whether it supports JSON Schema; None to ask litellm."""

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 
 DATA = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
-"""What a block of data is marked with; blocks without a mark come second."""
+"""Marks of blocks that contain data; unmarked blocks come second."""
 
 _LINES = re.compile(r"\r\n|\r|\n")
 _FENCE = re.compile(r"( *)(`{3,}|~{3,})(.*)")
@@ -20,7 +20,7 @@ class FencedBlock:
 
     text: str
     mark: str = ""
-    """The word behind the fence, in lower case."""
+    """The word after the fence, in lower case."""
     line: int = 1
     """Line of the reply in which it starts."""
     closed: bool = True
@@ -63,7 +63,7 @@ def bare_block(reply: str) -> FencedBlock | None:
     start = next((i for i, line in enumerate(lines) if _starts_data(line)), None)
     if start is not None and lines[start].rstrip().endswith(":"):
         after = next((i for i in range(start + 1, len(lines)) if lines[i].strip()), start)
-        start = after if lines[after][0] in "{[" else start  # `Well:` is prose where brackets follow it
+        start = after if lines[after][0] in "{[" else start  # a line such as `Well:` before a bracket is prose
     if start is None:
         inline = _INLINE.search(reply)
         end = _closing(reply[inline.start() :]) if inline is not None else None
@@ -113,12 +113,12 @@ def _starts_data(line: str) -> bool:
 
 
 def _is_data(line: str) -> bool:
-    """Whether a last line can belong to block YAML: it is indented, a key, an item or a comment."""
+    """Whether a line can be the last one of block YAML: it is indented, a key, an item or a comment."""
     return line[:1] in (" ", "#", "}", "]") and bool(line.strip()) or _starts_data(line)
 
 
 def _closing(text: str) -> int | None:
-    """Index behind the bracket that closes the first one."""
+    """Index after the bracket that closes the first one; None if none does."""
     depth = 0
     for found in re.finditer(r'"(?:[^"\\\n]|\\.)*"?|[{}\[\]]', text):
         if found[0] in ("{", "["):

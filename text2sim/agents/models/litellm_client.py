@@ -1,7 +1,7 @@
-"""Client for every provider that litellm supports and every OpenAI-compatible server; only this imports litellm.
+"""Client for every provider that litellm supports, and every OpenAI-compatible server.
 
-The library makes one request and nothing else: no telemetry, retries, files, `.env` or prices from the network. Keys
-come from the environment and are used for the request alone.
+litellm is configured to make a single request and nothing else: no telemetry, no retries, no files, no `.env`, no
+download of prices. Keys come from the environment and are used for the request alone.
 """
 
 import base64
@@ -21,12 +21,12 @@ from text2sim.agents.models.provider_errors import model_error, status_of, wait_
 from text2sim.spec_schema.errors import MachineError
 
 TIMEOUT = 600.0
-"""Longest time [s] for one try, whatever the server does meanwhile."""
+"""Longest time of one try [s]."""
 TRIES = 6
 LONGEST_WAIT = 120.0
-"""A provider that asks for a longer pause [s] is not waited for."""
+"""Longest pause that a provider may ask for [s]."""
 OWN_KEY = "TEXT2SIM_API_KEY"
-"""The key for servers that are given by their address. A provider's own key never goes to another address."""
+"""Variable with the key for servers given by address. A provider's key is never sent to another address."""
 _TICK = 0.1
 _import = Lock()
 
@@ -79,7 +79,7 @@ class LiteLLMEndpoint:
                 raise
             except Exception as error:
                 if schema and status_of(error) == 400 and _is_about_schema(error):
-                    schema, tried = False, tried - 1  # it knows schemas, but not this one's words
+                    schema, tried = False, tried - 1  # the model supports schemas, but not all keywords of this one
                     continue
                 told = model_error(self._who, error)
                 if not told.retryable or tried >= self._tries:
@@ -182,7 +182,7 @@ class LiteLLMEndpoint:
 
 @lru_cache(maxsize=1)
 def _imported() -> Any:
-    # Read when litellm is imported: prices come with the package, and no `.env` is looked for.
+    # litellm reads these at import: they select the packaged prices, and disable `.env`.
     os.environ["LITELLM_LOCAL_MODEL_COST_MAP"] = "True"
     os.environ["LITELLM_MODE"] = "PRODUCTION"
     try:
@@ -195,7 +195,7 @@ def _imported() -> Any:
     library.drop_params = True
     library.turn_off_message_logging = True
     library.cache = None
-    library.disable_hf_tokenizer_download = True  # to count tokens it would download a tokenizer
+    library.disable_hf_tokenizer_download = True  # it would download one to count tokens
     for callbacks in ("callbacks", "input_callback", "success_callback", "failure_callback", "service_callback"):
         setattr(library, callbacks, [])
     for name in ("LiteLLM", "LiteLLM Router", "LiteLLM Proxy"):

@@ -17,18 +17,18 @@ from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 from text2sim.agents.models.tokens import request_tokens, text_tokens
 
 ENDINGS = ("md", "yaml", "yml", "json", "txt")
-"""Endings of a reply, in the order in which they are looked for."""
+"""File extensions of a reply, in order of precedence."""
 LARGEST = 10_000_000
 """Largest reply [bytes]."""
 POLL = 0.2
 SETTLED = 2.0
-"""A reply that has not changed for so long [s] is complete; a younger one is looked at twice."""
+"""Age at which a reply is complete [s]; a newer one is complete if it has not changed since the last look."""
 _DIGEST = re.compile(r"^- digest: ([0-9a-f]{64})$", re.MULTILINE)
 _HEAD = 2_000
 
 
 class Mailbox:
-    """Endpoint that is answered by a person or agent: reads requests in a folder and writes replies beside them."""
+    """Endpoint that a person or agent answers, who reads requests in a folder and writes replies beside them."""
 
     name = "mailbox"
     vision = True
@@ -47,7 +47,7 @@ class Mailbox:
         return _reply(request, text, self.name, time.monotonic() - start)
 
     def _post(self, request: ModelRequest) -> None:
-        """Write the request, unless the identical one exists: then its reply may exist, too."""
+        """Write the request, unless an identical one exists, whose reply may exist, too."""
         path = self._folder / f"{request.stem}.request.md"
         try:
             head = read_plain(path, LARGEST * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
@@ -64,7 +64,7 @@ class Mailbox:
             raise ModelError(f"{error.filename or self._folder}: {error.strerror or error}") from None
 
     def _supersede(self, request: ModelRequest) -> None:
-        """Move the files of this number away: they belong to another question."""
+        """Move the files of an earlier request with this number away."""
         endings = [f"reply.{e}" for e in ENDINGS] + ["request.md"]
         old = [self._folder / f"{request.stem}.{ending}" for ending in endings]
         pictures = "|".join(ending for ending, _ in MEDIA_TYPES.values())
@@ -101,7 +101,7 @@ class Mailbox:
 
 
 class MailboxReplay:
-    """Endpoint that replays a finished mailbox, by role and number, whatever the question."""
+    """Endpoint that replays a finished mailbox by role and number, whatever the request."""
 
     name = "replay"
     vision = True
@@ -166,9 +166,9 @@ def _read(path: Path) -> str:
     try:
         return read_plain(path, LARGEST)
     except UnfitFileError as error:
-        raise ModelError(f"{path} is no reply: {error}") from None
+        raise ModelError(f"{path} is not a reply: {error}") from None
     except OSError as error:
-        raise ModelError(f"{path} is no reply: {error.strerror or error}") from None
+        raise ModelError(f"{path} is not a reply: {error.strerror or error}") from None
 
 
 def _reply(request: ModelRequest, text: str, model: str, seconds: float) -> Reply:

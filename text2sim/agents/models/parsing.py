@@ -1,4 +1,4 @@
-"""Parsing of the data in a model's reply. A reply is only data: nothing in it is run, opened or followed."""
+"""Parsing of the data in a model's reply; nothing in it is executed, opened or followed."""
 
 from typing import Any, NamedTuple
 
@@ -17,15 +17,15 @@ from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
 LIMIT = 1_000_000
-"""Longest reply [characters] that is read."""
+"""Longest reply that is read [characters]."""
 EXPRESSIONS = 5_000
-"""As many `${` a reply may have."""
+"""Largest number of `${` in a reply."""
 ON_A_LINE = 500
-"""As many `${` one line may have: the reader looks at the rest of the line for each of them."""
+"""Largest number of `${` on one line, since the parser scans the rest of the line for each of them."""
 SHOWN = 10
-"""As many problems go back to the model."""
+"""Largest number of problems that are sent back to the model."""
 TOLD = 100
-"""As many are kept."""
+"""Largest number of problems that are kept."""
 FILE = "reply"
 
 
@@ -35,7 +35,7 @@ class Parsed(NamedTuple):
     data: Any
     """A mapping or a list of plain values."""
     text: str
-    """The block that it stood in."""
+    """The block that contains it."""
 
 
 class ReplyError(SpecError):
@@ -67,7 +67,7 @@ def read_reply(text: str) -> Parsed:
     if len(text) > LIMIT:
         raise _error(f"the reply has {len(text):,} characters; {LIMIT:,} are read", "too-large")
     block = _choose(text.replace("\ufeff", ""))
-    # Lines before the block become blank, so that line numbers are those of the reply.
+    # Blank lines replace those before the block, so that line numbers are those of the reply.
     content = block.text + "\n"
     if looks_like_json(content):
         content = plain_json(content)

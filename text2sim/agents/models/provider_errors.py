@@ -9,11 +9,11 @@ from typing import Any
 from text2sim.agents.models.exchange import ModelError
 
 LONGEST = 400
-"""As much of what a provider said is shown [characters]."""
+"""Longest provider message that is shown [characters]."""
 TRANSIENT = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
-"""HTTP states after which the same request may succeed."""
+"""HTTP status codes after which the same request may succeed."""
 _FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
-"""A provider that wants money says 429 too, but waiting does not help."""
+"""Words in a 429 response that is about payment, so that waiting does not help."""
 _KEYS = re.compile(r"\b(?:sk|pk|gsk|xai|AIza|hf|key)[-_][\w*.-]{6,}|\bAIza[\w-]{10,}|(?i:bearer)\s+\S+")
 _SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "CREDENTIAL")
 _NOISE = re.compile(r"^(?:litellm\.)?(?:\w+(?:Error|Exception)\s*[:-]\s*)+")
@@ -56,7 +56,7 @@ def model_error(who: str, error: Exception) -> ModelError:
 def status_of(error: Exception) -> int | None:
     """Return the HTTP status of an error; None if there was no response."""
     if type(error).__name__ in ("Timeout", "APITimeoutError", "APIConnectionError"):
-        return None  # the library makes up a status for these
+        return None  # litellm invents a status for these
     status = getattr(error, "status_code", None)
     return status if isinstance(status, int) else None
 

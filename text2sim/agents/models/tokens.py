@@ -20,11 +20,11 @@ MESSAGE = 4
 PIXELS = 750
 LARGEST = 1_600
 CACHED_FROM, CACHED_STEP = 1_024, 128
-"""Tokens from which, and steps in which, a beginning that was sent before costs less."""
+"""Shortest cached prefix, and the steps in which it grows [tokens]."""
 PIECE = 2_000
-"""The encoder gets text in pieces: it is quadratic in the length of a run without spaces."""
+"""Length of the pieces that are encoded [characters]; the encoder is quadratic in the length of text without spaces."""
 _CL100K = "9b5ad71b2ce5302211f9c61530b329a4922fc6a4"
-"""Under this name tiktoken keeps the table of cl100k; it is the hash of the address."""
+"""Name of tiktoken's file with the table of cl100k: the hash of its URL."""
 _lock = Lock()
 
 
@@ -60,7 +60,7 @@ def request_tokens(request: ModelRequest) -> int:
 class Beginnings:
     """Requests sent to each model so far, to estimate cached prefixes.
 
-    An image ends a prefix, so the estimate is rather too low.
+    An image ends a prefix, so the estimate is a lower bound.
     """
 
     def __init__(self) -> None:
@@ -81,7 +81,7 @@ class Beginnings:
 
 
 def alike(one: str, other: str) -> int:
-    """Return the length of the common prefix of two texts [characters], by bisection, which compares whole blocks."""
+    """Return the length of the common prefix of two texts [characters], by bisection, which is fast in Python."""
     low, high = 0, min(len(one), len(other))
     while low < high:
         middle = (low + high + 1) // 2

@@ -31,6 +31,19 @@ class Selection:
         return max(0, min(self.last, copies) - self.first)
 
 
+def body_of(selector: str) -> str:
+    """Return the name before brackets and dots: `arm` of `arm[1].hand`; any other text stays as it is."""
+    return selector.partition("[")[0].partition(".")[0]
+
+
+def strings_in(value: object) -> list[str]:
+    """Return all strings in nested mappings and lists, without keys."""
+    if isinstance(value, str):
+        return [value]
+    rows = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    return [text for row in rows for text in strings_in(row)]
+
+
 def named_by(part: str, names: Iterable[str]) -> list[str]:
     """Return those names that a link or joint of a selector means: itself, or all that a pattern with `*` fits."""
     if "*" not in part:
