@@ -92,7 +92,7 @@ def test_what_a_full_disk_left_of_a_card_is_completed_and_nothing_is_asked_again
     assert {path.name: path.read_bytes() for path in card.iterdir()} == whole
     assert len(model.asked) == 1
     (card / "failing.yaml").write_text("another")
-    with pytest.raises(RunError, match="is there already"):
+    with pytest.raises(RunError, match="exists already"):
         distill(chat(tmp_path, model), case, tmp_path / "cards")
 
 

@@ -203,7 +203,7 @@ def test_a_judge_who_sees_no_pictures_is_refused(suite: Path, make_method: Make,
     read, _ = read_suite(suite)
     blind = judge.model.replace("vision=yes", "vision=no")
     judging = Judging(read, [read_method(make_method("ours"))], [blind], tmp_path / "out")
-    with pytest.raises(RunError, match="sees no pictures"):
+    with pytest.raises(RunError, match="does not accept pictures"):
         judging.run(read.prompts, lambda line: None)
 
 

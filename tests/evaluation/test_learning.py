@@ -217,7 +217,7 @@ def test_no_suite_is_answered_with_cards_from_its_sources(suite: Path, tmp_path:
     with pytest.raises(SpecError, match="changed since"):
         check_split(apart, place, cards)
     (cards / "ledger.json").unlink()
-    with pytest.raises(SpecError, match="nobody knows what it owes"):
+    with pytest.raises(SpecError, match="it is not in the ledger"):
         check_split(apart, place, cards)
 
 
@@ -278,7 +278,7 @@ def test_commands_refuse_what_would_judge_cards_by_their_own_sources(
     for method in ("text2sim", "agent", "mine=true"):
         refused = CliRunner().invoke(app, [*words, method, "--allow-code"])
         assert isinstance(refused.exception, SpecError)
-        assert "`the ledger of cards` has this source" in str(refused.exception)
+        assert "`the ledger of cards` uses this source" in str(refused.exception)
         assert not (tmp_path / "out").exists()
     for held_out, options in (("demonstrations", []), (str(suite), ["--apart-from", str(suite)])):
         words = [

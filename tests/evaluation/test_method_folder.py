@@ -77,5 +77,5 @@ def test_no_path_leads_out_of_the_folder(tmp_path: Path, film: str) -> None:
 def test_there_must_be_something(tmp_path: Path) -> None:
     with pytest.raises(RunError, match="no such method folder"):
         read_method(tmp_path / "none")
-    with pytest.raises(RunError, match="nothing of any prompt"):
+    with pytest.raises(RunError, match="has no results"):
         read_method(tmp_path)

@@ -79,7 +79,7 @@ def test_what_is_answered_is_not_asked_again(suite: Path, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("word", ["text3sim", "text2sim:cards", "a b=ls", "x=", "x='"])
 def test_words_that_are_no_method_are_refused(word: str) -> None:
-    with pytest.raises(RunError, match="is no method"):
+    with pytest.raises(RunError, match="is not a method"):
         method_of(word)
 
 

@@ -285,7 +285,7 @@ class Attempts:
         runs = self.case / "runs"
         run = runs / f"{loaded.case.name}-{plan_case(loaded).sim_digest[:10]}"
         if not (run / "states").is_dir():
-            raise RunError("with this film the case would have to be simulated again")
+            raise RunError("this film would require another simulation")
         (run / "video.mp4").unlink(missing_ok=True)  # a preview, if there is one, shows the previous camera
         if run_case(loaded, runs=runs, film=False).stopped:
             raise KeyboardInterrupt
@@ -359,7 +359,7 @@ def copy_input(file: Path, folder: Path) -> Path:
     target = folder / (re.sub(r"[^A-Za-z0-9_.-]+", "_", file.name).lstrip(".-") or "file")
     content = file.read_bytes()
     if target.exists() and target.read_bytes() != content:
-        raise RunError(f"{target} is another file of this name")
+        raise RunError(f"{target}: another file has this name")
     write_atomically(target, content)
     return target
 

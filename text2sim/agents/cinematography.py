@@ -253,7 +253,7 @@ def styled(
         emit("not_styled", why=told(error))
         return text
     if best is None:
-        emit("not_styled", why="whoever answers cannot see pictures")
+        emit("not_styled", why="the judge's model does not accept pictures")
         return text
     emit("styled", treatment=best.name, total=best.marks.total)
     return best.text

@@ -118,7 +118,9 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     attempts = attempts_of(case)
     outcomes = {one.outcome for one in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
-        raise RunError(f"{case}: there is nothing to learn from: no attempt failed in a run while another one passed")
+        raise RunError(
+            f"{case}: there is nothing to learn: it needs one attempt that failed in a run, and one that passed"
+        )
     drafts: list[CardDraft] = []
 
     def check(answer: Proposals) -> None:
@@ -138,7 +140,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     folders = {out / str(draft.data["id"]): draft for draft in drafts}
     for folder, draft in folders.items():
         if not draft.fits(folder):
-            raise RunError(f"{folder} is there already")
+            raise RunError(f"{folder} exists already")
     for folder, draft in folders.items():
         draft.write(folder)
     return [folder.name for folder in folders]

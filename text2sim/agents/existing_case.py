@@ -78,7 +78,7 @@ def planned(text: str, fallback: str) -> CasePlan:
             says={name: "as the case says" for name in checks.expect},
         )
     except (ValueError, TypeError, AttributeError) as error:
-        raise RunError(f"this is not a case that agents could take up: {str(error).splitlines()[0]}") from None
+        raise RunError(f"the agents cannot work with this case: {str(error).splitlines()[0]}") from None
 
 
 def _kind(row: object) -> str:

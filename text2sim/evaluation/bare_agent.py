@@ -86,7 +86,7 @@ class BareAgent:
         self, place: Path, model: str, allowance: "Allowance", cards: bool, minutes_before: float = 0.0
     ) -> None:
         if not model:
-            raise RunError("say which model is the agent: --model")
+            raise RunError("name the model of the agent with --model")
         self._place, self._allowance, self._cards = place, allowance, cards
         self._account, self._trials = Account(), list[ProgramTrial]()
         budget = Budget(allowance.tokens, allowance.cost, allowance.minutes, minutes_before=minutes_before)

@@ -55,7 +55,9 @@ def film_frames(film: Path) -> FilmFrames:
     for number, picture in enumerate(_pictures(film, chosen), 1):
         images.append(_image(f"frame_{number:02}", picture))
     if len(images) != len(chosen):
-        raise RunError(f"the film decodes in two ways, with {len(images)} and {len(chosen)} pictures")
+        raise RunError(
+            f"the film decodes differently each time: {len(images)} of {len(chosen)} frames were found again"
+        )
     return FilmFrames(tuple(images), tuple(times[k] for k in chosen), _length(times), size)
 
 
@@ -89,11 +91,11 @@ def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
     try:
         with av.open(str(film)) as video:
             if not video.streams.video:
-                raise RunError("there is no picture in the film")
+                raise RunError("the film has no frames")
             for k, frame in zip(range(LONGEST), video.decode(video=0)):  # noqa: B905
                 size = size if k else (frame.width, frame.height)
                 if frame.width * frame.height > PIXELS:
-                    raise RunError(f"the film's pictures are larger than {PIXELS:,} pixels")
+                    raise RunError(f"the film's frames are larger than {PIXELS:,} pixels")
                 times.append(float(frame.time) if frame.time is not None else k / 25)
                 greys.append(frame.reformat(*SMALL, format="gray").to_ndarray().astype(np.float32) / 255)
     except (OSError, ValueError, av.error.FFmpegError) as error:
@@ -101,7 +103,7 @@ def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
             f"the film does not decode: {getattr(error, 'strerror', None) or type(error).__name__}"
         ) from None
     if not times:
-        raise RunError("the film has no pictures")
+        raise RunError("the film has no frames")
     return times, np.stack(greys), size
 
 

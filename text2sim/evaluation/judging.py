@@ -125,7 +125,9 @@ class Judging:
         """
         for model in self.models:
             if not judge_endpoint(model, "").vision:
-                raise RunError(f"the judge {model} sees no pictures; if it does, put `,vision=yes` behind its name")
+                raise RunError(
+                    f"the judge {model} does not accept pictures; if it does, append `,vision=yes` to its name"
+                )
         before = read_json(self.out / JUDGING)
         earlier = before["judged"] if isinstance(before, dict) and before["digest"] == self.suite.digest() else []
         write_json(
@@ -168,7 +170,7 @@ class Judging:
             return Judgement(turn, prompt.digest(), state, 0.0 if state == "nothing" else None, why)
 
         if made is None:
-            return plain("not_judged", "the method was not run on it")
+            return plain("not_judged", "the method was not run on this prompt")
         asked = read_text(made.folder / PROMPT_FILE).strip()
         if asked and asked != prompt.prompt:
             return plain("not_judged", f"its folder answers another prompt: {asked[:200]}")

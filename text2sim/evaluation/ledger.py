@@ -114,7 +114,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
     for entry in load_library([cards]).entries.values():
         account = ledger.cards.get(entry.id)
         if account is None or account.digest != digest_of(entry):
-            what = "nobody knows what it owes to whom" if account is None else "it has changed since it was entered"
+            what = "it is not in the ledger" if account is None else "it has changed since it was entered"
             problems.append(Problem("/cards", f"`{entry.id}`: {what}", file=file, rule="unknown-source"))
     problems += shared_sources(suite, learned_from(ledger, cards), document)
     if problems:

@@ -154,14 +154,14 @@ def read_method(folder: Path) -> MethodFolder:
         record = MethodRecord(name=folder.resolve().name, suite="")
     made = {path.name: read_made(path) for path in sorted(folder.iterdir()) if path.is_dir() and _ID.match(path.name)}
     if not made:
-        raise RunError(f"{folder}: there is nothing of any prompt in this method folder")
+        raise RunError(f"{folder}: this method folder has no results")
     return MethodFolder(folder, record, made)
 
 
 def read_made(folder: Path) -> PromptResult:
     """Read the result for a prompt; never raises, because no result may be dropped silently."""
     if not (folder / RESULT).is_file():
-        problem = Problem("", f"there is no {RESULT}: what it took is not known", file=str(folder), rule="no-record")
+        problem = Problem("", f"there is no {RESULT}, so its cost is unknown", file=str(folder), rule="no-record")
         return PromptResult(folder, discovered(folder), (problem,))
     try:
         result, document = read_model(folder / RESULT, CaseResult, "a result")

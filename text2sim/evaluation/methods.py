@@ -84,11 +84,13 @@ def method_of(word: str) -> Method:
         except ValueError:
             words = ()
         if not words:
-            raise RunError(f"`{word[:80]}` is no method: NAME=COMMAND, the name of letters, digits, `-`, `_` and `.`")
+            raise RunError(
+                f"`{word[:80]}` is not a method: NAME=COMMAND, with letters, digits, `-`, `_`, `.` in the name"
+            )
         return Method(name, "command", command=words)
     kind, _, cards = word.partition(":")
     if kind not in ("text2sim", "agent") or cards not in ("", "with-cards", "no-cards"):
-        raise RunError(f"`{word[:80]}` is no method; there are {FORMS}")
+        raise RunError(f"`{word[:80]}` is not a method; there are {FORMS}")
     return Method(f"{kind}-{cards or 'with-cards'}", "agent" if kind == "agent" else "text2sim", cards != "no-cards")
 
 
@@ -123,7 +125,7 @@ def run_method(
     for name, prompt in prompts.items():
         place = folder / name
         if (place / RESULT).is_file():
-            tell(f"{name}, {method.name}: at hand")
+            tell(f"{name}, {method.name}: answered before")
             continue
         place.mkdir(parents=True, exist_ok=True)
         write_atomically(place / PROMPT_FILE, prompt.prompt + "\n")
@@ -241,7 +243,7 @@ def _command(
         update={
             "prompt": name,
             "status": "finished" if there else "failed",
-            "why": why or ("" if there else "nothing was left"),
+            "why": why or ("" if there else "it left no files"),
         }
     )
 

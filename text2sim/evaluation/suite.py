@@ -143,7 +143,7 @@ def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem
     found = []
     for (name, mine), (its, theirs) in product(one.prompts.items(), other.prompts.items()):
         if _same(_plain(mine.source.title), _plain(theirs.source.title), SAME_TITLE):
-            message = f"`{other.name}` has this source, too, for `{its}`: {theirs.source.title}"
+            message = f"`{other.name}` uses this source, too, for `{its}`: {theirs.source.title}"
             place: tuple[str, ...] = ("prompts", name, "source", "title")
         elif _same(_plain(mine.prompt), _plain(theirs.prompt), SAME_PROMPT):
             message = f"`{other.name}` asks for the same in `{its}`"

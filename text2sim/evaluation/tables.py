@@ -65,7 +65,7 @@ def tables_of(suite: Suite, out: Path) -> Tables:
     """
     record, rows = read_judgements(out)
     if record["digest"] != suite.digest():
-        raise RunError(f"{out}: judged by another version of {record['suite']}: {record['digest'][:12]}…")
+        raise RunError(f"{out}: judged with another version of {record['suite']}: {record['digest'][:12]}…")
     methods = {name: _method(Path(folder)) for name, folder in record["methods"].items()}
     families = {name: prompt.family for name, prompt in suite.prompts.items()}
     tables = {
@@ -245,7 +245,7 @@ def text_of(tables: Tables) -> str:
         rows.append("  ".join(cells))
     for row in tables.tables["differences"]:
         rows.append(
-            f"{row['method']} less {row['less']}, {row['score']}: {row['mean']:+.1f} [{row['low']:+.1f}, "
+            f"{row['method']} minus {row['less']}, {row['score']}: {row['mean']:+.1f} [{row['low']:+.1f}, "
             f"{row['high']:+.1f}] over {row['count']} cases"
         )
     return "\n".join(rows)

@@ -182,8 +182,8 @@ def test_a_budget_says_which_bound_is_reached() -> None:
     account.add("planner", 0, Reply("", 90, 10, 0.25, 1.0, "m"))
     assert Budget().exceeded(account) is None
     assert Budget(tokens=101, cost=0.26, minutes=1).exceeded(account) is None
-    assert Budget(tokens=100).exceeded(account) == "100 tokens are spent of 100"
-    assert Budget(cost=0.25).exceeded(account) == "$0.25 are spent of $0.25"
+    assert Budget(tokens=100).exceeded(account) == "100 of 100 tokens are spent"
+    assert Budget(cost=0.25).exceeded(account) == "$0.25 of $0.25 are spent"
     assert Budget(minutes=2, minutes_before=2.1).exceeded(account) == "2 minutes are over"
 
 

@@ -212,7 +212,7 @@ def test_calls_from_several_threads_do_not_mix() -> None:
         ("openai/m@http://user:secret@host/v1", "no password in an address"),
         ("openai/m@http://", "address"),
         ("openai/m@http://host:port/v1", "address"),
-        ("openai/m,vision=maybe", "no option"),
+        ("openai/m,vision=maybe", "not an option"),
         ("mailbox:", "needs a folder"),
         ("replay:/no/such/folder", "no such folder"),
         ("nobody/model", "no provider `nobody`"),

@@ -254,9 +254,9 @@ class Budget:
         """Describe the limit that is reached; None if none is."""
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
-            return f"{spent.tokens:,} tokens are spent of {self._tokens:,}"
+            return f"{spent.tokens:,} of {self._tokens:,} tokens are spent"
         if self._cost is not None and spent.cost >= self._cost:
-            return f"${spent.cost:.2f} are spent of ${self._cost:.2f}"
+            return f"${spent.cost:.2f} of ${self._cost:.2f} are spent"
         if self._minutes is not None and self.minutes_used >= self._minutes:
             return f"{self._minutes:g} minutes are over"
         return None

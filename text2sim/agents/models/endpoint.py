@@ -10,7 +10,7 @@ from text2sim.agents.models.exchange import ModelError, ModelName, ModelRequest,
 
 FORMS = (
     "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
-    "behind a model also ,vision=yes|no and ,schema=yes|no"
+    "a model may be followed by ,vision=yes|no and ,schema=yes|no"
 )
 """Names that `endpoint_of` accepts, for help and messages."""
 
@@ -67,7 +67,7 @@ def endpoint_of(spec: str) -> Endpoint:
         from text2sim.agents.models.mailbox import Mailbox, MailboxReplay
 
         if not rest.strip():
-            raise ModelError(f"`{kind}:` needs a folder behind it")
+            raise ModelError(f"`{kind}:` needs a folder after it")
         folder = Path(rest.strip()).expanduser().absolute()
         return Mailbox(folder) if kind == "mailbox" else MailboxReplay(folder)
     name = parse_name(spec)
@@ -87,7 +87,7 @@ def parse_name(spec: str) -> ModelName:
     for option in options:
         key, _, value = option.partition("=")
         if key not in ("vision", "schema") or value not in _SWITCH:
-            raise ModelError(f"`{option[:60]}` is no option of a model; there are vision=yes|no and schema=yes|no")
+            raise ModelError(f"`{option[:60]}` is not an option of a model; there are vision=yes|no and schema=yes|no")
         switches[key] = _SWITCH[value]
     model, *rest = _SPLIT.split(text, maxsplit=1)
     if not _MODEL.fullmatch(model) or (not rest and "/" not in model):
@@ -103,7 +103,7 @@ def _checked_url(url: str) -> str:
     except ValueError:
         sound, parts = False, urlsplit("")
     if not sound or parts.query or parts.fragment:
-        raise ModelError("the address behind `@` is none: write http://HOST:PORT/v1")
+        raise ModelError("the address after `@` is not valid; write http://HOST:PORT/v1")
     if parts.username is not None or parts.password is not None:
         raise ModelError("no password in an address: put the key into TEXT2SIM_API_KEY")
     return url.rstrip("/")

@@ -51,7 +51,7 @@ class Image:
 
     def __post_init__(self) -> None:
         if not _IMAGE_NAME.fullmatch(self.name) or ".." in self.name:
-            raise AssetError(f"{self.name[:100]!r} is no plain name for a picture")
+            raise AssetError(f"{self.name[:100]!r} is not a plain file name for a picture")
         if self.media_type not in MEDIA_TYPES:
             raise AssetError(f"{self.name}: models get PNG and JPEG, not {self.media_type[:60]!r}")
         if not self.data.startswith(MEDIA_TYPES[self.media_type][1]):
@@ -97,7 +97,7 @@ class ModelRequest:
 
     def __post_init__(self) -> None:
         if not _ROLE.fullmatch(self.role):
-            raise ValueError(f"{self.role!r} is no name of a role")
+            raise ValueError(f"{self.role!r} is not the name of a role")
         if self.number < 1 or not self.messages:
             raise ValueError("a request has messages, and a number from 1 on")
 

@@ -153,7 +153,7 @@ class LiteLLMEndpoint:
             text = choice.message.content or ""
             reason = choice.finish_reason
         except (AttributeError, IndexError, TypeError):
-            raise ConnectionError("the answer is no chat completion") from None
+            raise ConnectionError("the answer is not a chat completion") from None
         if not isinstance(text, str):
             raise ConnectionError("the answer has no text")
         usage = getattr(response, "usage", None)

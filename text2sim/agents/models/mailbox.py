@@ -96,7 +96,7 @@ class Mailbox:
                     seen = now
                     break
             if stop():
-                raise StoppedError(f"nobody waits any longer for {self._folder / request.stem}.reply.md")
+                raise StoppedError(f"stopped while waiting for {self._folder / request.stem}.reply.md")
             time.sleep(POLL)
 
 
@@ -123,7 +123,7 @@ class MailboxReplay:
             raise StoppedError("the replay was stopped")
         path = next(iter(_reply_paths(self._folder, request)), None)
         if path is None:
-            raise ModelError(f"the replay ends here: {self._folder / request.stem}.reply.md is not there")
+            raise ModelError(f"the replay ends here: there is no {self._folder / request.stem}.reply.md")
         return _reply(request, _read(path), self.name, 0.0)
 
 
