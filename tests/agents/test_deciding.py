@@ -488,7 +488,7 @@ def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before
     assert (again.state, again.run, again.wall) == ("finished", "runs/a", 30.0)
 
 
-# --- a case that is there already ------------------------------------------------------------------------------------
+# --- existing cases ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

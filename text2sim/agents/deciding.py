@@ -172,7 +172,7 @@ def decision_faults(
 
 
 def _does(decision: Decision) -> bool:
-    """Whether a change of the plan also changes the case or gives somebody work."""
+    """Whether a change of the plan also changes the case or creates work for a Writer."""
     plan = decision.plan
     return plan is not None and bool(
         plan.duration or plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
