@@ -1,6 +1,6 @@
 """Looks of the parts of a body that deforms: which part gives each triangle of its surface its look."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,8 +19,11 @@ FINER = 0.5
 """Distance of the samples of parts, in edges of the surface."""
 
 
-def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: float) -> bytes:
-    """Return whose look each triangle has as an .npz file: `centers` (f, 3) [m] of triangles, and their `parts` (f,).
+def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: float) -> Callable[[], bytes]:
+    """Return what makes an .npz file of whose look each triangle has.
+
+    It holds `centers` (f, 3) [m] of triangles, and their `parts` (f,). A check does without: only to load what makes it
+    takes a quarter of a second.
 
     A part is told by its number in the shape's order; -1 stands for the body itself. Whoever draws the surface finds
     its triangles by their centers, as solvers may number them otherwise.
@@ -30,17 +33,25 @@ def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: f
         mesh: Its surface.
         folder: The case's folder.
         edge: Length of the surface's edges [m].
+
+    Raises:
+        AssetError: if the surface of a part cannot be made.
     """
     import numpy as np
-    from scipy.spatial import KDTree
 
     samples, parts = zip(*_samples(shape, folder, FINER * edge), strict=True)
     centers = mesh.vertices[mesh.faces].mean(axis=1)
     owners = np.concatenate([np.full(len(some), part) for some, part in zip(samples, parts, strict=True)])
-    _, nearest = KDTree(np.concatenate(samples)).query(centers)
-    file = BytesIO()
-    np.savez(file, centers=centers.astype(np.float32), parts=owners[nearest].astype(np.int16))
-    return file.getvalue()
+
+    def make() -> bytes:
+        from scipy.spatial import KDTree
+
+        _, nearest = KDTree(np.concatenate(samples)).query(centers)
+        file = BytesIO()
+        np.savez(file, centers=centers.astype(np.float32), parts=owners[nearest].astype(np.int16))
+        return file.getvalue()
+
+    return make
 
 
 def _samples(shape: Compound | Sculpt, folder: Path, step: float) -> "Iterator[tuple[np.ndarray, int]]":

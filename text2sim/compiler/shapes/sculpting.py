@@ -37,8 +37,8 @@ class Sculpted:
     """(n, 3) float, unit length"""
     looks: "np.ndarray"
     """(m,) int: number of the part that gives a triangle its look; -1, the body"""
-    corners: "list[np.ndarray]"
-    """(k, 3) float [m]: of each convex piece"""
+    hulls: "list[tuple[np.ndarray, np.ndarray]]"
+    """Of each convex piece: corners (k, 3) float [m], and triangles (l, 3) int, counterclockwise from outside"""
     names: tuple[str, ...]
     """Of the parts."""
 
@@ -125,14 +125,10 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     Raises:
         AssetError: if it cannot be made.
     """
-    from scipy.spatial import ConvexHull
-
     made = sculpted(shape)
     found = []
-    for corners in made.corners:
-        hull = ConvexHull(corners)
-        used, net = _oriented(hull)
-        vertices = tuple((x, y, z) for x, y, z in corners[used].tolist())
+    for corners, net in made.hulls:
+        vertices = tuple((x, y, z) for x, y, z in corners.tolist())
         faces = tuple((a, b, c) for a, b, c in net.tolist())
         if shape.collision == "decompose":
             piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=MARK + made.digest,
@@ -143,16 +139,18 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
     return found
 
 
-def _oriented(hull: Any) -> "tuple[np.ndarray, np.ndarray]":
-    """Corners that a hull uses, and its triangles among them, counterclockwise from outside."""
+def _hull(points: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
+    """Corners of the convex hull of points, and its triangles among them, counterclockwise from outside."""
     import numpy as np
+    from scipy.spatial import ConvexHull
 
+    hull = ConvexHull(points)
     net = hull.simplices.astype(np.int64)
     a, b, c = (hull.points[net[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     net[inward] = net[inward][:, ::-1]
     used, index = np.unique(net, return_inverse=True)
-    return used, index.reshape(-1, 3)
+    return points[used], index.reshape(-1, 3)
 
 
 def _recalled(shape: Sculpt, key: str) -> Sculpted:
@@ -161,15 +159,17 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
     here = Path(__file__).parent
     sources = (here / name for name in ("distances.py", "levelset.py", "convex.py"))
     question = (b"sculpt", key.encode(), *(path.read_bytes() for path in sources))
-    members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "ends": list}
+    members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "nets": str}
+    members |= {"corner_ends": list, "net_ends": list}
 
     def ask() -> dict[str, Any]:
         from text2sim.compiler.shapes.levelset import sculpt_mesh
 
         made = sculpt_mesh(shape)
-        ends = np.cumsum([len(piece) for piece in made.pieces]).tolist()
-        texts = (made.vertices, made.faces, made.normals, made.looks, np.concatenate(made.pieces))
-        return dict(zip(members, (*map(packed, texts), ends), strict=True))
+        hulls = list(zip(*map(_hull, made.pieces), strict=True))
+        ends = (np.cumsum([len(rows) for rows in some]).tolist() for some in hulls)
+        texts = (made.vertices, made.faces, made.normals, made.looks, *map(np.concatenate, hulls))
+        return dict(zip(members, (*map(packed, texts), *ends), strict=True))
 
     found = cached(question, members, ask)
     made = _unpacked(found, tuple(shape.parts))
@@ -183,15 +183,23 @@ def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
     import numpy as np
 
     arrays = [unpacked(found[name], kind, columns) for name, kind, columns in (
-        ("vertices", "f8", 3), ("faces", "i8", 3), ("normals", "f8", 3), ("looks", "i8", 1), ("corners", "f8", 3)
+        ("vertices", "f8", 3), ("faces", "i8", 3), ("normals", "f8", 3), ("looks", "i8", 1), ("corners", "f8", 3),
+        ("nets", "i8", 3),
     )]  # fmt: skip
-    vertices, faces, normals, looks, corners = arrays
-    if vertices is None or normals is None or looks is None or corners is None or faces is None:
+    vertices, faces, normals, looks, corners, nets = arrays
+    if vertices is None or faces is None or normals is None or looks is None or corners is None or nets is None:
         return None
     fits = meets(faces, vertices) and len(normals) == len(vertices) and len(looks) == len(faces)
-    ends = found["ends"]
-    if not fits or not all(isinstance(end, int) for end in ends) or ends[-1:] != [len(corners)]:
+    if not fits:
+        return None
+    split = []
+    for rows, ends in ((corners, found["corner_ends"]), (nets, found["net_ends"])):
+        if not all(isinstance(end, int) for end in ends) or ends[-1:] != [len(rows)]:
+            return None
+        split.append(np.split(rows, ends[:-1]))
+    hulls = list(zip(*split, strict=False))
+    if len(split[0]) != len(split[1]) or not all(meets(net, table) for table, net in hulls):
         return None
     if looks.min() < -1 or looks.max() >= len(names):
         return None
-    return Sculpted(vertices, faces, normals, looks[:, 0], np.split(corners, ends[:-1]), names)
+    return Sculpted(vertices, faces, normals, looks[:, 0], hulls, names)

@@ -1,11 +1,11 @@
 """Meshes and pictures of deformable bodies as files of the program."""
 
-from collections.abc import MutableMapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from text2sim.compiler.digests import REGIONS
+from text2sim.compiler.files import Files
 from text2sim.compiler.shapes.part_looks import part_looks
 from text2sim.compiler.shapes.pictures import PREVIEW, picture_path, thumbnail
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion
@@ -20,9 +20,10 @@ class MeshFiles:
         files: Files of the program, to which these are added.
     """
 
-    def __init__(self, folder: Path, files: MutableMapping[str, bytes]) -> None:
+    def __init__(self, folder: Path, files: Files) -> None:
         self.folder, self.files = folder, files
         self._texts: dict[tuple[int, Quaternion], tuple[Any, bytes]] = {}
+        self._parted: dict[str, tuple[Any, float, bool]] = {}
 
     def write(self, body: str, shape: Any, edge: float, quat: Quaternion = IDENTITY, *, coarsen: bool = True) -> str:
         """Put the surface of a body into the program, turned by `quat`, and return its path.
@@ -60,11 +61,13 @@ class MeshFiles:
         Raises:
             AssetError: if the surface cannot be made.
         """
-        content = part_looks(shape, soft_surface(shape, self.folder, edge, coarsen=coarsen), self.folder, edge)
+        made_of = (shape, edge, coarsen)
         path = f"models/{body}{REGIONS}"
-        if self.files.get(path, content) != content:
-            path = f"models/{body}_{sha256(content).hexdigest()[:8]}{REGIONS}"
-        self.files[path] = content
+        if self._parted.setdefault(path, made_of) != made_of:
+            path = f"models/{body}_{sha256(repr(made_of).encode()).hexdigest()[:8]}{REGIONS}"
+        if path not in self.files:
+            mesh = soft_surface(shape, self.folder, edge, coarsen=coarsen)
+            self.files.later(path, part_looks(shape, mesh, self.folder, edge))
         return path
 
     def picture(self, file: str) -> str:
