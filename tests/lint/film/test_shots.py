@@ -87,6 +87,17 @@ class TestUnseen:
         parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]"), wall
         assert findings(tmp_path, "unseen-subject", *parts) == []
 
+    @pytest.mark.parametrize(("look", "count"), [("{}", 1), ("{opacity: 0.3}", 0), ("{finish: glass}", 0), (None, 0)])
+    def test_a_gate_with_a_door(self, tmp_path: Path, look: str | None, count: int) -> None:
+        door = f"door: {{shape: {{kind: box, size: [0.8, 0.1, 1]}}, look: {look}}}," if look else ""
+        post = "{{shape: {{kind: box, size: [0.2, 0.1, 1]}}, pose: {{pos: [{}, 0, 0]}}}}"
+        gate = f"{{kind: compound, parts: {{{door} left: {post.format(-0.5)}, right: {post.format(0.5)}}}}}"
+        parts = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
+        scene = f"scene: {{statics: {{gate: {{shape: {gate}, place: {{on: floor, at: [0, -1]}}}}}}}}"
+        found = findings(tmp_path, "unseen-subject", *parts, scene)
+        assert len(found) == count
+        assert all("hidden behind `gate`" in problem.message for problem in found)
+
 
 def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     far = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -12, 0.5]", "[0, 0, 0.5]")

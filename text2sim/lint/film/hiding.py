@@ -1,9 +1,14 @@
 """Tests whether something stands between a subject and the cameras."""
 
+from text2sim.compiler.looks import hides
+from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.shots import ShotView
 from text2sim.lint.film.subjects import Balls
+from text2sim.spec_schema.models.shapes import Compound
 
 RAYS = 6
 """Points of a subject that are looked at."""
@@ -19,8 +24,26 @@ def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
         balls: Balls around its parts: middle [m], radius [m].
     """
     step = max(len(balls) // RAYS, 1)
-    boxes = [box for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None]
-    return all(any(_meets(box, shot.pos, center) for box in boxes) for center, _ in balls[::step])
+    others = [
+        (copy, box) for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None
+    ]
+
+    def between(center: Vec) -> bool:
+        return any(
+            _meets(box, shot.pos, center) and any(_meets(part, shot.pos, center) for part in _boxes(facts, copy, box))
+            for copy, box in others
+        )
+
+    return all(between(center) for center, _ in balls[::step])
+
+
+def _boxes(facts: Facts, copy: Copy, whole: Bounds) -> list[Bounds]:
+    """Boxes around the parts of a compound that are not of glass; of anything else, the box around the whole."""
+    if is_soft(copy.model) or not isinstance(copy.shape, Compound):
+        return [whole]
+    looks = {name: part.look for name, part in copy.shape.parts.items()}
+    clear = {name for name, look in looks.items() if look is not None and not hides(look.opacity, look.finish)}
+    return [part.box for part in facts.parts(copy) if part.piece.part not in clear]
 
 
 def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
@@ -48,8 +71,11 @@ def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
     from text2sim.legibility.layout import at_start
 
     copies = {copy.name for copy in facts.placed[name]}
-    layouts = [at_start(facts.resolution, shot.name) for shot in seeing]
-    if any(copies & layout.shares.keys() for layout in layouts):
-        return ""
-    blocking = layouts[0].hider(copies)
+    first = None
+    for shot in seeing:
+        layout = at_start(facts.resolution, shot.name)
+        if copies & layout.shares.keys():
+            return ""
+        first = first or layout
+    blocking = first.hider(copies) if first else ""
     return f"it is hidden behind `{blocking}`; move the camera" if blocking else "it is hidden; move the camera"
