@@ -27,11 +27,14 @@ CHECKED = {
     "cases/brick_wall": "0.5 s",
     "cases/crank_slider": "0.5 s",
     "cases/newton_cradle": "0.5 s",
+    "cases/conveyor_sorter": "0.5 s",
     "cases/tumbler": "0.7 s",
+    "cases/dolphin_squeeze": "0.7 s",
     "cases/curtains": "0.7 s",
     "cases/falling_letters": "0.7 s",
 }
-"""Case, and the goal for its check in a fresh process: bodies of primitives; 250 that are packed; cloth; letters."""
+"""Case, and the goal for its check in a fresh process: bodies of primitives; 250 that are packed; a sculpt;
+cloth; letters."""
 HEAD = "text2sim: 2\nname: many\nscene: {duration: 1.0, statics: {floor: {shape: {kind: plane, size: 200}}}}\nbodies:\n"
 BODY = """\
   b{i}:

@@ -40,7 +40,7 @@ def resolve_render(
     start, end = span_of(render.during, duration)
     end = min(end, duration)
     width, height = render.resolution
-    ground = FilmedScene(placed, moving, balls, points, width / height)
+    ground = FilmedScene(placed, dict.fromkeys(moving), balls, points, width / height)
     cameras = {name: resolve_camera(camera, ground) for name, camera in render.cameras.items()}
     given = render.model_fields_set
     paced, lit = bool(given & {"during", "speed", "shots"}), bool(render.lights)

@@ -1,5 +1,6 @@
 """Cameras of the render section as numbers, and one that shows all that happens if there is none."""
 
+from collections.abc import Collection
 from math import dist, radians
 from statistics import median
 from typing import Any, NamedTuple
@@ -38,8 +39,8 @@ class FilmedScene(NamedTuple):
 
     placed: dict[str, list[Copy]]
     """Copies by body, statics included."""
-    moving: tuple[str, ...]
-    """Names of the bodies."""
+    moving: Collection[str]
+    """Names of the bodies, in which one is found quickly."""
     balls: dict[str, list[Ball]]
     """Balls around the pieces of each copy, in the world."""
     points: BodyPoints
@@ -228,9 +229,8 @@ def _free_direction(names: Any, ground: FilmedScene) -> Vec:
     """The way to a camera that sees bodies freely."""
     balls = _to_the_ground(ground.around(names), ground)
     low, high = _box(balls)
-    statics = [
-        copy for name, copies in ground.placed.items() if name not in (*ground.moving, *names) for copy in copies
-    ]
+    own = {*ground.moving, *names}
+    statics = [copy for name, copies in ground.placed.items() if name not in own for copy in copies]
     x, y, z = (b - a for a, b in zip(low, high, strict=True))
     return free_direction([center for center, _ in balls], statics, ground.points, 3 * max(x, y, z), (x, y, z))
 

@@ -3,11 +3,13 @@
 A place is chosen from the case where nobody has said how it is lit or what is behind it. Nothing here touches physics.
 """
 
+from collections.abc import Collection
 from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
 from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
 
@@ -82,7 +84,8 @@ def place_of(render: Render, ground: FilmedScene) -> FilmPlace | None:
     green = [rgb(copy.model.look.color) for copy in ground_planes(ground) if isinstance(copy.model.look.color, str)]
     if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
         return PLACES["meadow"]
-    pattern, color, behind = PAIRS[max(range(len(PAIRS)), key=lambda k: _apart(k, ground))]
+    colors = _colors(ground)
+    pattern, color, behind = PAIRS[max(range(len(PAIRS)), key=lambda k: _apart(k, colors))]
     if extent(ground)[1] < SMALL:
         pattern = "polished"
     return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
@@ -116,15 +119,21 @@ def floor_of(place: FilmPlace, ground: FilmedScene, radius: float, *, named: boo
     return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(SHARE * radius, low), high))}
 
 
-def _apart(k: int, ground: FilmedScene) -> float:
-    """How much all that moves stands out before a floor and its wall; glass counts as white."""
-    colors = [oklab(rgba[:3]) for name in ground.moving for copy in ground.placed[name] for rgba in worn_by(copy)] + [
-        oklab((1.0, 1.0, 1.0)) for copies in ground.placed.values() for copy in copies if has_glass(copy)
-    ]
+def _colors(ground: FilmedScene) -> dict[Vec, None]:
+    """The different colours, in Oklab, of all that moves; glass counts as white."""
+    moving = (copy for name in ground.moving for copy in ground.placed[name])
+    colors = dict.fromkeys(rgba[:3] for copy in moving for rgba in worn_by(copy))
+    if any(has_glass(copy) for copies in ground.placed.values() for copy in copies):
+        colors[1.0, 1.0, 1.0] = None
+    return dict.fromkeys(map(oklab, colors))
+
+
+def _apart(k: int, colors: Collection[Vec]) -> float:
+    """How much colours stand out before a floor and its wall."""
     if not colors:
         return -k
     behind = [oklab(rgb(color)) for color in PAIRS[k][1:]]
-    away = sorted(min(dist(one, color) for one in behind) for color in dict.fromkeys(colors))
+    away = sorted(min(dist(one, color) for one in behind) for color in colors)
     return 0.6 * away[0] + 0.4 * sum(away) / len(away) - USUAL * k
 
 

@@ -49,11 +49,9 @@ def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
     if shape.kind == "polyhedron":
         return True  # it is there for its slanted faces
     z = _sine(quat, "z", up)
-    if shape.kind == "plane":
-        return z > LEVEL
     if shape.kind in TURNED:
         return LEVEL < z < cos(LEVEL)
-    return min(z, _sine(quat, "x", up), _sine(quat, "y", up)) > LEVEL
+    return z > LEVEL and (shape.kind == "plane" or min(_sine(quat, axis, up) for axis in "xy") > LEVEL)
 
 
 def _sine(quat: Quaternion, axis: str, up: Vec) -> float:

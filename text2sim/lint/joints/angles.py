@@ -61,7 +61,7 @@ def _in_degrees(value: Any, where: Path) -> Iterator[tuple[Path, Any]]:
     for key, item in items:
         if isinstance(key, str) and key.endswith("_deg"):
             yield (*where, key), item
-        else:
+        elif isinstance(item, dict | list):
             yield from _in_degrees(item, (*where, key))
 
 

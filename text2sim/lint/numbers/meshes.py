@@ -40,8 +40,12 @@ class _Use(NamedTuple):
     """Whether it is filled with particles or tetrahedra."""
 
 
-def _uses(facts: Facts) -> Iterator[_Use]:
-    """Yield every mesh of the case."""
+def _uses(facts: Facts) -> list[_Use]:
+    """Return every mesh of the case."""
+    return list(_found(facts))
+
+
+def _found(facts: Facts) -> Iterator[_Use]:
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         copy = facts.placed[name][0]
         model, where = copy.model, facts.where(name)
@@ -103,7 +107,7 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
 
 
 def _open(facts: Facts) -> Iterator[Problem]:
-    for use in _uses(facts):
+    for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if mesh.closed or not use.weighs:
             continue
@@ -124,7 +128,7 @@ def _open(facts: Facts) -> Iterator[Problem]:
 
 
 def _inside_out(facts: Facts) -> Iterator[Problem]:
-    for use in _uses(facts):
+    for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if mesh.closed:
             continue
@@ -138,7 +142,7 @@ def _inside_out(facts: Facts) -> Iterator[Problem]:
 
 
 def _unfilled(facts: Facts) -> Iterator[Problem]:
-    for use in _uses(facts):
+    for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if mesh.closed or not use.filled:
             continue
@@ -158,7 +162,7 @@ def _unfilled(facts: Facts) -> Iterator[Problem]:
 
 
 def _slow(facts: Facts) -> Iterator[Problem]:
-    for use in _uses(facts):
+    for use in facts.own(_uses):
         if use.shape.collision != "decompose":
             continue
         faces = len(load_mesh(use.shape.file, facts.folder).faces)
@@ -229,7 +233,7 @@ def _needless(facts: Facts) -> Iterator[Problem]:
 
 def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
     """Yield the meshes that touch by their surface, with their fields."""
-    for use in _uses(facts):
+    for use in facts.own(_uses):
         if use.shape.collision == "exact" and not use.filled:
             (piece,) = pieces(use.shape, facts.folder)
             if piece.field is not None:
