@@ -158,7 +158,7 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
 
     here = Path(__file__).parent
     sources = (here / name for name in ("distances.py", "levelset.py", "convex.py"))
-    question = (b"sculpt", key.encode(), *(path.read_bytes() for path in sources))
+    question = (b"sculpt with hulls", key.encode(), *(path.read_bytes() for path in sources))
     members = {"vertices": str, "faces": str, "normals": str, "looks": str, "corners": str, "nets": str}
     members |= {"corner_ends": list, "net_ends": list}
 
