@@ -1,4 +1,4 @@
-"""What the rasteriser leaves out and depths can tell: shade where things meet, and ground that fades before it ends."""
+"""Effects that the rasteriser lacks, from the depth buffer: ambient occlusion, and grounds that fade at their edge."""
 
 from typing import Any
 
@@ -10,24 +10,24 @@ else:  # in a program, where it lies beside this module
     from viewpoints import basis
 
 SHADE = 0.5
-"""Part of the light that is missing where things meet."""
+"""Largest share of the light that ambient occlusion takes away."""
 REACHES = (0.01, 0.02, 0.04)
-"""How far apart surfaces are compared, in heights of the picture."""
+"""Distances in the picture at which depths are compared, in picture heights."""
 WAYS = ((0, 1), (1, 0), (1, 1), (1, -1))
 FAINT, STEEP = 0.08, 1.4
-"""Bends between which a surface is shaded: below it is flat, beyond one thing hides another far behind it."""
+"""Range of curvature that is shaded: below it a surface is flat, above it one body hides another far behind it."""
 FADES = 0.35
-"""Part of the way from the middle of a ground to its edge at which it begins to fade."""
+"""Distance from the middle of a ground at which it begins to fade, as a fraction of half its side."""
 
 
 def shaded(image: np.ndarray, depth: np.ndarray, fov: float) -> np.ndarray:
-    """Return a picture, uint8, that is darker in hollows, such as that between a body and what it stands on.
+    """Return a picture, uint8, darkened in concave places, such as between a body and the ground it stands on.
 
-    The inverse of the depth is linear over a plane, so that its second differences tell how surfaces bend.
+    The inverse depth is linear over a plane, so its second differences measure how surfaces bend.
 
     Args:
         image: Shape (height, width, 3).
-        depth: Along the axis of the camera [m], shape (height, width); 0 or not finite where nothing is.
+        depth: Depth along the axis of the camera [m], shape (height, width); 0 or not finite for the background.
         fov: Vertical field of view [deg].
     """
     near = np.where(np.isfinite(depth) & (depth > 0), 1.0 / np.maximum(depth, 1e-6), 0.0)[::2, ::2].astype(np.float32)
@@ -47,14 +47,14 @@ def shaded(image: np.ndarray, depth: np.ndarray, fov: float) -> np.ndarray:
 
 
 def faded(image: np.ndarray, depth: np.ndarray, view: Any, grounds: list, background: tuple) -> np.ndarray:
-    """Return a picture, uint8, in which grounds turn into the background before they end.
+    """Return a picture, uint8, in which grounds fade into the background before their edge.
 
     Args:
         image: Shape (height, width, 3).
-        depth: As above.
-        view: Of the camera.
-        grounds: Middle, shape (3,), and half the side of each [m].
-        background: Colour, 0 to 1.
+        depth: Depth along the axis of the camera [m], shape (height, width).
+        view: View of the camera, see `cameras.View`.
+        grounds: Centre, shape (3,), and half the side of each ground [m].
+        background: Colour of the background, 0 to 1.
     """
     tall, wide = depth.shape
     unit = 2 * np.tan(np.radians(view.fov) / 2) / tall
@@ -63,7 +63,7 @@ def faded(image: np.ndarray, depth: np.ndarray, view: Any, grounds: list, backgr
     frame = zip(view.pos, *basis(view.pos, view.look_at, view.up), strict=True)
     places = [float(pos) + depth * (across * r + (upward * u + a)) for pos, r, u, a in frame]
     for (x, y, z), half in grounds:
-        on = np.abs(places[2] - z) < unit * depth + 1e-4 * half  # depths are those of a place within the pixel
+        on = np.abs(places[2] - z) < unit * depth + 1e-4 * half  # a depth may belong to any place within the pixel
         share = np.clip((np.hypot(places[0] - x, places[1] - y) / half - FADES) / (0.95 - FADES), 0.0, 1.0)
         share = (on * share * share * (3 - 2 * share))[..., None].astype(np.float32)
         image = (image + share * (255 * np.asarray(background, np.float32) - image)).astype(np.uint8)
@@ -71,7 +71,7 @@ def faded(image: np.ndarray, depth: np.ndarray, view: Any, grounds: list, backgr
 
 
 def _moved(padded: np.ndarray, by: int, down: int, right: int) -> np.ndarray:
-    """The inner part of a padded array, from some steps away."""
+    """The inner part of a padded array, shifted by `by` pixels down and right, times -1, 0 or 1 each."""
     tall, wide = padded.shape[0] - 2 * by, padded.shape[1] - 2 * by
     return padded[by + by * down : by + by * down + tall, by + by * right : by + by * right + wide]
 

@@ -1,8 +1,9 @@
-"""Keeps contacts of bodies that bounce unequally as hard as all others.
+"""Keeps contacts stiff between bodies of different restitution.
 
-Genesis 1.4.5 gives a contact the means of both geometries' time constants and damping ratios. Its stiffness goes with
-1 / (time constant x ratio)^2: of a body that bounces and one that does not, the means are up to 15 times softer than
-either. Here a contact has the mean ratio, and the time constant that goes with it.
+Genesis 1.4.5 averages the time constants and the damping ratios of both geometries. The stiffness of a contact is
+proportional to 1 / (time constant x ratio)^2, so the contact between a body that bounces and one that does not would
+be up to 15 times softer than the contacts of either. Here a contact gets the mean ratio, and a time constant that keeps
+it stiff.
 """
 
 import genesis as gs
@@ -11,13 +12,13 @@ from contacts import edit_contacts
 
 
 def even_contacts(bodies, damping, link_damping, silent):
-    """Set time constant and damping ratio of every contact before its force is solved.
+    """Set time constant and damping ratio of every contact before its force is computed.
 
     Args:
         bodies: Entities of a built scene by name.
         damping: Time constant [s] and damping ratio by body.
-        link_damping: The same of links that have their own, by body and link.
-        silent: Bodies that take the ratio of what touches them.
+        link_damping: Time constant [s] and damping ratio of links that have their own, by body and link.
+        silent: Bodies that take the ratio of whatever touches them.
     """
     solver = next(bodies[name].solver for name in damping)
     ratios = torch.ones(solver.n_geoms, dtype=gs.tc_float, device=gs.device)

@@ -1,46 +1,45 @@
-"""Which moments a film shows: its shots, and for every picture the camera, the simulated time and the exposure.
+"""The pictures of a film: its shots, and for every picture the camera, the simulated time and the exposure.
 
-    reels(film)                 file name -> shots, for each film that is made
-    frames(film, reel, last)    the pictures of one of them
+    reels(film)                 file name -> shots, for each film
+    frames(film, reel, last)    the pictures of one film
 
-A *film* is what `render.py` says, as a dictionary with lower-case keys; `read_film` makes it of the text, without
-running anything. Whatever draws the film takes its pictures from here: a preview and a finished film show the same.
+A *film* is a dictionary of the constants of `render.py`, with lower-case keys. `read_film` parses it from the text
+without running it. The preview and the path tracer both take their pictures from here, so they show the same film.
 """
 
 import ast
 from typing import NamedTuple
 
 MAIN = "video"
-"""The first film; the others are `video_<camera>`."""
-
+"""Name of the main film; the others are `video_<camera>`."""
 
 BACK = 0.25
-"""Time [s of film] by which a shot goes back to be a replay."""
+"""Least time [s of film] by which a shot goes back to count as a replay."""
 
 
 class Frame(NamedTuple):
-    """A picture of a film."""
+    """One picture of a film."""
 
     k: int
-    """Its number, from 0."""
+    """Number of the picture, from 0."""
     camera: str
     t: float
     """Simulated time [s]."""
     part: float
-    """How far a camera that moves over its shots has come, 0 to 1."""
+    """Progress of a camera that moves over its take, 0 to 1."""
     open: float
-    """Simulated time [s] at which the shutter opens,"""
+    """Simulated time [s] at which the shutter opens."""
     close: float
-    """and at which it closes: the same where nothing is blurred."""
+    """Simulated time [s] at which the shutter closes; equal to `open` without motion blur."""
     pace: float
     """Change of `part` per simulated second."""
     speed: float
     """Simulated seconds per second of film."""
     again: bool = False
-    """Whether it shows once more what was shown before."""
+    """Whether it belongs to a replay."""
 
     def moments(self, n: int) -> list[tuple[float, float]]:
-        """Time [s] and part at n moments while the shutter is open, in the middle of as many equal spans."""
+        """Return (time [s], part) at the middles of n equal spans of the exposure."""
         if n < 2 or self.close <= self.open:
             return [(self.t, self.part)]
         span = self.close - self.open
@@ -49,10 +48,10 @@ class Frame(NamedTuple):
 
 
 def read_film(text: str) -> dict:
-    """Return what the text of a `render.py` says: its constants, by lower-case name.
+    """Return the constants in the text of a `render.py`, by lower-case name.
 
     Raises:
-        ValueError: It has none, or says them by computing.
+        ValueError: If they are not plain constants, or there are no cameras.
     """
     film = {}
     try:
@@ -72,15 +71,15 @@ def read_film(text: str) -> dict:
 
 
 def film_of(module) -> dict:
-    """Return what an imported `render` says: its constants, by lower-case name."""
+    """Return the constants of an imported `render` module, by lower-case name."""
     return {name.lower(): value for name, value in vars(module).items() if name.isupper()}
 
 
 def reels(film: dict) -> dict[str, list[dict]]:
-    """Return the shots of each film by the name of its file, without its ending; the main film first.
+    """Return the shots of each film by file name without suffix, the main film first.
 
-    The main film is cut from the shots, or is the first camera's where there are none. Every camera that it does not
-    use makes a film of its own.
+    The main film consists of the shots, or of the first camera's view if there are none. Every camera that it does not
+    use gets a film of its own.
     """
     whole = {"from": film["start"], "to": film["end"], "speed": film["speed"], "hold": 0.0}
     names = list(film["cameras"])
@@ -94,13 +93,13 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
     """Return the pictures of a film.
 
     Args:
-        film: What `render.py` says.
-        reel: Shots of the film, one of `reels`.
-        last: Last recorded time [s]; what was not recorded is not shown.
+        film: Constants of `render.py`.
+        reel: Shots of the film, a value of `reels`.
+        last: Last recorded time [s]; the film ends there.
     """
     found, seen = [], -float("inf")
     for shot in _recorded(reel, last):
-        # A cut that goes back by less than is noticed is no replay, and what comes after a second view is new.
+        # A cut that goes back by less than BACK is no replay; a replay ends where the shot shows something new.
         until, seen = seen if shot["from"] < seen - BACK * shot["speed"] else shot["from"], max(seen, shot["to"])
         step = shot["speed"] / film["fps"]
         blur = film["motion_blur"] * step / 2
@@ -121,13 +120,13 @@ def frames(film: dict, reel: list[dict], last: float) -> list[Frame]:
 
 
 def _recorded(reel: list[dict], last: float) -> list[dict]:
-    """Return the shots as far as they were recorded; at least one picture."""
+    """Return the shots, cut at the last recorded time; they give at least one picture."""
     shots = [shot | {"hold": shot["hold"] * (shot["to"] <= last + 1e-9)} for shot in reel if shot["from"] <= last]
     shots = shots or [reel[0] | {"from": last, "hold": 0.0}]
     return [shot | {"to": max(min(shot["to"], last), shot["from"])} for shot in shots]
 
 
 def _takes(cameras: list[str]) -> list[tuple[int, int]]:
-    """Return the spans of pictures, (first, end), that one camera takes without a cut."""
+    """Return the takes: spans of pictures (first, end) between changes of the camera."""
     cuts = [k for k in range(len(cameras)) if k == 0 or cameras[k] != cameras[k - 1]]
     return list(zip(cuts, [*cuts[1:], len(cameras)], strict=True))

@@ -1,7 +1,7 @@
-"""The cameras of a film, with the states that were recorded: see `viewpoints.py` for what a camera is.
+"""The cameras of a film, given the recorded states; `viewpoints.py` describes a camera.
 
-A still or an orbiting camera may have `frame`: bodies to be shown over all of the film, as far as they stay `within` a
-box, and a margin. Then its numbers are those of the scene at its start, and recorded states move it.
+A still or an orbiting camera may have `frame`: bodies that the whole film shows, as far as they stay `within` a box,
+and a margin. Its pose was then derived from the start of the scene, and is corrected by the recorded states.
 """
 
 import math
@@ -15,35 +15,35 @@ else:  # in a program, where it lies beside this module
     from viewpoints import aperture_radius, basis, place
 
 SAMPLES = 60
-"""Moments of the recording at which is asked what has to be in the picture."""
+"""Number of moments of the recording at which the framing is checked."""
 TURNS = 12
-"""Places on its circle from which an orbiting camera has to see all."""
+"""Number of positions of an orbiting camera at which the framing is checked."""
 
 
 class View(NamedTuple):
-    """A camera at a moment."""
+    """Pose and lens of a camera at one moment."""
 
     pos: np.ndarray
-    """Where it stands [m], shape (3,)."""
+    """Position [m], shape (3,)."""
     look_at: np.ndarray
-    """What is in the middle [m], shape (3,)."""
+    """Point in the middle of the picture [m], shape (3,)."""
     up: np.ndarray
-    """What is upwards in the picture, shape (3,)."""
+    """Direction that is up in the picture, shape (3,)."""
     fov: float
     """Vertical field of view [deg]."""
     focus: float
-    """Distance along the axis that is sharp [m]."""
+    """Distance of the focal plane along the axis [m]."""
     aperture: float
-    """Radius of the lens [m]; 0 if all is sharp."""
+    """Radius of the lens [m]; 0 if everything is sharp."""
 
 
 class Cameras:
     """The cameras of a film.
 
     Args:
-        film: What `render.py` says, see `cadence.film_of`.
-        states: Has `position(body, t, link)`, shape (3,). If it also has `bounds(bodies, t)`, points around bodies,
-            shape (n, 3), and `time`, the recorded times, then cameras with a `frame` stand where they show just that.
+        film: Constants of `render.py`, see `cadence.film_of`.
+        states: Has `position(body, t, link)`, shape (3,) [m]. If it also has `bounds(bodies, t)`, the outermost points
+            of bodies, shape (n, 3) [m], and the recorded times `time` [s], cameras with a `frame` are fitted to them.
     """
 
     def __init__(self, film: dict, states: Any):
@@ -53,12 +53,12 @@ class Cameras:
         self._framed: set[str] = set()
 
     def view(self, name: str, t: float, part: float = 0.0) -> View:
-        """Return a camera at simulated time `t` [s].
+        """Return the view of a camera.
 
         Args:
-            name: Of the camera.
+            name: Name of the camera.
             t: Simulated time [s].
-            part: How far a camera that moves over its shots has come, 0 to 1.
+            part: Progress of a camera that moves over its take, 0 to 1.
         """
         camera = self._camera(name)
         pos, look_at = (np.asarray(point, float) for point in place(camera, t, part, self._states))
@@ -86,7 +86,7 @@ class Cameras:
         return np.asarray(focus, float)
 
     def _shown(self, name: str, frame: dict) -> np.ndarray:
-        """Points of what a camera has to show over all of its shots, shape (n, 3)."""
+        """Points that a camera has to show in its shots [m], shape (n, 3)."""
         shots = [shot for shot in self._film["shots"] if shot["camera"] == name]
         spans = [(shot["from"], shot["to"]) for shot in shots] or [(self._film["start"], self._film["end"])]
         time = np.asarray(self._states.time)
@@ -107,11 +107,11 @@ class Cameras:
 
 
 def project(view: View, points: Any, aspect: float) -> np.ndarray:
-    """Return where points are in the picture, shape (n, 3): across and up, each -1 to 1 inside, and the depth [m].
+    """Return the coordinates of points in the picture, shape (n, 3): right and up, -1 to 1 inside, and depth [m].
 
     Args:
         view: The camera.
-        points: In the world [m], shape (n, 3).
+        points: Points in the world [m], shape (n, 3).
         aspect: Width of the picture over its height.
     """
     local = (np.asarray(points, float).reshape(-1, 3) - view.pos) @ np.stack(basis(view.pos, view.look_at, view.up)).T
@@ -123,14 +123,14 @@ def project(view: View, points: Any, aspect: float) -> np.ndarray:
 
 
 def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
-    """Return a camera that shows all points, each a margin away from the edges of its picture.
+    """Return a camera that shows all points, with a margin at the edges of the picture.
 
-    A still one with a `direction` stands as near as it can; one without keeps its place and chooses its field of view.
-    An orbiting one goes round as near as it can, or on its own circle about the middle of them.
+    A still camera with a `direction` moves as near as possible; without one it keeps its place and changes its field of
+    view. An orbiting camera gets the smallest radius if `fit` is set, and otherwise only a new centre.
 
     Args:
-        camera: With a `frame`.
-        points: What is to be seen [m], shape (n, 3).
+        camera: Camera with a `frame`.
+        points: Points to show [m], shape (n, 3).
         aspect: Width of the picture over its height.
     """
     frame = camera["frame"]
@@ -154,8 +154,8 @@ def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
     local = (points - pos) @ np.stack(basis(pos, middle, camera["up"])).T
     ahead = local[local[:, 2] > 1e-6]
     if len(ahead) < len(local):
-        return camera | {"look_at": middle}  # it stands among them
-    # The picture is turned, not shifted: the middle of what is seen comes to the middle of the picture.
+        return camera | {"look_at": middle}  # some points are behind the camera
+    # Turn the camera so that the middle of the points is in the middle of the picture.
     seen = ahead[:, :2] / ahead[:, 2:]
     shift = (seen.min(axis=0) + seen.max(axis=0)) / 2
     right, up, forward = np.array(basis(pos, middle, camera["up"]))
@@ -182,10 +182,10 @@ def framed_balls(camera: dict, balls: list[tuple[Any, float]], aspect: float) ->
 def _nearest(
     points: np.ndarray, way: np.ndarray, up: Any, tall: float, aspect: float, *, turn_only: bool = False
 ) -> tuple[float, np.ndarray]:
-    """Distance along `way` from which all points are in the picture, and how far aside of it one has to stand for that.
+    """Smallest distance along `way` [m] at which all points are in the picture, and the sideways shift it needs [m].
 
-    The picture's four edges are planes; each is pushed to the outermost point, and the camera stands where the two
-    of a pair meet. With `turn_only` it stays on the axis.
+    The picture's four edges are planes. Each plane is moved to its outermost point, and the camera stands where
+    opposite planes meet. With `turn_only` the camera stays on the axis.
     """
     way = way / np.linalg.norm(way)
     right, above, _ = np.array(basis(way, (0.0, 0.0, 0.0), up))

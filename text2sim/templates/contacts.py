@@ -1,4 +1,4 @@
-"""Records what touches what, every contact of every step; and lets contacts be changed before they act."""
+"""Records all contacts of every step, and lets properties of contacts be changed before their forces are computed."""
 
 import genesis as gs
 import numpy as np
@@ -9,17 +9,17 @@ NO_CONTACTS = [np.zeros(0, int)] * 2 + [np.zeros((0, 3), np.float32)] * 3 + [np.
 
 
 def in_place() -> bool:
-    """Whether fields of the engine can be looked at where they are."""
+    """Whether fields of the engine can be read without a copy."""
     return gs.use_zerocopy and gs.backend == gs.cpu
 
 
 def edit_contacts(solver, name, change):
-    """Have one property of all contacts changed in every substep, before their forces are solved.
+    """Change one property of all contacts in every substep, before their forces are computed.
 
     Args:
         solver: The rigid solver of a built scene.
-        name: The property: `friction`, `sol_params`.
-        change: Called with its values, to be changed in place, and the geometries that touch, (n, …), (n,) and (n,).
+        name: Name of the property: `friction` or `sol_params`.
+        change: Called with the values (n, …), which it changes in place, and the indices of both geometries, (n,) each.
     """
     state, detect = solver.collider.collider_state, solver.collider.detection
     data, field = state.contact_data, getattr(state.contact_data, name)
@@ -40,10 +40,10 @@ def edit_contacts(solver, name, change):
 
 
 class Contacts:
-    """Every contact of every step, summed per pair of links before it is written.
+    """Gathers the contacts of every step, and sums them per pair of links.
 
-    On the CPU the solver's buffers are read in place, 10 us a substep against 70 us for `collider.get_contacts`. Forces
-    are the mean over the substeps of a step, so that force times dt is the momentum that went through the contact.
+    On the CPU it reads the solver's buffers in place, which takes 10 us a substep; `collider.get_contacts` takes 70 us.
+    Forces are means over the substeps of a step, so that force times dt is the impulse of the contact.
     """
 
     def __init__(self, solver):
@@ -58,7 +58,7 @@ class Contacts:
             self._views = [qd_to_numpy(field, transpose=True, copy=False)[0] for field in fields]
 
     def gather(self, step: int) -> None:
-        """Looks at the contacts once; `step` is the number of the step that is being made."""
+        """Reads the contacts once; `step` is the number of the current step, from 1."""
         if self._collider is None:
             return
         if self._views is not None:
@@ -72,26 +72,26 @@ class Contacts:
         self._in_hand += len(row[0])
 
     def end_step(self, step: int) -> None:
-        """Looks at the contacts, if nobody did during the step."""
+        """Ends a step; reads the contacts if `gather` was not called during it."""
         if not self._steps or self._steps[-1][0] != step:
             self.gather(step)
         if self._in_hand > CONTACTS_IN_HAND:
             self._sum()
 
     def take(self, keep: bool = False) -> dict[str, np.ndarray]:
-        """Contacts since they were last taken: n pairs of touching links, over all steps, sorted by step, then by link.
+        """Returns the contacts since the last call: n rows, one per step and pair of links, sorted by step, then link.
 
         Args:
-            keep: Whether the next call returns them again, with those that come until then.
+            keep: Whether the next call returns them again, together with later ones.
 
         Returns:
             contact_step (n,): Step in which the pair touched, 1 being the first.
             contact_links (n, 2): Link indices a < b.
             contact_force (n, 3): Force on b [N], mean over the substeps; a feels the opposite.
             contact_normal_force (n,): Sum of the magnitudes along the contact normals [N], mean over the substeps.
-            contact_pos (n, 3): Mean point of contact, weighted by force [m].
+            contact_pos (n, 3): Mean position of the contact points, weighted by force [m].
             contact_penetration (n,): Deepest overlap [m].
-            contact_count (n,): Points of contact, mean over the substeps, rounded up.
+            contact_count (n,): Number of contact points, mean over the substeps, rounded up.
         """
         self._sum()
         taken = {name: np.concatenate([part[name] for part in self._sums]) for name in self._sums[0]}

@@ -1,13 +1,13 @@
-"""The film of a case that does not say how it is filmed, made of what was recorded.
+"""Derives from the recording how a case is filmed that leaves this open.
 
-`render.py` then has `AUTO`, which says what nobody has decided, and this module decides it:
+`AUTO` in `render.py` tells what the author left open:
 
-    times       waiting is left out, the decisive moment is slowed down, and the film ends on the final state
-    camera      stands where the least hides what moves, motion goes across the picture, and subjects stand out; it goes
-                along where they are small compared with their way
-    turn_lights studio lamps stand around the camera, wherever that is
+    times       waiting is cut, the decisive moment is slowed down, and the film ends on the final state
+    camera      the camera stands where moving bodies are least hidden, move across the picture and stand out; it tracks
+                bodies that are small compared with the distance they travel
+    turn_lights the studio lamps turn with the camera
 
-Everything follows from the states alone, so that the preview and the path-traced film are the same film.
+All decisions follow from the states alone, so the preview and the path-traced film show the same.
 """
 
 import math
@@ -25,23 +25,24 @@ else:  # in a program, where it lies beside this module
     from standpoints import best_camera, view_of, within
 
 MOMENTS = 160
-"""Moments of the recording at which is asked what moves."""
+"""Number of moments of the recording at which motion is sampled."""
 SMALL = 0.4
-"""Part of the picture's width or height, below which subjects are so small that the camera has to go along."""
+"""Share of the picture's width or height below which subjects are so small that the camera tracks them."""
 WINDOW, CALM = 0.7, 0.9
-"""Time [s of film] about a moment whose motion is in the picture then, and over which a camera's way is smoothed."""
+"""Time [s of film]: how far before and after a moment its motion has to be in the picture, and over which the path of a
+tracking camera is smoothed."""
 STEP = 0.2
-"""Time [s of film] between two places of a camera that goes along."""
+"""Time between two keyframes of a tracking camera [s of film]."""
 NEAREST = 0.3
-"""Smallest distance of a camera that goes along, as a part of that from which all would be seen."""
+"""Smallest distance of a tracking camera, as a fraction of the distance at which everything is in the picture."""
 
 
 def directed(film: dict, states: Any) -> dict:
-    """Return a film with all decided.
+    """Return a film in which everything is decided.
 
     Args:
-        film: What `render.py` says, see `cadence.film_of`.
-        states: The recorded ones, see `playback.States`.
+        film: Constants of `render.py`, see `cadence.film_of`.
+        states: Recorded states, see `playback.States`.
     """
     auto = film.get("auto")
     if not auto or not hasattr(states, "tracks") or not film["cameras"]:
@@ -69,7 +70,7 @@ def directed(film: dict, states: Any) -> dict:
 
 
 def _size(camera: dict, tracks: np.ndarray) -> float:
-    """What fills the height of the picture [m]."""
+    """Length that fills the height of the picture [m]."""
     if "pos" in camera and "look_at" in camera:
         away = float(np.linalg.norm(np.subtract(camera["look_at"], camera["pos"])))
         return max(2 * away * math.tan(math.radians(camera["fov"]) / 2), 1e-6)
@@ -77,14 +78,14 @@ def _size(camera: dict, tracks: np.ndarray) -> float:
 
 
 def _along(camera: dict, film: dict, states: Any) -> dict:
-    """Return the camera, or one that goes along where subjects are small compared with their way."""
+    """Return the camera, or one that tracks the subjects if these are too small in the picture."""
     frame, still = camera["frame"], {key: value for key, value in camera.items() if key != "frame"}
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
     shown, times = _film_times(shots)
     clouds = [states.bounds(film["auto"]["moving"], float(t)) for t in times]
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
-    if not all(map(len, clouds)):  # nothing is left to go along with
+    if not all(map(len, clouds)):  # there is nothing to track
         return still
     spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
     if np.median(spans) >= SMALL:
@@ -114,7 +115,7 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
 
 
 def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
-    """Times of the film [s], STEP apart or less, and the simulated ones [s] that it shows then, shape (n,)."""
+    """Times of the film [s], at most STEP apart, and the simulated times [s] shown then, shape (n,) each."""
     shown, times, begin = [0.0], [shots[0]["from"]], 0.0
     for shot in shots:
         long = (shot["to"] - shot["from"]) / shot["speed"]
@@ -126,7 +127,7 @@ def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
-    """Points of what stands where things move, as far as it is near: without it their motion means nothing."""
+    """Nearby points of a static body, which give the motion context; none if the body is far away."""
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     room = float((high - low).max())
     apart = np.maximum(static.min(axis=0) - high, low - static.max(axis=0)).max() if len(static) else np.inf
@@ -134,7 +135,7 @@ def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
 
 
 def _turned_lights(lights: dict, before: dict, after: dict) -> dict:
-    """Return the lights of a studio, which stand around the camera, turned with it."""
+    """Return the lights of a studio, turned about z as far as the camera was."""
 
     def azimuth(camera: dict) -> float:
         x, y, _ = np.subtract(camera["look_at"], camera["pos"])

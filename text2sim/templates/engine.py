@@ -1,4 +1,4 @@
-"""Mends what is wrong with the engine, in the release that has the fault."""
+"""Fixes for faults of the engine; each applies only to a release that has the fault."""
 
 import inspect
 from hashlib import sha256
@@ -11,15 +11,16 @@ from genesis.utils import array_class
 from genesis.utils import geom as gu
 from quadrants.lang.snode import SNode
 
-PARTING = 1.0  # speed at which contacts of the sap coupler part at most [m/s]
-ROOM = 4  # times as many contacts of rigid triangles with tetrahedra as the sap coupler has room for
+PARTING = 1.0  # largest speed at which the SAP coupler separates overlapping bodies [m/s]
+ROOM = 4  # factor on the number of contacts between rigid triangles and tetrahedra that the SAP coupler allocates
 
 
 def mend(sap: bool = False) -> None:
-    """Mends the engine; call before `gs.init`, once in a process.
+    """Applies the fixes. Call once per process, before `gs.init`.
 
     Args:
-        sap: Whether its sap coupler is needed: what is mended of that would have all kernels compiled anew.
+        sap: Whether the scene uses the SAP coupler. Its fixes cause all kernels to be compiled again, so other scenes
+            do without them.
     """
     _mend_cylinders()
     if sap:
@@ -29,10 +30,10 @@ def mend(sap: bool = False) -> None:
 
 
 def _mend_motionless_scenes() -> None:
-    """Lets the sap coupler build a scene in which nothing rigid can move.
+    """Lets the SAP coupler build a scene in which no rigid body can move.
 
-    Genesis 1.4.5 makes fields with a column for each degree of freedom of rigid bodies, and the compiler refuses
-    fields without columns: a soft body on nothing but a floor ends in an error. They get one column that nobody reads.
+    Genesis 1.4.5 allocates fields with one column per rigid degree of freedom, and the compiler rejects fields without
+    columns. So a soft body on a bare floor would end in an error. Such fields get one unused column.
     """
     build = SAPCoupler.build
 
@@ -48,11 +49,11 @@ def _mend_motionless_scenes() -> None:
 
 
 def _mend_deep_contacts() -> None:
-    """Keeps the sap coupler from throwing bodies apart.
+    """Keeps the SAP coupler from throwing bodies apart.
 
-    Genesis 1.4.5 takes the depth of a contact for the pressure in a tetrahedron over its slope across the surface. In
-    tetrahedra that are cut along their slope that is metres, and a brick of 6 cm that fell from 10 cm left the ground
-    at 104 m/s. What parts is driven apart at no more than `PARTING`, which is still 0.1 m in each tenth of a second.
+    Genesis 1.4.5 computes the depth of a contact as the pressure in a tetrahedron divided by the pressure gradient
+    normal to the surface. If the surface is nearly parallel to the gradient, the depth comes out as metres: a brick of
+    6 cm that fell from 10 cm left the ground at 104 m/s. The fix limits the speed of separation to `PARTING`.
     """
     regularization = _DeepContacts.compute_contact_regularization
     if "vn_hat = -sap_info[i_p].phi0" not in inspect.getsource(sap_coupler.BaseContactHandler):
@@ -80,11 +81,11 @@ class _DeepContacts:
 
 
 def _mend_contact_room() -> None:
-    """Gives the sap coupler room for what touches all round.
+    """Gives the SAP coupler room for bodies that are touched all round.
 
-    Genesis 1.4.5 keeps as many contacts of rigid triangles with tetrahedra as there are surface tetrahedra or rigid
-    triangles, whichever are more, and ends in an error beyond. A body of 300 vertices in a tube of 16 staves has more:
-    a triangle touches several tetrahedra, and where staves meet a tetrahedron touches several triangles.
+    Genesis 1.4.5 allocates one contact per surface tetrahedron or per rigid triangle, whichever are more, and fails
+    beyond that. A body of 300 vertices in a tube of 16 staves has more contacts: a triangle touches several tetrahedra,
+    and where staves meet, a tetrahedron touches several triangles.
     """
     handler = sap_coupler.RigidFemTriTetContactHandler
     init = handler.__init__
@@ -106,14 +107,14 @@ def _at_least_one(sizes):
 
 
 def _mend_cylinders() -> None:
-    """Keeps cylinders on slopes.
+    """Keeps cylinders from jumping off slopes.
 
-    Genesis 1.4.5 throws a cylinder that stands on a slope metres into the air: the point of a cylinder that lies
-    farthest in a direction is moved out from the axis along what the direction has across it, and where that is little
-    but rounding (it is done from 1e-9 on), it may point along the axis. Below 1e-5 the middle of the face is as good.
+    Genesis 1.4.5 throws a cylinder that stands on a slope metres into the air. Its support point lies off the axis, in
+    the direction of the radial component of the search direction. The engine uses that component down to a length of
+    1e-9, where it is mere rounding error and may point along the axis. The fix uses the centre of the face below 1e-5.
 
-    Compiled kernels are looked up by the release of the compiler and the source of the kernel, which does not say by
-    what the functions that it calls were replaced: those of a mended engine get a release of their own.
+    The kernel cache identifies a kernel by the compiler's version and the kernel's own source, and so does not notice
+    that a function it calls was replaced. Therefore each fix changes the version.
     """
     if "> 1e-9" not in inspect.getsource(support_field._func_support_cylinder):
         return

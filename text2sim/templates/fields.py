@@ -1,6 +1,6 @@
-"""Fields: accelerations [m/s2] that fill space. The engine lets them act on mpm and pbd bodies, and on nothing else.
+"""Acceleration fields [m/s2]. The engine applies them to mpm and pbd bodies only.
 
-Those of the engine that are not here do as they say. Its own `Point` pushes where it should pull, and its `Vortex`
+`Attraction` and `Whirl` replace two fields of the engine: its `Point` pushes where it should pull, and its `Vortex`
 grows with the distance.
 """
 
@@ -11,7 +11,7 @@ import quadrants as qd
 
 @qd.data_oriented
 class Attraction(gs.force_fields.ForceField):
-    """A pull towards a point: `strength / r^falloff`."""
+    """An acceleration of `strength / r^falloff` towards a point."""
 
     def __init__(self, center, strength, falloff):
         super().__init__()
@@ -27,7 +27,7 @@ class Attraction(gs.force_fields.ForceField):
 
 @qd.data_oriented
 class Whirl(gs.force_fields.ForceField):
-    """A whirl about a vertical axis: `swirl / r^falloff` around it, `inward / r^falloff` towards it."""
+    """A vortex about a vertical axis: `swirl / r^falloff` around it and `inward / r^falloff` towards it."""
 
     def __init__(self, center, swirl, inward, falloff):
         super().__init__()
@@ -45,7 +45,7 @@ class Whirl(gs.force_fields.ForceField):
 
 @qd.data_oriented
 class Changing(gs.force_fields.ForceField):
-    """Another field times a factor, its pattern moved by a shift [m], both of which change with time."""
+    """Another field, multiplied by a factor and shifted by a displacement [m]; both change with time."""
 
     def __init__(self, field):
         super().__init__()
@@ -55,7 +55,7 @@ class Changing(gs.force_fields.ForceField):
         self._factor[None] = 1.0
 
     def change(self, factor, shift):
-        """Let it be so strong, and so far along, from now on."""
+        """Set the factor and the displacement [m] for the steps that follow."""
         self._factor[None] = factor
         self._shift[None] = shift
 
@@ -65,19 +65,20 @@ class Changing(gs.force_fields.ForceField):
 
 
 class Fields:
-    """Switches the fields on and off: (field, from [s], to [s]), and changes those of `changing` at every step.
+    """Switches the fields on and off, and updates those that change with time at every step.
 
     Args:
-        fields: The fields.
-        changing: Number of a field, its factor as a function of time (None: 1), velocity [m/s] of its pattern.
+        fields: Rows of a field, its start and its end [s].
+        changing: Rows of the index of a field, its factor as a function of time (None: 1), and the velocity of its
+            pattern [m/s].
     """
 
     def __init__(self, fields, changing=()):
         self.fields, self.active, self.changing = fields, set(), changing
 
     def __call__(self, t):
-        """Do so before the step that begins at t [s]."""
-        t += 1e-9  # a step that begins at the start of a span belongs to it, whatever the rounding
+        """Update the fields before the step that begins at t [s]."""
+        t += 1e-9  # rounding must not exclude a step that begins at `start`
         for number, (field, start, end) in enumerate(self.fields):
             if (start <= t < end) != (number in self.active):
                 field.deactivate() if number in self.active else field.activate()

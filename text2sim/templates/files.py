@@ -1,4 +1,4 @@
-"""Writes files of a run: JSON, arrays, meshes and pictures. What is there is whole: nothing is half written."""
+"""Writes the files of a run: JSON, arrays, meshes and pictures. No file is ever seen half written."""
 
 import hashlib
 import json
@@ -10,17 +10,17 @@ import numpy as np
 
 
 def write_json(path: Path, value) -> None:
-    """Writes a value as strict JSON, in one motion."""
+    """Writes a value as strict JSON, atomically."""
     _replace(path, lambda file: file.write((json.dumps(value, indent=1, allow_nan=False) + "\n").encode()))
 
 
 def write_npz(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Writes arrays uncompressed; numpy dates every member 1980, so equal arrays make equal bytes."""
+    """Writes arrays uncompressed. Equal arrays give equal bytes, since numpy dates every member 1980."""
     _replace(path, lambda file: np.savez(file, **arrays))
 
 
 def write_mesh(folder: Path, mesh) -> str:
-    """Writes a mesh of the engine, unless it is there already, and returns the name of the file."""
+    """Writes a mesh of the engine, unless its file exists, and returns the name of the file."""
     arrays = {"vertices": mesh.verts, "faces": mesh.faces, "normals": mesh.normals, "uvs": mesh.uvs}
     arrays = {
         name: np.asarray(array, np.int32 if name == "faces" else np.float32)
@@ -34,7 +34,7 @@ def write_mesh(folder: Path, mesh) -> str:
 
 
 def write_paint(folder: Path, paint) -> dict:
-    """Returns a color of the engine, and the name of its picture if it has one, which is written."""
+    """Returns the color of a surface, and the name of its texture if it has one, which is written to `folder`."""
     if not isinstance(paint, gs.textures.ImageTexture):
         return {"color": [float(x) for x in (*paint.color, 1.0)[:4]]}
     from PIL import Image
@@ -49,7 +49,7 @@ def _digest(*parts: bytes) -> str:
 
 
 def _replace(path: Path, write) -> None:
-    """Puts a file in place in one motion: a reader or a crash sees the old one or the new one, never a part."""
+    """Replaces a file atomically: after a crash there is the old file or the new one, never a part."""
     part = path.with_name(path.name + ".part")
     try:
         with part.open("wb") as file:
@@ -57,6 +57,6 @@ def _replace(path: Path, write) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(part, path)
-    except OSError as error:  # a full disk names no file
+    except OSError as error:  # the error of a full disk names no file
         part.unlink(missing_ok=True)
         raise OSError(error.errno, error.strerror, str(path)) from error

@@ -1,15 +1,15 @@
-"""Lets bodies that are made of particles weigh what they should."""
+"""Corrects the mass of bodies that consist of particles."""
 
 
 def weigh(bodies, masses):
-    """Make up for particles that are a few too many or too few for the volume that they fill.
+    """Give bodies of particles their intended mass, even if the number of particles does not match their volume.
 
-    A particle counts as a cube of the solver's particle size. What it is made of gets denser and stiffer by the same
-    factor: it moves as before, and presses on others with its true weight. Call before the scene is built.
+    A particle counts as a cube of the solver's particle size. Density and stiffness change by the same factor, so the
+    body deforms as before, and presses on others with its true weight. Call before the scene is built.
 
     Args:
         bodies: Copy name -> entity.
-        masses: Copy name -> mass [kg] that a body of particles should have.
+        masses: Copy name -> intended mass [kg].
     """
     for name, mass in masses.items():
         entity = bodies[name]

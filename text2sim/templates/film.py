@@ -1,9 +1,9 @@
-"""Films a run of Genesis from its recorded states, whether they were simulated a moment ago or long since.
+"""Films a run of Genesis from its recorded states.
 
-Nothing is drawn while the simulation runs, so a machine without OpenGL simulates all the same.
+Nothing is drawn during the simulation, so a machine without OpenGL can still simulate.
 
-    OUT/video.mp4, video_<camera>.mp4, first.png, frames/       the film, its first frame, and sampled frames
-    OUT/visibility.json                                         how much of each sampled frame each body fills
+    OUT/video.mp4, video_<camera>.mp4, first.png, frames/       the films, the first frame, and sampled frames
+    OUT/visibility.json                                         share of each sampled frame that each body fills
 """
 
 from pathlib import Path
@@ -22,11 +22,11 @@ from viewpoints import clip
 
 
 class NoOpenGL(RuntimeError):
-    """The scene cannot be drawn on this machine; whatever was recorded is unharmed."""
+    """The scene cannot be drawn on this machine. The recording is not affected."""
 
 
 def vis_options(script: dict):
-    """Background and lights for the rasteriser, which knows suns and points: a soft lamp is a sun to it."""
+    """Background and lights for the rasteriser, which has only directional and point lights; softboxes become suns."""
     import genesis as gs
 
     lights = []
@@ -44,7 +44,7 @@ def vis_options(script: dict):
 
 
 def add_cameras(scene, script: dict) -> dict:
-    """Adds the cameras to a scene that is not built yet; returns them by name."""
+    """Adds the cameras to a scene that is not yet built, and returns them by name."""
     cameras = {}
     for name, camera in script["cameras"].items():
         near, far = clip(camera)
@@ -53,18 +53,18 @@ def add_cameras(scene, script: dict) -> dict:
 
 
 def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> None:
-    """Films recorded states, whether they were simulated a moment ago or by another process.
+    """Films the recorded states of this or an earlier run of the program.
 
     Args:
-        scene: Scene of the same program, built by `build`. Its rigid state is overwritten.
-        cameras: Name -> camera that was added to the scene.
+        scene: Scene of the same program, built by `build`. The positions of its rigid bodies are overwritten.
+        cameras: Name -> camera of the scene.
         out: Folder of the run, with `states/`.
-        script: What `render.py` says, by lower-case name.
-        samples: Frames of each film to keep as `frames/<camera>_<n>.png`, each with the share of the picture that each
-            body fills.
+        script: Constants of `render.py` by lower-case name.
+        samples: Number of frames of each film to keep as `frames/<camera>_<n>.png`, and to measure for
+            `visibility.json`.
 
     Raises:
-        NoOpenGL: The machine has no usable OpenGL.
+        NoOpenGL: If the machine has no usable OpenGL.
     """
     from PIL import Image
 
@@ -95,9 +95,9 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
                 soft.show(states.around(frame.t))
             camera = cameras[frame.camera]
             view = views.view(frame.camera, frame.t, frame.part)
-            camera._fov = view.fov  # the rasteriser reads it with the pose; there is no other way to change it
+            camera._fov = view.fov  # Genesis has no public way to change it; the rasteriser reads it with the pose
             camera.set_pose(pos=view.pos, lookat=view.look_at, up=view.up)
-            # Genesis redraws when the step count moves, which it does not here: force it.
+            # Genesis redraws only after a step, and there are none here.
             image, depth = camera.render(depth=True, force_render=True)[:2]
             image = shaded(faded(image, depth, view, grounds, script["background"]), depth, view.fov)
             if frame.k in sampled:
@@ -118,14 +118,14 @@ def film(scene, cameras: dict, out: Path, script: dict, *, samples: int = 8) -> 
 
 
 def _grounds(scene) -> list:
-    """Middle [m] and half the side [m] of each ground plane that lies flat."""
+    """Centre [m] and half the side length [m] of each horizontal ground plane."""
     planes = [entity.morph for entity in scene.rigid_solver.entities if type(entity.morph).__name__ == "Plane"]
     flat = [plane for plane in planes if plane.quat is None or max(map(abs, plane.quat[1:3])) < 1e-3]
     return [(plane.pos, min(plane.plane_size) / 2) for plane in flat]
 
 
 def _hide(solver, states: States, t: float) -> None:
-    """Draws what has left the scene where no camera sees it, and what has not where it was."""
+    """Moves removed bodies out of sight, and those not yet removed back."""
     chosen = [link.idx for link in solver.links if link.parent_idx < 0]
     chosen = [k for k in chosen if states.layout["links"][k]["body"] in states.removed]
     solver.set_base_links_pos(states.poses(t)[0][chosen], chosen, relative=True)
@@ -137,7 +137,7 @@ def _open_opengl(scene, cameras: dict) -> None:
             scene.visualizer.build()
         next(iter(cameras.values())).render(force_render=True)
     except Exception as error:  # EGL, OSMesa, GLX and pyglet each raise their own
-        said = " ".join(str(error).split())[:200]  # some tell it over many lines
+        said = " ".join(str(error).split())[:200]  # some messages have many lines
         raise NoOpenGL(f"cannot draw: {said or type(error).__name__}") from error
 
 
@@ -147,7 +147,7 @@ def _shares(scene, camera, layout: dict) -> dict[str, float]:
     shares = {}
     for index in np.flatnonzero(pixels).tolist():
         key = scene.segmentation_idx_dict[index]
-        # (entity, link), as VisOptions has it by default, or the name of a body that deforms; the background is -1
+        # (entity, link) is the default of VisOptions; deformable bodies have their name, and the background has -1
         body = layout["links"][key[1]]["body"] if isinstance(key, tuple) else key
         if isinstance(body, str):
             shares[body] = shares.get(body, 0.0) + pixels[index] / pixels.sum()

@@ -1,7 +1,7 @@
-"""Gives pairs of bodies a coefficient of friction of their own.
+"""Gives pairs of bodies their own coefficient of friction.
 
-Genesis 1.4.5 knows one coefficient for each geometry, and takes the larger of the two. It is written with each contact
-before the contact forces are solved: there the pairs that have their own get it.
+Genesis 1.4.5 has one coefficient per geometry, and a contact takes the larger of the two. It stores the coefficient
+with each contact before it solves for the forces; the values of the chosen pairs are replaced there.
 """
 
 import genesis as gs
@@ -10,11 +10,11 @@ from contacts import edit_contacts
 
 
 def set_friction(bodies, rows):
-    """Set the friction of pairs; where several rows apply, the last counts.
+    """Set the friction of pairs; if several rows apply to a pair, the last one counts.
 
     Args:
         bodies: Entities of a built scene by name.
-        rows: Names of bodies, a link of theirs or None, the same of what they touch, coefficient.
+        rows: Names of bodies, their link or None for all, names and link of the bodies they touch, coefficient.
     """
     solver = bodies[rows[0][0][0]].solver
     own = torch.full((solver.n_geoms, solver.n_geoms), -1.0, dtype=gs.tc_float, device=gs.device)

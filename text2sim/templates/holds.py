@@ -1,11 +1,11 @@
-"""Points of deformable bodies that are held by the world, or by links that carry them along.
+"""Points of deformable bodies that are held by the world, or by links that carry them.
 
-A link moves the points. It feels them in a hold of pbd particles that goes both ways, and in no other.
+A link moves its points. The points act on the link only in a two-way hold of pbd particles.
 
-    fem   vertices are put where the link carries them in every substep; only what it accelerates in it is not foreseen
-    pbd   particles are put there in every step, and go on with the link's velocity meanwhile
-          both ways: they are put there in every substep, and what threads pull them off is a blow to the link
-    mpm   particles are pulled there by springs as stiff as a substep bears: at a speed v they trail by 4 substeps of v
+    fem   vertices are placed where the link will be, in every substep; the prediction neglects its acceleration
+    pbd   particles are placed in every step, and move with the link's velocity in between
+          two-way: they are placed in every substep, and the pull of the threads becomes a force on the link
+    mpm   springs, as stiff as the substep allows, pull the particles: at speed v they lag by v times 4 substeps
 """
 
 import genesis as gs
@@ -20,25 +20,29 @@ from genesis.utils.geom import qd_transform_by_trans_quat
 from points import INVERSE, Points, array, assign, choose, each_substep, rotate, tensor
 
 FIRM, SHAKY = 0.5, 0.8
-"""Angular frequency times substep of a spring that holds firmly, and from which on one shakes; at 2 it explodes."""
+"""Angular frequency times substep: of the springs of a firm hold, and the limit above which springs vibrate. At 2 they
+are unstable."""
 LEAST = 1e-6
-"""Least inverse mass [1/kg] of a holder: that of the world is zero."""
+"""Smallest inverse mass [1/kg] assumed for a holder; that of the world is zero."""
 
 
 class Hold:
-    """Points that are held from a time on.
+    """Holds points of a body from a given time on.
 
     Args:
         scene: The built scene, before its first step.
         body: The deformable body.
-        pose: Where its frame is at the start: position [m], quaternion.
-        region: What of it is held.
-        count: How many points of the region, evenly spread; None: all of them.
-        to: Links that hold it, each the points that are nearest to it; none: the world.
-        stiffness: Springs of this stiffness in all [N/m]; None: firmly.
-        both_ways: Whether the links feel the points; for pbd.
-        start: Time [s].
-        until: Times [s] or names of events at which it ends, whichever comes first.
+        pose: Pose of its frame at the start: position [m], quaternion.
+        region: Region that is held, one of the functions of `points.py`.
+        count: Number of points of the region, evenly spread; None: all.
+        to: Links that hold it; each takes the points nearest to it. If empty, the world holds them.
+        stiffness: Total stiffness of the springs [N/m]; None: hold firmly.
+        both_ways: Whether the points act on the links; pbd only.
+        start: Time at which the hold begins [s].
+        until: Times [s] or names of events; the first of them ends the hold.
+
+    Raises:
+        ValueError: If there are fewer points than links, or the springs are too stiff for the substep.
     """
 
     def __init__(
@@ -79,7 +83,7 @@ class Hold:
         self.grip = (_Fem if self.points.fem else _Mpm if self.points.mpm else pbd)(self)
 
     def begin(self):
-        """Take hold: every point stays where it is now, seen from what holds it."""
+        """Begin to hold: every point keeps its present place in the frame of its holder."""
         self.active = True
         at = self.points.positions()
         self.owner = np.zeros(len(self.chosen), dtype=int)
@@ -99,7 +103,7 @@ class Hold:
         self.grip.begin()
 
     def look(self):
-        """Look where the links are, and how they move."""
+        """Read poses and velocities of the links."""
         if self.links:
             get = (
                 self.rigid.get_links_pos,
@@ -112,7 +116,7 @@ class Hold:
             )
 
     def carried(self, later):
-        """Where the links will have carried the points in a while [s], and their speeds there: (n, 3) [m], [m/s]."""
+        """Return positions [m] and velocities [m/s] of the held points `later` [s] from now, each (n, 3)."""
         if not self.links:
             return self.at, np.zeros_like(self.at)
         places, speeds = np.empty_like(self.at), np.empty_like(self.at)
@@ -125,13 +129,13 @@ class Hold:
 
 
 class Holds:
-    """Begins and ends the holds when their time has come."""
+    """Begins and ends the holds at their times or events."""
 
     def __init__(self, holds, happened=None):
         self.holds, self.happened = holds, {} if happened is None else happened
 
     def __call__(self, t):
-        """Do what is to be done before the step that begins at t [s]."""
+        """Update the holds before the step that begins at t [s]."""
         for hold in self.holds:
             if hold.over:
                 continue
@@ -144,7 +148,7 @@ class Holds:
                 hold.grip.step()
 
     def _is_over(self, hold, end, t):
-        if isinstance(end, str):  # what happened before it was held does not let it go
+        if isinstance(end, str):  # an event before the hold began does not end it
             return self.happened.get(end, -1.0) >= hold.start
         return t >= end - 1e-9
 
@@ -165,7 +169,7 @@ class _Pbd:
     def end(self):
         if self.hold.rigid.is_active:
             self.entity.release_particle(self.hold.chosen)
-        else:  # `release_particle` looks for links, of which there are none
+        else:  # `release_particle` needs links, and there are none
             chosen = torch.as_tensor(
                 self.hold.chosen[None] + self.entity.particle_start, dtype=gs.tc_int, device=gs.device
             )
@@ -173,12 +177,12 @@ class _Pbd:
 
 
 class _Mutual:
-    """Particles that a link carries, and that pull at it.
+    """Particles that a link carries, and that act on the link.
 
-    A held particle goes with its link, as if it were a part of it, and then threads and contacts move it: they have
-    given it the momentum `m dv`, which belongs to the link and becomes a force `m dv / h` on it in the next substep.
-    So the link gets what the cloth loses. `m` is the link's mass as the point feels it, shared among its points:
-    threads then move the particle as far as they could move the link.
+    In each substep a held particle first moves with its link as if it were a part of it. Then threads and contacts give
+    it a momentum `m dv`, which is passed on to the link as a force `m dv / h` in the next substep. So momentum is
+    conserved. `m` is the link's effective mass at the point, divided by its number of points: the threads move the
+    particle as far as they would move the link.
     """
 
     def __init__(self, hold):
@@ -223,7 +227,7 @@ class _Mutual:
             if self.hold.active:
                 _feel(solver.particles, *self.rows, self.mass, self.hold.h, links)
 
-        # Between gravity, which the link has felt already, and the threads.
+        # Between gravity, which already acts on the link, and the threads.
         solver._kernel_apply_external_force, solver.substep_post_coupling = carried, felt
 
 
@@ -266,20 +270,20 @@ def _feel(
 
 
 class _Mpm:
-    """The engine's springs: each particle is damped critically, against the world."""
+    """The engine's springs, critically damped with respect to the world."""
 
     def __init__(self, hold):
         self.hold, self.entity = hold, hold.points.entity
 
     def begin(self):
         hold = self.hold
-        # Shared out by mass, so that all particles swing alike; theirs are equal.
+        # All particles have the same mass, so equal shares of the stiffness give equal frequencies.
         firm = (FIRM / hold.h) ** 2 * hold.mass
         stiffness = float(firm if hold.stiffness is None else hold.stiffness) / len(hold.chosen)
         for k, link in enumerate(hold.links):
             self.entity.set_particle_constraints(self._mask(hold.owner == k), link, stiffness)
         if not hold.links:
-            # The method of the entity wants a link; where there is none the target stays where the particle is.
+            # `set_particle_constraints` needs a link; the kernel takes -1 and holds each particle where it is.
             solver = self.entity.solver
             if not solver._constraints_initialized:
                 solver.init_constraints()
@@ -302,14 +306,14 @@ class _Mpm:
 
 
 class _Fem:
-    """Vertices that are put where they belong, or pulled by springs that are damped critically, against the link.
+    """Vertices that are placed, or pulled by springs that are critically damped with respect to the link.
 
-    The engine's own constraint does not follow links under its coupler for fem bodies, and has no springs there.
+    Under the SAP coupler the engine's own constraint neither follows links nor has springs.
     """
 
     def __init__(self, hold):
         self.hold, self.entity, self.hooked = hold, hold.points.entity, False
-        # Under this coupler links have not moved yet when a substep of the vertices begins, under the other they have.
+        # Links move after the vertices under the SAP coupler, and before them under the others.
         self.ahead = hold.h if isinstance(self.entity.sim.coupler, SAPCoupler) else 0.0
 
     def begin(self):
@@ -336,15 +340,15 @@ class _Fem:
             self.entity.update_constraint_targets(hold.chosen, tensor(places))
             return
         at, velocities = hold.points.positions()[hold.chosen], hold.points.velocities()
-        pull = hold.stiffness / hold.mass  # by mass, so that all vertices swing alike
+        pull = hold.stiffness / hold.mass  # in proportion to mass, so that all vertices oscillate at one frequency
         off, fast = at - places, velocities[hold.chosen] - speeds
-        # Never more than all of the speed is damped away, however long the substep.
+        # `expm1`, so that damping never reverses a velocity, however long the substep.
         velocities[hold.chosen] -= hold.h * pull * off - np.expm1(-2.0 * np.sqrt(pull) * hold.h) * fast
         hold.points.set_velocities(velocities)
 
 
 def _turned(quat, vector):
-    """Turn a frame by a small rotation vector [rad] in the world."""
+    """Return a quaternion, rotated further by a rotation vector [rad] in the world frame."""
     angle = np.linalg.norm(vector)
     if angle < 1e-12:
         return quat

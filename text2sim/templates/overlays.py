@@ -1,23 +1,24 @@
-"""What is written into the pictures of a film: title, time, measured values, the first picture in a corner, replays."""
+"""Overlays of a film: title, time, playback speed, measured values, replay marks, and the first picture in a corner."""
 
 from typing import Any
 
 import numpy as np
 
 TITLE = 3.0
-"""How long [s of film] the title stays; it fades out in the last half second of it."""
+"""Time for which the title is shown [s of film]."""
 FADE = 0.5
+"""Last part of that time, in which the title fades out [s of film]."""
 INSET = 0.24
-"""Width of the first picture in the corner, as a part of the picture's."""
+"""Width of the inset, as a fraction of the picture's width."""
 
 
 class Overlay:
-    """Writes into the pictures of a film.
+    """Draws overlays into the pictures of a film.
 
     Args:
-        film: What `render.py` says.
-        values: Function of the simulated time that returns rows of text, such as `height 0.52 m`; none if nothing was
-            measured yet.
+        film: Constants of `render.py`.
+        values: Function of the simulated time [s] that returns rows of text, such as `height 0.52 m`; None if there are
+            no measured values yet.
     """
 
     def __init__(self, film: dict, values: Any = None):
@@ -26,10 +27,10 @@ class Overlay:
         self._first: np.ndarray | None = None
 
     def draw(self, image: np.ndarray, frame: Any) -> np.ndarray:
-        """Return a picture, shape (height, width, 3), uint8, with what is to be read in it.
+        """Return a picture with its overlays, shape (height, width, 3), uint8.
 
         Args:
-            image: The picture; the first one of a film comes first.
+            image: The picture, of the same shape; the first call gets the first picture of the film.
             frame: One of `cadence.frames`.
         """
         wanted = self._overlay
@@ -67,12 +68,12 @@ class Overlay:
         return np.asarray(Image.alpha_composite(picture.convert("RGBA"), layer).convert("RGB"))
 
     def _title(self, frame: Any) -> float:
-        """How much of the title is seen."""
+        """Opacity of the title, 0 to 1."""
         return float(np.clip((TITLE - frame.k / self._fps) / FADE, 0.0, 1.0))
 
 
 def _fitting(text: str, font: Any, width: float) -> str:
-    """As much of a text as fits into a width [pixels]."""
+    """Shorten a text to a width [pixels]."""
     if font.getlength(text) <= width:
         return text
     while text and font.getlength(text + "…") > width:
@@ -81,11 +82,11 @@ def _fitting(text: str, font: Any, width: float) -> str:
 
 
 def _pace(frame: Any, *, told: bool) -> str:
-    """What is said of a picture whose time does not go on as before: nobody may take a second view for a second event.
+    """Return the text for playback speed and replay. Replays are always marked: none may look like a second event.
 
     Args:
         frame: The picture.
-        told: Whether the speed is told.
+        told: Whether to show the speed outside replays.
     """
     speed = f"{frame.speed:.2g} x" if told and abs(frame.speed - 1) > 1e-6 else ""
     if not frame.again:
@@ -94,7 +95,7 @@ def _pace(frame: Any, *, told: bool) -> str:
 
 
 def _write(pen: Any, at: tuple[float, float], text: str, font: Any, anchor: str, shown: float) -> None:
-    """Write a row in white with a dark shadow, which is read on anything."""
+    """Write a row in white with a dark shadow, which is legible on any background."""
     away = max(1, round(font.size / 16))
     for x, y, ink in ((away, away, (16, 18, 20, round(170 * shown))), (0, 0, (255, 255, 255, round(250 * shown)))):
         pen.text((at[0] + x, at[1] + y), text, font=font, anchor=anchor, fill=ink)

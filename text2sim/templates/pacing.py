@@ -1,46 +1,46 @@
-"""How quickly a film goes that nobody paced: waiting is left out, and the decisive moment is slowed down."""
+"""Playback speed of a film for which the author gave none: waiting is cut, and the decisive moment is slowed down."""
 
 import numpy as np
 
 STILL = 0.02
-"""What moves less than this part of the picture's height does not move."""
+"""Speed [picture heights / s] below which bodies count as at rest."""
 WAIT = 0.8
-"""Time [s of film] for which nothing may happen: at the end, and in between."""
+"""Longest rest that is shown [s of film], at the end and in between."""
 LEAD = 0.5
-"""Time [s of film] before the first motion."""
+"""Time before the first motion [s of film]."""
 SHORT, LONG = 3.0, 30.0
-"""Length of a film [s] below which all of it is slowed down, and above which it is quickened."""
+"""Length of a film [s] below which all of it is slowed down, and above which it is sped up."""
 ROUND = 0.7
-"""Speed from which on all goes as quickly as in life: nobody would see the difference."""
+"""Speed above which a slowed film runs at speed 1 instead: nobody would see the difference."""
 SUDDEN = 5.0
-"""A moment is decisive if speeds change there this many times as much as they do at quiet times,"""
+"""A moment is decisive if velocities change there this many times as much as at quiet times."""
 FAST = 0.7
-"""and if things move more than this many heights of the picture in a second of film."""
+"""Besides, bodies must move faster there than this [picture heights / s of film]."""
 BEFORE, AFTER = 0.5, 1.5
-"""Time [s of film] for which that is shown slowly before and after it."""
+"""Time before and after the decisive moment that is shown in slow motion [s of film]."""
 SLOWEST = 0.1
 ALIKE = 0.6
-"""Part of the largest change, from which on a moment is as decisive; the first one counts."""
+"""The first change of at least this share of the largest is the decisive moment."""
 MOST, TAIL, QUICK = 0.85, 2.5, 4.0
-"""When this part of all motion is over, the rest lasts no longer than this [s of film], and goes by this much faster at
-most: what swings on, or rolls out."""
+"""Once this share of all motion is over, the rest is sped up to this length [s of film], by at most this factor: bodies
+that swing or roll to rest."""
 
 
 def shots_of(times: np.ndarray, tracks: np.ndarray, size: float, camera: str) -> list[dict]:
-    """Return shots that leave waiting out and slow the decisive moment down.
+    """Return shots that cut waiting and slow the decisive moment down.
 
     Args:
         times: Moments [s], shape (T,).
-        tracks: Points of all that moves at these [m], shape (T, n, 3).
-        size: What fills the picture [m].
-        camera: Name of the camera that takes them.
+        tracks: Points of all moving bodies at these moments [m], shape (T, n, 3).
+        size: Length that fills the height of the picture [m].
+        camera: Name of the camera of the shots.
     """
     step = float(times[1] - times[0])
     moves = np.linalg.norm(np.diff(tracks, axis=0), axis=2).max(axis=1) / size / step > STILL
     if not moves.any():
         return [_shot(camera, times[0], times[-1], 1.0, 0.0)]
     first, last = (int(k) for k in np.flatnonzero(moves)[[0, -1]])
-    # What creeps is not at rest: where it ends counts as well.
+    # Bodies that creep are below the speed, but not at rest until they are near their final place.
     while last < len(times) - 2 and np.linalg.norm(tracks[-1] - tracks[last + 1], axis=1).max() > STILL * size:
         last += 1
     begin, end = times[first], times[last + 1]
@@ -75,7 +75,7 @@ def _shot(camera: str, start: float, end: float, speed: float, hold: float) -> d
 
 
 def _decisive(times: np.ndarray, tracks: np.ndarray, size: float, pace: float) -> tuple[float, float, float] | None:
-    """Return the span [s] about the moment at which speeds change most, and how slowly it is shown; None if none is."""
+    """Return the span [s] of the decisive moment, and its playback speed; None if there is no such moment."""
     step = float(times[1] - times[0])
     speeds = np.diff(tracks, axis=0) / size / step
     jumps = np.linalg.norm(np.diff(speeds, axis=0), axis=2).mean(axis=1)
@@ -93,7 +93,7 @@ def _decisive(times: np.ndarray, tracks: np.ndarray, size: float, pace: float) -
 def _waits(
     times: np.ndarray, moves: np.ndarray, first: int, last: int, pace: float
 ) -> list[tuple[float, float, float]]:
-    """Return spans [s] in between in which nothing moves for longer than is shown, and how quickly they go by."""
+    """Return spans [s] of rest that are too long to be shown in full, and their playback speeds."""
     found, k = [], first
     while k <= last:
         end = k

@@ -1,4 +1,4 @@
-"""What is painted on an unfolded body sheet by sheet: cartons, crates, books, pips, and what is written on it."""
+"""Patterns that are painted on the sheets of an unfolded body: cartons, crates, books, pips and labels."""
 
 from typing import Any
 
@@ -14,14 +14,14 @@ else:
 LARGEST = 2048
 """Longest side of a picture [pixels]."""
 FINEST = 640
-"""Pixels along the longest side of a sheet, where there is room."""
+"""Pixels along the longest side of a sheet, if `LARGEST` allows it."""
 GAP = 0.02
-"""Between sheets, as a part of the widest."""
+"""Gap between sheets, as a fraction of the widest."""
 TAPE = (0.55, 0.36, 0.17)
 PRINT = (0.16, 0.12, 0.08)
 PAGES = (0.93, 0.90, 0.82)
 LABELLED = 0.4
-"""Smallest part of the largest sheet that gets what is written on a body."""
+"""Sheets with at least this share of the largest sheet's area get the label."""
 PIPS = {
     1: ((0, 0),),
     2: ((-1, 1), (1, -1)),
@@ -42,11 +42,11 @@ def places(sheets: list[Sheet]) -> tuple[np.ndarray, tuple[float, float]]:
 
 
 def painted(dress: Dress, sheets: list[Sheet], own: tuple[float, ...]) -> np.ndarray:
-    """Return the picture of all sheets: red, green, blue and alpha, 0 to 1, shape (h, w, 4), upper row first.
+    """Return one picture of all sheets: red, green, blue and alpha, 0 to 1, shape (h, w, 4), top row first.
 
     Args:
-        dress: What lies over the surface.
-        sheets: Of the body.
+        dress: Pattern and label of the surface.
+        sheets: Sheets of the body.
         own: Colour of the body, sRGB.
     """
     from PIL import Image
@@ -75,7 +75,7 @@ def _ink(color: Any, alpha: float | None = None) -> tuple[int, ...]:
 
 
 class _Pen:
-    """Draws in metres from the lower left corner, over what is there."""
+    """Draws over a picture, in metres from its lower left corner."""
 
     def __init__(self, picture: Any, scale: float):
         self.picture, self.scale = picture, scale
@@ -101,7 +101,7 @@ class _Pen:
 
 
 def _cut(dress: Dress, sheet: Sheet, sheets: list[Sheet], own: Any, size: tuple[int, int]) -> Any:
-    """Return a sheet's part of a pattern that repeats itself."""
+    """Return a sheet covered with a repeating pattern."""
     from PIL import Image
 
     is_round = sheets[0].name == "side"
@@ -141,7 +141,7 @@ def _carton(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any
             pen.box(w / 2 - seam, 0, w / 2 + seam, h, PRINT, 0.8)
             pen.box((w - tape) / 2, 0, (w + tape) / 2, h, color, 0.78)
         return
-    if (sheet.name[1] == "x") == along_x:  # where the tape's ends hang down
+    if (sheet.name[1] == "x") == along_x:  # the sides over which the ends of the tape hang
         end = min(0.24 * h, 1.2 * tape)
         for y in (0.0, h - end):
             pen.box((w - tape) / 2, y, (w + tape) / 2, y + end, color, 0.78)
@@ -151,7 +151,7 @@ def _carton(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any
 
 
 def _arrows(pen: _Pen, x: float, y: float, tall: float) -> None:
-    """Print this way up."""
+    """Print the arrows that mean "this way up"."""
     for step in (0.0, 0.55 * tall):
         a = x + step
         pen.polygon([(a, y + 0.55 * tall), (a + 0.2 * tall, y + tall), (a + 0.4 * tall, y + 0.55 * tall)], PRINT, 0.85)
@@ -160,7 +160,7 @@ def _arrows(pen: _Pen, x: float, y: float, tall: float) -> None:
 
 
 def _address(pen: _Pen, x: float, y: float, wide: float, tall: float) -> None:
-    """Stick a label on with lines and bars."""
+    """Draw an address label with lines and a bar code."""
     pen.box(x, y, x + wide, y + tall, (0.95, 0.94, 0.91))
     for row, part in enumerate((0.8, 0.55, 0.68)):
         top = y + tall * (0.88 - 0.14 * row)
@@ -183,7 +183,7 @@ def _crate(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any)
             a = x + board * chance.random()
             pen.box(a, frame, a + 0.03 * board, h - frame, (0, 0, 0), 0.1)
         pen.box(x, frame, x + 0.07 * board, h - frame, INK, 0.8)
-    for k in range(4):  # the frame stands out, and throws a shadow
+    for k in range(4):  # shadow of the frame
         d = 0.16 * frame * (4 - k) / 4
         pen.box(frame, h - frame - d, w - frame, h - frame, (0, 0, 0), 0.22)
         pen.box(frame, frame, frame + d, h - frame, (0, 0, 0), 0.22)
@@ -259,7 +259,7 @@ def _pips(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) 
 
 
 def _write(picture: Any, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:
-    """Write on a sheet what is to be read on the body."""
+    """Write the label on a sheet, if the sheet gets one."""
     if sheets[0].name == "side":
         flat = len(sheets) > 1 and sheets[0].height < 0.6 * sheets[1].width
         if (sheet.name == "side") == flat:
@@ -280,7 +280,17 @@ def _letters(dress: Dress, own: Any) -> Any:
 
 
 def _fit(picture: Any, text: str, ink: Any, room: Any, *, at: Any, plate: Any, upended: bool = False) -> None:
-    """Write a line as large as fits into a part of a picture, about a place counted from its upper left corner."""
+    """Write a line of text as large as it fits.
+
+    Args:
+        picture: The picture.
+        text: The text.
+        ink: Colour of the text, sRGB.
+        room: Width and height of the space for the text, as fractions of the picture's.
+        at: Centre of the text, as fractions of the picture's size from its upper left corner.
+        plate: Colour of a plate behind the text; None for no plate.
+        upended: Whether the text runs upwards.
+    """
     from PIL import Image, ImageDraw, ImageFont
 
     wide, tall = room[0] * picture.width, room[1] * picture.height

@@ -1,7 +1,7 @@
-"""Patterns of surfaces: pictures with alpha that lie over a body's colour, computed here.
+"""Patterns of surfaces: computed pictures with alpha that are laid over a body's colour.
 
-What repeats itself is one tile for all bodies; what depends on where a face ends, and what is written on, is painted
-sheet by sheet of the unfolded body (`painting.py`).
+Repeating patterns are one tile for all bodies. Labels, and patterns that depend on the edges of a face, are painted on
+the sheets of the unfolded body (`painting.py`).
 """
 
 from dataclasses import dataclass
@@ -12,21 +12,21 @@ import numpy as np
 CREAM, INK = (0.965, 0.945, 0.9), (0.08, 0.07, 0.065)
 MORTAR = (0.72, 0.69, 0.64)
 JOINT = 0.62
-"""Opacity of the shadow between boards and tiles that were given no colour."""
+"""Opacity of the joints between tiles if the pattern has no colour."""
 BRIGHT = 0.55
-"""Brightness of a colour from which on a pattern on it is dark, if it was given no colour."""
+"""Brightness of a body from which on a pattern without a colour is dark."""
 
 
 @dataclass(frozen=True)
 class Dress:
-    """What lies over a surface; equal ones share their pictures."""
+    """Pattern and label of a surface; equal dresses share their pictures."""
 
     kind: str = ""
-    """Of the pattern; none if empty."""
+    """Kind of the pattern; empty if there is none."""
     size: float | None = None
-    """[m]; None: as fits the body."""
+    """Size of the pattern [m]; None: derived from the body."""
     color: tuple[float, ...] | None = None
-    """sRGB, 0 to 1; None: as fits the body's."""
+    """Colour of the pattern, sRGB, 0 to 1; None: contrasts with the body."""
     turned: bool = False
     text: str = ""
     ink: tuple[float, ...] | None = None
@@ -34,12 +34,12 @@ class Dress:
 
     @property
     def repeats(self) -> bool:
-        """Whether one tile serves all of a body."""
+        """Whether one tile covers the whole body."""
         return self.kind in TILES and not self.text
 
 
 def dress_in(look: dict) -> Dress | None:
-    """Return what a look of `looks.json` has over its colour; None if that is nothing."""
+    """Return the pattern and label of a look in `looks.json`; None if it has neither."""
     pattern, label = look.get("pattern"), look.get("label")
     if not pattern and not label:
         return None
@@ -49,18 +49,18 @@ def dress_in(look: dict) -> Dress | None:
 
 @dataclass(frozen=True)
 class Tile:
-    """A picture that joins itself at its edges."""
+    """A picture whose opposite edges match."""
 
     picture: np.ndarray
     """Red, green, blue and alpha, 0 to 1, shape (h, w, 4)."""
     relief: np.ndarray | None
     """Height, 0 to 1, shape (h, w)."""
     period: tuple[float, float]
-    """Width and height, in sizes of the pattern."""
+    """Width and height, in units of the pattern's size."""
 
 
-# How many sizes wide and high the parts of a pattern are, of which a whole number fits on a face (0: any), and into how
-# many parts the middle or, of the last number, the circumference is cut where no size is given.
+# Width and height of a part of the pattern, in units of its size; a whole number of parts fits on a face (0: any
+# number). Then, for patterns without a size: number of parts along the middle extent, and around the circumference.
 TILES = {
     "planks": ((1.0, 0.0), 5, 18),
     "bricks": ((0.5, 1 / 3), 4, 12),
@@ -71,12 +71,11 @@ TILES = {
     "dots": ((2.0, 1.0), 8, 16),
 }
 PLAIN = ("planks", "bricks", "tiles")
-"""Patterns that look the same whatever the colour of the body is."""
-PAINTED = ("carton", "crate", "book", "pips")
+"""Patterns that do not depend on the colour of the body."""
 DEPTH = {"planks": 0.02, "bricks": 0.03, "tiles": 0.01}
-"""Depth of the relief, in sizes."""
+"""Depth of the relief, in units of the pattern's size."""
 LONG = 0.3
-"""Longest that a brick, a board's width or a tile is where no size is given [m]."""
+"""Largest derived size of a pattern [m]."""
 
 
 def size_for(kind: str, extents: np.ndarray, *, is_round: bool) -> float:
@@ -97,7 +96,7 @@ def size_for(kind: str, extents: np.ndarray, *, is_round: bool) -> float:
 
 
 def fitted(kind: str, size: float, width: float, height: float) -> tuple[float, float]:
-    """Return the factors on lengths with which a whole number of parts fits on a sheet.
+    """Return the factors on width and height with which a whole number of parts fits on a sheet.
 
     Args:
         kind: Kind of the pattern.
@@ -113,7 +112,7 @@ def fitted(kind: str, size: float, width: float, height: float) -> tuple[float, 
 
 
 def contrast(color: tuple[float, ...]) -> tuple[float, ...]:
-    """Return a colour that is told apart from one in sRGB."""
+    """Return a colour that contrasts with the given one, both sRGB."""
     if np.dot(color[:3], (0.21, 0.72, 0.07)) < BRIGHT:
         return CREAM
     return tuple(0.4 * x for x in color[:3])
@@ -125,9 +124,9 @@ def tile(kind: str, color: tuple[float, ...] | None, own: tuple[float, ...], *, 
 
     Args:
         kind: One of `TILES`.
-        color: sRGB, if the author gave one.
-        own: Colour of the body.
-        joints: Whether boards end; staves do not.
+        color: Colour of the pattern, sRGB; None if the author gave none.
+        own: Colour of the body, sRGB.
+        joints: Whether planks have ends; the staves of a round body have none.
     """
     return _MAKERS[kind](color, own, joints)
 
@@ -137,7 +136,7 @@ def _canvas(width: int, height: int) -> np.ndarray:
 
 
 def _lay(canvas: np.ndarray, color, alpha: np.ndarray) -> None:
-    """Lay a colour over what is there."""
+    """Blend a colour over the canvas."""
     under = canvas[..., 3] * (1 - alpha)
     total = alpha + under
     mixed = (np.asarray(color)[:3] * alpha[..., None] + canvas[..., :3] * under[..., None]) / np.maximum(total, 1e-9)[
@@ -181,7 +180,7 @@ def _planks(color, own, joints) -> Tile:
 
 
 def _streaks(shape: tuple[int, int], seed: int) -> np.ndarray:
-    """Return fine lines along v that join themselves, 0 to 1."""
+    """Return fine lines along v, 0 to 1, whose opposite edges match."""
     height, width = shape
     noise = np.random.default_rng(seed).standard_normal(shape)
     fv, fu = np.fft.fftfreq(height)[:, None] * height, np.fft.fftfreq(width)[None] * width

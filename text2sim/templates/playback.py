@@ -1,4 +1,4 @@
-"""The recorded states of a run, read back: where everything is at any time between the first frame and the last."""
+"""Playback of the recorded states of a run: poses at any time between the first frame and the last."""
 
 import json
 from pathlib import Path
@@ -6,34 +6,32 @@ from typing import NamedTuple
 
 import numpy as np
 
-QUATERNION_AT = {"free": 3, "ball": 0}  # within the joint's slice of qpos
-# The 26 ways from the middle of a cube: the outermost points along them are what a frame has to show.
+QUATERNION_AT = {"free": 3, "ball": 0}  # offset of the quaternion in the joint's slice of qpos
+# 26 directions; the outermost points of a body along them stand for its extent.
 WAYS = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z], float)
-
 AWAY = np.array([0.0, 0.0, -1e5])
-"""Where what has left the scene is shown [m]: beyond what any camera sees."""
-
+"""Position of removed bodies [m], out of sight of any camera."""
 TRACKED = 48
-"""Most points of a body that deforms whose ways are told."""
+"""Largest number of points of a deformable body that `States.tracks` returns."""
 
 
 class Boxes(NamedTuple):
-    """Boxes around what is drawn, one for each mesh of a link and for each body that deforms."""
+    """Bounding boxes, one for each visual mesh of a link and for each deformable body."""
 
     names: list[str]
-    """Of the copies."""
+    """Names of the copies."""
     link: np.ndarray
-    """Row of its poses; of a body that deforms -1 - its number, shape (n,)"""
+    """Index of the link; for a deformable body -1 minus its index, shape (n,)."""
     center: np.ndarray
-    """In the link's frame [m], shape (n, 3)"""
+    """Centre in the link's frame [m], shape (n, 3)."""
     half: np.ndarray
-    """Half sizes [m], shape (n, 3)"""
+    """Half sizes [m], shape (n, 3)."""
     quat: np.ndarray
-    """In the link's frame, shape (n, 4)"""
+    """Orientation in the link's frame, shape (n, 4)."""
     color: np.ndarray
-    """sRGB, 0 to 1, shape (n, 3)"""
+    """Colour, sRGB, 0 to 1, shape (n, 3)."""
     solid: np.ndarray
-    """Whether it hides what is behind it, shape (n,)"""
+    """Whether it hides bodies behind it, shape (n,)."""
 
 
 class States:
@@ -42,8 +40,8 @@ class States:
     Attributes:
         layout: Content of `layout.json`.
         time: Times of the recorded frames [s], shape (F,).
-        soft: States of bodies that deform; None if there is none.
-        removed: When bodies left the scene [s], by copy.
+        soft: States of deformable bodies; None if there are none.
+        removed: Time of removal [s] by copy.
     """
 
     def __init__(self, out: Path):
@@ -82,7 +80,7 @@ class States:
         return (1 - w) * pos[a] + w * pos[b]
 
     def qpos(self, t: float) -> np.ndarray:
-        """Generalized positions at time `t`, shape (Q,): linear in between, spherically linear for orientations."""
+        """Generalized positions at time `t` [s], shape (Q,): interpolated linearly, quaternions by `slerp`."""
         i, j, w = self.around(t)
         a, b = self._qpos[i].astype(float), self._qpos[j].astype(float)
         qpos = (1 - w) * a + w * b
@@ -90,14 +88,14 @@ class States:
         return qpos.astype(np.float32)
 
     def gone(self, t: float) -> np.ndarray:
-        """Whether each link is of a body that has left the scene by time `t`, shape (L,)."""
+        """Whether the body of each link has been removed by time `t` [s], shape (L,)."""
         left = {body for body, when in self.removed.items() if t > when + 1e-9}
         return np.array([link["body"] in left for link in self.layout["links"]], bool)
 
     def poses(self, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """Positions [m], shape (L, 3), and orientations, shape (L, 4), of the authored frames of all links.
+        """Positions [m], shape (L, 3), and orientations, shape (L, 4), of all links' authored frames at time `t` [s].
 
-        What has left the scene is `AWAY`.
+        Removed bodies are at `AWAY`.
         """
         pos, quat = self._recorded(t)
         if self.removed:
@@ -110,10 +108,10 @@ class States:
         return pos, slerp(self._quat[i].astype(float), self._quat[j].astype(float), w)
 
     def bounds(self, bodies: list[str], t: float) -> np.ndarray:
-        """Outermost points of what is drawn of bodies at time `t` [m], shape (n, 3).
+        """Outermost points of the visible surfaces of bodies [m], shape (n, 3).
 
         Args:
-            bodies: `ball`, `brick` for all its copies, `brick[3]` or `arm.hand`.
+            bodies: Names such as `ball`, `brick` for all its copies, `brick[3]`, or `arm.hand` for a link.
             t: Simulated time [s].
         """
         links, local, soft = self._named(bodies)
@@ -123,14 +121,14 @@ class States:
         return np.concatenate(found)
 
     def tracks(self, bodies: list[str], t: float) -> np.ndarray:
-        """The same points of bodies at every time [m], shape (n, 3): their ways can be told from them."""
+        """Points that are fixed to bodies, at time `t` [s], shape (n, 3) [m]; differences over time give the motion."""
         links, local, soft = self._named(bodies)
         pos, quat = self._recorded(t)
         some = (self._soft_points(row, t) for row in soft)
         return np.concatenate([pos[links] + _turned(quat[links], local), *(p[:: -(-len(p) // TRACKED)] for p in some)])
 
     def boxes(self, bodies: list[str]) -> Boxes:
-        """Boxes around what is drawn of bodies."""
+        """Bounding boxes of bodies, named as in `bounds`."""
         geometry = self._out / "geometry"
         path = geometry / "index.json"
         worn = json.loads(path.read_text()) if path.is_file() else {}
@@ -158,7 +156,7 @@ class States:
         return Boxes(names, ways[0][:, 0].astype(int), *ways[1:5], ways[5][:, 0] > 0)
 
     def placed(self, boxes: Boxes, t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Middles [m], (n, 3), axes, in columns, (n, 3, 3), and half sizes [m], (n, 3), of boxes at time `t`."""
+        """Centres [m], (n, 3), axes as columns, (n, 3, 3), and half sizes [m], (n, 3), of boxes at time `t` [s]."""
         pos, quat = self._recorded(t)
         link, unit = np.maximum(boxes.link, 0), np.eye(3)
         centers = pos[link] + _turned(quat[link], boxes.center) if len(pos) else np.zeros((len(link), 3))
@@ -173,7 +171,7 @@ class States:
         return centers, axes, half
 
     def around(self, t: float) -> tuple[int, int, float]:
-        """Recorded frames before and after time `t`, and how far `t` is from the one to the other, 0 to 1."""
+        """Recorded frames before and after time `t` [s], and the fraction of the way from one to the other."""
         last = len(self.time) - 1
         b = min(int(np.searchsorted(self.time, t)), last)
         a = max(b - 1, 0)
@@ -186,7 +184,7 @@ class States:
         return self._chosen[key]
 
     def _choose(self, bodies: list[str]) -> tuple[np.ndarray, np.ndarray, list[dict]]:
-        """Links and outermost points in their frames, one row each, and deformable bodies, of what is named."""
+        """Link index and position in the link's frame of each outermost point, and rows of deformable bodies."""
         geometry = self._out / "geometry"
         path = geometry / "index.json"
         worn = json.loads(path.read_text()) if path.is_file() else {}
@@ -210,7 +208,7 @@ class States:
 
 
 def read_removed(states: Path) -> dict[str, float]:
-    """When bodies left the scene [s], by copy; `states` is the folder of the recorded states."""
+    """Time of removal [s] by copy; `states` is the folder of the recorded states."""
     try:
         rows = json.loads((states / "removed.json").read_text("utf-8"))
         return {str(body): float(when) for body, when in rows.items()}
@@ -219,7 +217,7 @@ def read_removed(states: Path) -> dict[str, float]:
 
 
 def outermost(points: np.ndarray) -> np.ndarray:
-    """The outermost of points along 26 directions, shape (n, 3)."""
+    """Return the points that are outermost along 26 directions, shape (n, 3)."""
     return points[np.unique((points @ WAYS.T).argmax(axis=0))] if len(points) else points
 
 
@@ -242,19 +240,18 @@ def slerp(a: np.ndarray, b: np.ndarray, w: float) -> np.ndarray:
 
 
 def _means(name: str, body: str, link: str | None = None) -> bool:
-    """Whether the name of bodies means this copy, or this link of it."""
+    """Whether a name, as in `States.bounds`, stands for this copy, or for this link of it."""
     wanted, dot, part = name.partition(".")
     return (body == wanted or body.startswith(f"{wanted}[")) and (not dot or part == link)
 
 
 def _turned(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Vectors, shape (..., 3), turned by unit quaternions, shape (..., 4)."""
+    """Vectors, shape (..., 3), rotated by unit quaternions, shape (..., 4)."""
     twist = 2.0 * np.cross(quat[..., 1:], vector)
     return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)
 
 
 def _soft_states(rows: list[dict], chunks: list):
-    # The module stands beside this one, in a program as in the package.
     if __package__:
         from .soft_states import SoftStates  # noqa: TID252
     else:

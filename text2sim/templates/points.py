@@ -1,6 +1,6 @@
-"""The points of deformable bodies: which of them lie in a region, and how they move.
+"""Points of deformable bodies: regions of them, positions and velocities.
 
-A point is a particle (mpm, pbd) or a vertex (fem). SI units, quaternions (w, x, y, z).
+A point is a particle (mpm, pbd) or a vertex (fem). All values are in SI units; quaternions are (w, x, y, z).
 """
 
 import genesis as gs
@@ -9,15 +9,15 @@ import torch
 
 INVERSE = np.array([1.0, -1.0, -1.0, -1.0])
 STRAIGHT = 0.05
-"""Points that reach sideways no farther than this part of their length lie on a line."""
+"""Largest ratio of width to length for points to count as a line."""
 
 
 class NothingThere(ValueError):
-    """A region of a body in which it has no points."""
+    """A region of a body contains no points, or fewer than needed."""
 
 
 class Points:
-    """The points of one deformable body, as it stands at the start."""
+    """The points of one deformable body; create it before the first step, for `rest` are the positions at the start."""
 
     def __init__(self, entity):
         self.entity, self.solver = entity, entity.solver
@@ -27,23 +27,23 @@ class Points:
         self.masses = self._masses()
 
     def positions(self):
-        """Where the points are now [m], (n, 3)."""
+        """Return the current positions [m], (n, 3)."""
         return array(self.entity.get_state().pos[0] if self.fem else self.entity.get_particles_pos())
 
     def velocities(self):
-        """How fast they are now [m/s], (n, 3)."""
+        """Return the current velocities [m/s], (n, 3)."""
         return array(self.entity.get_state().vel[0] if self.fem else self.entity.get_particles_vel())
 
     def set_velocities(self, velocities):
         """Set the velocities of all points [m/s], (n, 3)."""
         if self.fem:
-            # At once: `set_velocity` waits for the next step, and warns of it every time.
+            # `set_velocity` would take effect only in the next step, and warn every time.
             self.entity.set_vel(self.entity.sim.cur_substep_local, tensor(velocities)[None])
         else:
             self.entity.set_particles_vel(tensor(velocities))
 
     def _masses(self):
-        """Mass of each point [kg], (n,)."""
+        """Return the mass of each point [kg], (n,)."""
         if not self.fem:
             return np.full(len(self.rest), array(self.entity.get_mass()).item() / len(self.rest))
         corners = np.asarray(self.entity.elems)
@@ -65,21 +65,21 @@ def tensor(value):
 
 
 def rotate(quat, vectors):
-    """Turn vectors (..., 3) by a quaternion."""
+    """Rotate vectors (..., 3) by a quaternion."""
     w, u = quat[0], quat[1:]
     return vectors + 2.0 * np.cross(u, np.cross(u, vectors) + w * vectors)
 
 
-# --- regions: functions that say of points in the body's own frame, (n, 3) [m], which of them are meant ----------
+# --- regions: functions from points in the body's frame, (n, 3) [m], to the indices of those in the region --------
 
 
 def everything(points):
-    """All points."""
+    """The region of all points."""
     return np.arange(len(points))
 
 
 def sides(*outermost, within):
-    """Points that lie within a length [m] of all of these sides: (axis, -1 or 1)."""
+    """Return the region of points within a distance [m] of all given sides, each (axis, -1 or 1)."""
 
     def region(points):
         inside = np.ones(len(points), dtype=bool)
@@ -92,28 +92,28 @@ def sides(*outermost, within):
 
 
 def box(low, high):
-    """Points in a box."""
+    """Return the region inside a box, given by its lowest and highest corner [m]."""
     return lambda points: np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
 
 
 def ball(center, radius):
-    """Points in a ball."""
+    """Return the region inside a ball; centre and radius are in m."""
     return lambda points: np.flatnonzero(np.linalg.norm(points - center, axis=1) <= radius)
 
 
 def nearest(point):
-    """The one point that is nearest."""
+    """Return the region of the one point nearest to a position [m]."""
     return lambda points: np.array([np.linalg.norm(points - point, axis=1).argmin()])
 
 
 def choose(points, pose, region, count=None):
-    """Return the numbers of the points of a body that lie in a region, growing.
+    """Return the indices of the points of a body that lie in a region, in increasing order.
 
     Args:
         points: The points of the body.
-        pose: Where the body's frame is at the start: position, quaternion.
-        region: What of it is meant.
-        count: How many of them, evenly spread; all if left out.
+        pose: Pose of the body's frame at the start: position [m], quaternion.
+        region: One of the functions above.
+        count: Number of points, evenly spread over the region; all if None.
 
     Raises:
         NothingThere: If the region contains no point, or fewer than `count`.
@@ -133,9 +133,9 @@ def choose(points, pose, region, count=None):
 
 
 def spread(points, count):
-    """Return the numbers of `count` points, evenly spread over all of them.
+    """Return the indices of `count` evenly spread points.
 
-    Along a line they are spread from end to end; else each is the one that is farthest from those before it.
+    Points on a line are spread from end to end. Otherwise each is the point farthest from those already chosen.
     """
     middle = points.mean(axis=0)
     _, reach, axes = np.linalg.svd(points - middle, full_matrices=False)
@@ -152,9 +152,9 @@ def spread(points, count):
 
 
 def assign(anchors, points, share):
-    """Return the numbers of the points that each anchor takes, (anchors, share); no point is taken twice.
+    """Return the indices of the points that each anchor takes, (anchors, share); no point is taken twice.
 
-    The nearest pair comes first, then the next nearest.
+    Pairs of an anchor and a point are matched in the order of their distance.
 
     Args:
         anchors: Positions of the anchors [m], (n, 3).
@@ -174,7 +174,7 @@ def assign(anchors, points, share):
 
 
 def each_substep(solver, act):
-    """Call a function at the beginning of every substep of a solver, with the number of its buffer."""
+    """Call a function without arguments at the beginning of every substep of a solver."""
     substep = solver.substep_pre_coupling
 
     def acted(f):

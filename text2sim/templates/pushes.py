@@ -1,4 +1,4 @@
-"""What pushes deformable bodies: start velocities, forces and blows on a region of them."""
+"""Start velocities of deformable bodies, and forces and impulses on regions of them."""
 
 import numpy as np
 from points import Points, choose, each_substep
@@ -18,22 +18,22 @@ def set_velocity(body, linear, angular):
 
 
 class Push:
-    """A force on the points of a region, which are chosen at the start. All of them get the same acceleration.
+    """A force on the points of a region; the points are chosen at the start. All get the same acceleration.
 
-    Per substep h a velocity v changes by `F / M h`; with a drag d, that of each point goes towards `F / d`, as it would
-    with its share of that force and of `-d v` together: `dv = (F / d - v) (1 - exp(-d h / M))`. M is the mass of the
-    points. Each has a drag of its own, so that one that runs ahead is held back, and those behind it are pulled on.
+    In a substep h each velocity v changes by `F h / M`, where M is the mass of all chosen points. With a drag d it
+    approaches `F / d`, the exact solution for the force `F - d v`: `dv = (F / d - v) (1 - exp(-d h / M))`. Drag acts on
+    each point separately, so it slows points that run ahead and speeds up those that lag behind.
 
     Args:
         scene: The built scene, before its first step.
         body: The deformable body.
-        pose: Where its frame is at the start: position [m], quaternion.
-        region: What of it is pushed.
-        force: [N]; of a blow, where start and end are equal, momentum [N s].
-        scale: Factor, a function of time.
-        drag: [N s/m]
-        start: Time [s].
-        end: Time [s].
+        pose: Pose of its frame at the start: position [m], quaternion.
+        region: Region on which the force acts, one of the functions of `points.py`.
+        force: Total force [N]; if start and end are equal, an impulse [N s].
+        scale: Factor on the force as a function of time.
+        drag: Drag coefficient of the region [N s/m].
+        start: Time at which the force begins [s].
+        end: Time at which the force ends [s].
     """
 
     def __init__(self, scene, body, *, pose, region, force, scale=None, drag=0.0, start=0.0, end=float("inf")):
@@ -43,12 +43,12 @@ class Push:
         self.force, self.scale, self.drag, self.start, self.end = np.array(force), scale, drag, start, end
         self.now = None
         if start != end:
-            # Once in a step would be a row of blows.
+            # Applied once per step, the force would be a series of impulses.
             each_substep(self.points.solver, self._substep)
 
     def __call__(self, t):
-        """Say how strong it is in the step that begins at t [s]."""
-        t += 1e-9  # a step that begins at the start of a span belongs to it, whatever the rounding
+        """Set the force for the step that begins at t [s]."""
+        t += 1e-9  # rounding must not exclude a step that begins at `start`
         if self.start == self.end:
             if t >= self.start > float("-inf"):
                 self._change(self.points.velocities(), self.force / self.mass)

@@ -1,15 +1,15 @@
-"""Records a run of Genesis while it happens. Nothing is drawn meanwhile: see `film.py`.
+"""Records a run of Genesis. Nothing is drawn during the simulation; `film.py` does that afterwards.
 
-    OUT/progress.jsonl           one line per moment of progress
-    OUT/states/layout.json       what the columns of the states mean
-    OUT/states/removed.json      when bodies left the scene [s], by copy; only if some did
-    OUT/states/chunk_00000.npz   frames and contacts; each chunk is whole on disk before the next begins, and the one
-                                 in hand is written every few seconds, as far as it has come
-    OUT/geometry/index.json      link -> meshes, poses and colours, over geometry/<hash>.npz
+    OUT/progress.jsonl           one line per progress report
+    OUT/states/layout.json       meaning of the columns of the states
+    OUT/states/removed.json      time of removal [s] by copy; only if bodies were removed
+    OUT/states/chunk_00000.npz   frames and contacts; a chunk is complete on disk before the next begins, and the
+                                 unfinished one is written every few seconds
+    OUT/geometry/index.json      link -> meshes, poses and colours; the meshes are in geometry/<hash>.npz
 
-Bodies that deform are recorded by `soft.py`, which only programs with such bodies have.
-SI units, quaternions (w, x, y, z). Poses are of each link's authored frame in the world: where Genesis moves the frame
-of a free body to its centre of mass, that shift is taken out again.
+Deformable bodies are recorded by `soft.py`, which only programs with such bodies contain.
+All values are in SI units; quaternions are (w, x, y, z). Poses are those of each link's authored frame in the world:
+Genesis moves the frame of a free body to its centre of mass, and the recorder undoes that shift.
 """
 
 import json
@@ -40,14 +40,14 @@ IDENTITY = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
 class Divergence(RuntimeError):
-    """The state stopped making sense.
+    """The state is not finite, or beyond what the scene can physically reach.
 
     Attributes:
-        body: Copy name of the body it was first seen on, such as `brick[3]`.
+        body: Copy name of the first body affected, such as `brick[3]`.
         quantity: `position`, `speed`, `domain` or `solver`.
         time: Simulated time [s].
-        value: Offending value, in SI units; may be nan or inf.
-        limit: What it should not have been more than; 0 if that goes without saying.
+        value: Value of the quantity, in SI units; may be nan or inf.
+        limit: Largest permitted value; 0 if there is none to tell.
     """
 
     def __init__(self, body: str, quantity: str, time: float, value: float, limit: float = 0.0):
@@ -57,7 +57,7 @@ class Divergence(RuntimeError):
 
 
 class Progress:
-    """Appends what a run is doing to `progress.jsonl`, a few lines per second at most."""
+    """Appends the progress of a run to `progress.jsonl`, at most a few lines per second."""
 
     def __init__(self, out: Path):
         Path(out).mkdir(parents=True, exist_ok=True)
@@ -65,7 +65,7 @@ class Progress:
         self._last = 0.0
 
     def __call__(self, phase: str, t: float = 0.0, duration: float = 0.0, *, force: bool = False, **more) -> None:
-        """Reports simulated time `t` [s] of `duration` [s] within `phase`; `force` is for beginnings and ends."""
+        """Reports simulated time `t` [s] of `duration` [s] in `phase`; `force` overrides the limit on lines."""
         wall = time.monotonic() - BEGAN
         if force or wall - self._last >= PROGRESS_PERIOD:
             self._last = wall
@@ -77,8 +77,8 @@ class Progress:
 def build(scene) -> None:
     """Builds the scene without opening an OpenGL context.
 
-    The last act of `scene.build()` is to build the visualizer, which needs OpenGL even when nothing is drawn. Here
-    that is left to `film`.
+    `scene.build()` ends by building the visualizer, which needs OpenGL even when nothing is drawn. `film` does that
+    step later.
     """
     scene.visualizer.build = lambda: None
     try:
@@ -94,11 +94,11 @@ class Recorder:
         scene: Built scene with one environment.
         bodies: Copy name -> entity, statics included.
         out: Folder of the run.
-        dt: Length of a step [s].
-        every: Steps between recorded frames. Contacts are kept for every step, as the mean over its substeps.
-        duration: Simulated time the run aims at [s].
-        speed_limit: Speed of a centre of mass above which the run has diverged [m/s].
-        deformables: Copy name -> kind, solver and spacing of every body that deforms, in the order of their rows.
+        dt: Time step [s].
+        every: Steps between recorded frames. Contacts are recorded for every step, as means over its substeps.
+        duration: Intended simulated time [s].
+        speed_limit: Speed of a centre of mass above which the run counts as diverged [m/s].
+        deformables: Copy name -> kind, solver, spacing and pose of every deformable body, in the order of their rows.
     """
 
     def __init__(self, scene, bodies: dict, out: Path, dt, every, duration, *, speed_limit=200.0, deformables=None):
@@ -116,7 +116,7 @@ class Recorder:
         self._link_bodies = [names.get(link.entity.idx, link.entity.name) for link in self._solver.links]
         self._frames, self._chunk, self._step = [], 0, 0
         self._flushed = time.monotonic()
-        self.gone = {}  # when bodies left the scene [s], by copy
+        self.gone = {}  # time of removal [s] by copy
         links, dofs = self._solver.dyn_state.links, self._solver.dyn_state.dofs
         self._reads = {
             "links_pos": _reader(links.pos),
@@ -126,16 +126,16 @@ class Recorder:
             "links_lever": _reader(links.i_pos),
             "qpos": _reader(self._solver.qpos),
             "dofs_velocity": _reader(dofs.vel),
-            # What the last substep applied, clipped; `get_dofs_control_force` gives what the next one is going to.
+            # The clipped force of the last substep; `get_dofs_control_force` would give that of the next one.
             "dofs_control_force": _reader(dofs.qf_applied),
         }
-        # What the scene has none of has one row all the same, which stands for nothing.
+        # The engine allocates one row even for fields that the scene has no use for.
         empty = [*self._reads] if not self._solver.is_active else ["qpos", "dofs_velocity", "dofs_control_force"]
         if not self._solver.n_dofs:
             self._reads |= {name: lambda read=self._reads[name]: read()[:0] for name in empty}
 
     def start(self) -> None:
-        """Writes layout and geometry and records frame 0; call when initial conditions are set."""
+        """Writes layout and geometry and records frame 0; call after setting the initial conditions."""
         states = self._out / "states"
         states.mkdir(parents=True, exist_ok=True)
         for stale in states.glob("chunk_*.npz"):
@@ -158,13 +158,13 @@ class Recorder:
         self._record(0.0)
 
     def after_step(self, step: int) -> None:
-        """Takes in one step.
+        """Records one step.
 
         Args:
-            step: Number of steps made so far, so 1 after the first.
+            step: Number of steps completed, 1 after the first.
 
         Raises:
-            Divergence: A value is not finite or a body is too fast. All sound frames are on disk by then.
+            Divergence: If a value is not finite or a body is too fast. All valid frames are on disk by then.
         """
         self._step = step
         self._contacts.end_step(step)
@@ -176,10 +176,10 @@ class Recorder:
         if self._is_chunk_full():
             self._flush()
         elif time.monotonic() - self._flushed > SECONDS_IN_HAND:
-            self._flush(whole=False)  # where a chunk ends must not depend on how quick the machine is
+            self._flush(whole=False)  # where a chunk ends must not depend on the speed of the machine
 
     def diverged(self, error: gs.GenesisException) -> Divergence | None:
-        """Turns the solver's complaint about nan into a `Divergence`; None if `error` is about something else."""
+        """Returns a `Divergence` for the solver's error about nan; None if `error` is about something else."""
         if not any(word in str(error) for word in ("'nan'", "NaN detected", "not finite")):
             return None
         self._flush()
@@ -192,7 +192,7 @@ class Recorder:
         return self._check(t, frame) or Divergence(self._link_bodies[fastest], "solver", t, float("nan"))
 
     def close(self, state: str) -> None:
-        """Writes what is in hand; `state` says how the run ended, such as `finished` or `diverged`."""
+        """Writes what is still in memory; `state` tells how the run ended, such as `finished` or `diverged`."""
         vars(self._solver).pop("substep", None)
         if self._soft is not None:
             self._soft.close()
@@ -200,7 +200,7 @@ class Recorder:
         self._progress("simulate", self._step * self._dt, self._duration, force=True, state=state)
 
     def _watch_substeps(self) -> None:
-        """Looks at the contacts after every substep: a blow can begin and end within a step."""
+        """Gathers contacts after every substep: an impact can begin and end within a step."""
         substep = self._solver.substep
 
         def watched(f):
@@ -213,7 +213,7 @@ class Recorder:
 
     def _record(self, t: float) -> None:
         frame = {name: read() for name, read in self._reads.items()}
-        # One reduction clears nearly every frame: neither nan nor a fast body passes it.
+        # This one reduction suffices for nearly every frame; nan and high speeds fail it.
         if not np.dot(frame["dofs_velocity"], frame["dofs_velocity"]) <= self._speed_limit**2:
             self._stop_at(self._check(t, frame))
         if self._soft is not None:
@@ -267,22 +267,22 @@ class Recorder:
 
 
 def _reader(field):
-    """Returns a function that copies a field of the solver's only environment, in under a microsecond on the CPU."""
+    """Returns a function that copies a field of the solver's only environment; under a microsecond on the CPU."""
     if in_place():
         return qd_to_numpy(field, transpose=True, copy=False)[0].copy
     return lambda: qd_to_numpy(field, transpose=True, copy=True)[0]
 
 
 def _velocity_of_com(frame: dict[str, np.ndarray]) -> np.ndarray:
-    """Velocity of each link's centre of mass [m/s], shape (..., L, 3).
+    """Returns the velocity of each link's centre of mass [m/s], shape (..., L, 3).
 
-    The solver keeps the velocity of the link's point at the centre of mass of its whole tree, a lever away.
+    The solver stores the link's velocity at the centre of mass of its whole tree, `links_lever` away.
     """
     return frame["links_vel"] + np.cross(frame["links_ang"], frame["links_lever"])
 
 
 def _link_offsets(solver) -> np.ndarray:
-    """Pose of the solver's frame of each link within the authored frame, shape (L, 7): position and quaternion."""
+    """Returns the pose of each link's solver frame in its authored frame, shape (L, 7): position [m], quaternion."""
     if not solver.is_active:
         return np.zeros((0, 7))
     own_pos, own_quat, pos, quat = (
@@ -341,7 +341,7 @@ def _layout(scene, bodies: dict, link_bodies: list[str], offsets: np.ndarray) ->
 
 
 def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
-    """Writes each distinct visual mesh once, and which links wear it where and in what colour."""
+    """Writes each distinct visual mesh once, and an index of the links that use it, with poses and colours."""
     folder.mkdir(parents=True, exist_ok=True)
     index = {}
     for link in solver.links:
@@ -359,13 +359,13 @@ def _write_geometry(solver, offsets: np.ndarray, folder: Path) -> None:
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Product of quaternions, shape (..., 4): turns by b, then by a."""
+    """Returns the product of quaternions, shape (..., 4): the rotation by b, followed by that by a."""
     aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
     w = aw * bw - (av * bv).sum(axis=-1, keepdims=True)
     return np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
 
 
 def rotate(quat: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Turns vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
+    """Rotates vectors, shape (..., 3), by unit quaternions, shape (..., 4)."""
     twist = 2.0 * np.cross(quat[..., 1:], vector)
     return vector + quat[..., :1] * twist + np.cross(quat[..., 1:], twist)

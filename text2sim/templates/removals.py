@@ -1,19 +1,19 @@
-"""Takes bodies out of the scene in the middle of a run.
+"""Removes bodies from the scene during a run.
 
-A body is switched off where it is: nothing touches it any more, it has no weight and no speed, and no picture shows it.
-It is not moved, so that nothing can be put anywhere by this way.
+A removed body stays where it is, but without contacts, weight, speed or image. It is not moved, so a removal cannot be
+used to place a body.
 """
 
 import numpy as np
 
 
 class Removals:
-    """Switches bodies off when their time has come.
+    """Removes bodies at their times or events.
 
     Args:
         scene: Built scene.
-        rows: Of each body its name, the entity, and when: a time [s], or the name of an event.
-        gone: Gets the time [s] at which each went, by its name.
+        rows: Name and entity of each body, and when it is removed: a time [s] or the name of an event.
+        gone: Dictionary that receives the time of removal [s] by name.
         happened: First times of events [s].
     """
 
@@ -23,7 +23,7 @@ class Removals:
         self.links = set()
 
     def __call__(self, t):
-        """Do what is to be done before the step that begins at t [s]."""
+        """Remove the bodies that are due before the step that begins at t [s]."""
         for row in list(self.waiting):
             name, entity, when = row
             due = when in self.happened if isinstance(when, str) else t >= when - 1e-9
@@ -37,17 +37,17 @@ class Removals:
 
 
 def switch_off(solver, entity):
-    """Let nothing touch a body, and nothing move it."""
+    """Take a body out of all contacts, and stop it."""
     geoms = [geom.idx for geom in entity.geoms]
     collider = solver.collider
     pairs = collider.collider_info.collision_pair_idx
     table = pairs.to_numpy()
     table[geoms, :] = table[:, geoms] = -1
     pairs.from_numpy(table)
-    # The engine looks up the pairs that were near before, which must not be those that are none any more.
+    # The engine reuses pairs of the previous broad phase, which must not contain disabled pairs.
     collider.collider_state.n_broad_pairs.fill(0)
     collider.clear()
-    _set(solver.dyn_info.geoms.needs_coup, geoms, 0)  # what mpm and pbd bodies feel
+    _set(solver.dyn_info.geoms.needs_coup, geoms, 0)  # contact with mpm and pbd bodies
     _set(solver.dyn_info.entities.gravity_compensation, [solver.entities.index(entity)], 1.0)
     if entity.n_dofs:
         entity.set_dofs_velocity(np.zeros(entity.n_dofs))

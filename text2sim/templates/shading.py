@@ -1,32 +1,31 @@
-"""How what deforms is drawn: normals of its surface, and which of its particles can be seen."""
+"""Surfaces of deformable bodies for drawing: normals, parts and tears, and which particles can be seen."""
 
 from pathlib import Path
 
 import numpy as np
 
-SMOOTH = np.cos(np.radians(40.0))  # of the angle between triangles that are shaded as one surface
-
-SAME_PLACE = 1e-4  # [m] of centers of triangles that are the same ones
-LETS_GO = 2 / 0.64  # distances between particles of mpm: two cells of the grid, beyond which they are no longer tied
+SMOOTH = np.cos(np.radians(40.0))  # cosine of the largest angle between triangles that are shaded as one surface
+SAME_PLACE = 1e-4  # distance of centers below which triangles are the same [m]
+LETS_GO = 2 / 0.64  # gap of two cells of the mpm grid, in particle spacings; particles farther apart do not interact
 
 
 class Shell:
-    """Triangles for drawing: smooth where the surface is smooth at rest, with an edge where it has one.
+    """Triangles for drawing, with smooth normals except across sharp edges of the surface at rest.
 
-    A vertex on an edge is drawn once for each side of it.
+    A vertex on a sharp edge is drawn once for each side of it.
 
     Args:
-        vertices: At rest, shape (n, 3).
+        vertices: Vertices at rest [m], shape (n, 3).
         faces: Shape (f, 3).
 
     Attributes:
-        worn: Vertex that stands behind each drawn one, shape (m,).
-        faces: Over the drawn vertices, shape (f, 3).
+        worn: Index of the vertex behind each drawn one, shape (m,).
+        faces: Triangles as indices of drawn vertices, shape (f, 3).
     """
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray):
         self._own, self._rest = faces, _lengths(vertices, faces)
-        # Vertices in one place are one, whatever their texture coordinates are.
+        # Vertices in one place count as one, even if their texture coordinates differ.
         places = np.unique(np.round(vertices, 7), axis=0, return_inverse=True)[1].ravel()[faces]
         side = _sides(vertices, faces, places)
         corners = np.stack([faces.ravel(), np.repeat(side, 3)], axis=1)
@@ -37,37 +36,37 @@ class Shell:
         self._corner_spot, self._drawn_spot = spots.ravel(), spots.ravel()[first]
 
     def normals(self, vertices: np.ndarray) -> np.ndarray:
-        """Returns a unit normal for each drawn vertex, shape (m, 3), when the vertices are at these places (n, 3)."""
+        """Returns unit normals of the drawn vertices, shape (m, 3), for vertices in these places [m], shape (n, 3)."""
         triangles = vertices[self.worn][self.faces]
         return smooth_normals(triangles, self._corner_spot, len(self.worn))[self._drawn_spot]
 
     def whole(self, vertices: np.ndarray, gap: float) -> np.ndarray:
-        """Returns which triangles have no edge that has grown by more than `gap` [m], shape (f,).
+        """Returns which triangles have no edge that is longer than at rest by `gap` [m], shape (f,).
 
-        A body of particles has let go there: what would be drawn spans a gap.
+        A body of particles has torn where an edge is longer.
         """
         return (_lengths(vertices, self._own) < self._rest + gap).all(axis=1)
 
 
 def parts_worn(regions: Path, vertices: np.ndarray, faces: np.ndarray, pos, quat) -> np.ndarray:
-    """Returns the number of the part whose look each triangle has, shape (f,); -1 is the body itself.
+    """Returns the index of the part whose look each triangle has, shape (f,); -1 stands for the body's own look.
 
     Args:
-        regions: File of centers of triangles in the body's frame [m], and their parts.
-        vertices: At rest, in the world, shape (n, 3) [m].
+        regions: File with the centers of triangles in the body's frame [m], and their parts.
+        vertices: Vertices at rest in the world [m], shape (n, 3).
         faces: Shape (f, 3).
-        pos: Where the body's frame was placed [m].
-        quat: How it was turned (w, x, y, z).
+        pos: Initial position of the body's frame [m].
+        quat: Initial orientation of the body's frame (w, x, y, z).
     """
     w, *axis = np.asarray(quat, float)
     arms = vertices[faces].mean(axis=1) - pos
-    # Turned back: v + 2 u x (u x v + w v), with the axis u of the inverse.
+    # Rotated by the inverse (w, u): v + 2 u x (u x v + w v).
     back = arms + 2 * np.cross(-np.array(axis), np.cross(-np.array(axis), arms) + w * arms)
     with np.load(regions) as file:
         centers, parts = file["centers"].astype(float), file["parts"]
     if centers.shape == back.shape and np.abs(centers - back).max() < SAME_PLACE:
         return parts
-    # A solver that cuts the body anew has other triangles.
+    # Some solvers mesh the body anew: take the part of the nearest center.
     found = np.empty(len(back), int)
     step = max(1, 2**22 // len(centers))
     for first in range(0, len(back), step):
@@ -87,7 +86,7 @@ def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.n
     Args:
         triangles: Corners, shape (f, 3, 3).
         spots: Spot of each corner, shape (3 f,).
-        count: Of spots.
+        count: Number of spots.
     """
     a, b, c = np.moveaxis(triangles, 1, 0)
     leaning = np.repeat(np.cross(b - a, c - a), 3, axis=0)  # twice the area, so large triangles count more
@@ -98,7 +97,7 @@ def smooth_normals(triangles: np.ndarray, spots: np.ndarray, count: int) -> np.n
 
 
 def enclosed(points: np.ndarray, edge: float) -> np.ndarray:
-    """Returns which points have others all around them, in the 26 cells about their own, shape (n,)."""
+    """Returns which points are surrounded, shape (n,): all 26 cells around their own contain points; `edge` is in m."""
     cells = np.floor((points - points.min(axis=0)) / edge).astype(np.int64) + 1
     size = cells.max(axis=0) + 2
     steps = np.array([size[1] * size[2], size[2], 1])
@@ -110,7 +109,7 @@ def enclosed(points: np.ndarray, edge: float) -> np.ndarray:
 
 
 def _sides(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Returns a label for each triangle, the same for those that are connected without an edge, shape (f,)."""
+    """Returns labels, shape (f,), equal for triangles that are connected without a sharp edge between them."""
     a, b, c = np.moveaxis(vertices[faces].astype(float), 1, 0)
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
@@ -124,7 +123,7 @@ def _sides(vertices: np.ndarray, faces: np.ndarray, places: np.ndarray) -> np.nd
         low = label[pairs].min(axis=1)
         new = label.copy()
         for side in pairs.T:
-            np.minimum.at(new, label[side], low)  # the root of a label follows the smaller one
+            np.minimum.at(new, label[side], low)  # join the roots as well, which needs fewer rounds
             np.minimum.at(new, side, low)
         new = new[new]
         if (new == label).all():

@@ -1,11 +1,11 @@
-"""Surfaces that follow points: every vertex is a fixed combination of points near it."""
+"""Surfaces that follow points: every vertex is a fixed linear combination of nearby points."""
 
 import numpy as np
 
-NEIGHBOURS = 32  # points that carry a vertex of a solid
-REACH = 2.0  # of a point's weight, in distances between points
-STIFFENING = 1e-3  # what keeps a vertex in place where its points lie in a plane
-DISTANCES = 2**22  # that are looked at together
+NEIGHBOURS = 32  # number of points that carry a vertex of a solid
+REACH = 2.0  # radius of the weight function, in units of the points' spacing
+STIFFENING = 1e-3  # regularises the fit of a vertex whose points lie in a plane
+DISTANCES = 2**22  # number of distances computed at once
 
 
 class Skin:
@@ -13,7 +13,7 @@ class Skin:
 
     Args:
         points: Indices of the points that carry each vertex, shape (s, k).
-        weights: Their weights, shape (s, k); they add up to 1.
+        weights: Weights of these points, shape (s, k); each row adds up to 1.
     """
 
     def __init__(self, points: np.ndarray, weights: np.ndarray):
@@ -23,19 +23,19 @@ class Skin:
         return len(self._points)
 
     def __call__(self, positions: np.ndarray) -> np.ndarray:
-        """Returns where the vertices are, shape (s, 3), when the points are at `positions`, shape (p, 3)."""
+        """Returns the vertices [m], shape (s, 3), for points at `positions` [m], shape (p, 3)."""
         return (self._weights @ positions.astype(np.float32, copy=False).take(self._points, axis=0))[:, 0]
 
 
 def follow_solid(vertices: np.ndarray, points: np.ndarray, spacing: float) -> Skin:
-    """Returns the skin of a solid that is filled with points `spacing` apart, by moving least squares.
+    """Returns the skin of a solid that is filled with points, by moving least squares.
 
-    A vertex goes where the affine map goes that fits its nearest points best, the nearer the more. Where these lie in
-    a plane the fit across it is open, and a little stiffness closes it, without which weights would grow without bound.
+    A vertex moves with the affine map that fits its nearest points best, weighted by distance. If these points lie in a
+    plane, the map across it is undetermined; a small regularisation keeps the weights bounded.
 
     Args:
-        vertices: Of the surface at rest, shape (s, 3) [m].
-        points: At rest, shape (p, 3) [m].
+        vertices: Vertices of the surface at rest [m], shape (s, 3).
+        points: Points at rest [m], shape (p, 3).
         spacing: Distance of neighbouring points [m].
     """
     near = nearest(vertices, points, min(NEIGHBOURS, len(points)))
@@ -49,19 +49,19 @@ def follow_solid(vertices: np.ndarray, points: np.ndarray, spacing: float) -> Sk
 
 
 def follow_sheet(vertices: np.ndarray, points: np.ndarray, faces: np.ndarray) -> Skin:
-    """Returns a skin whose vertices lie on the triangles of a sheet, where these are nearest to them at rest.
+    """Returns a skin whose vertices are attached to the nearest triangles of a sheet at rest.
 
     Args:
-        vertices: Of the surface at rest, shape (s, 3) [m].
-        points: Corners of the triangles at rest, shape (p, 3) [m].
-        faces: Triangles over the points, shape (f, 3).
+        vertices: Vertices of the surface at rest [m], shape (s, 3).
+        points: Corners of the triangles at rest [m], shape (p, 3).
+        faces: Triangles as indices of points, shape (f, 3).
     """
     corners = faces.ravel()
     order = np.argsort(corners, kind="stable")
     counts = np.bincount(corners, minlength=len(points))
     starts = np.cumsum(counts) - counts
     columns = np.arange(counts.max())
-    # The triangles of each point; a shorter list is filled up with its first.
+    # The triangles of each point, padded with the first one.
     around = order[np.minimum(starts, len(order) - 1)[:, None] + np.where(columns < counts[:, None], columns, 0)] // 3
     near = nearest(vertices, points, min(6, len(points)))
     triangles = np.where((counts[near] > 0)[:, :, None], around[near], around[near[:, :1]]).reshape(len(vertices), -1)
@@ -72,7 +72,7 @@ def follow_sheet(vertices: np.ndarray, points: np.ndarray, faces: np.ndarray) ->
 
 
 def nearest(vertices: np.ndarray, points: np.ndarray, k: int) -> np.ndarray:
-    """Returns the indices of the points nearest to each vertex, shape (s, k), in no particular order.
+    """Returns the indices of the k points nearest to each vertex, shape (s, k), in no particular order.
 
     Args:
         vertices: Positions [m], shape (s, 3).
@@ -89,7 +89,7 @@ def nearest(vertices: np.ndarray, points: np.ndarray, k: int) -> np.ndarray:
 
 
 def _closest(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the point of each triangle abc that is closest to p: its shares of a, b, c, and its distance squared."""
+    """Returns barycentric coordinates of the point of each triangle abc closest to p, and its squared distance."""
     ab, ac, ap = b - a, c - a, p - a
     dab, dac, dbc = (ab * ab).sum(-1), (ac * ac).sum(-1), (ab * ac).sum(-1)
     pab, pac = (ap * ab).sum(-1), (ap * ac).sum(-1)

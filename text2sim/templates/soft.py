@@ -1,12 +1,11 @@
-"""Records bodies that deform: particles of MPM and PBD, vertices of FEM, and the surfaces that are drawn of them.
+"""Records deformable bodies: particles of MPM and PBD, vertices of FEM, and the surfaces that are drawn.
 
-    OUT/states/layout.json             "deformables": what the rows of the arrays below stand for
+    OUT/states/layout.json             "deformables": meaning of the rows of the arrays below
     OUT/states/chunk_00000.npz         soft_points, soft_surface, soft_velocity, soft_kinetic, soft_speed
-    OUT/geometry/soft_0.npz            of each body: points at rest, masses, tetrahedra, faces, texture coordinates
+    OUT/geometry/soft_0.npz            one for each body: points at rest, masses, tetrahedra, faces, texture coordinates
     OUT/geometry/soft_index.json       color and texture of each body
 
-Three of the solvers never look at their own numbers, and one nan in them ends the process: they are looked at here,
-after every substep.
+Three of the solvers do not check for nan, and a nan can crash the process. Therefore this module checks their numbers.
 """
 
 from pathlib import Path
@@ -21,19 +20,19 @@ from recorder import Divergence
 from skins import Skin, follow_sheet, follow_solid
 
 GRANULAR = gs.materials.MPM.Sand, gs.materials.MPM.Liquid, gs.materials.MPM.Snow
-CORNERED = 0.5  # share of a body in the edges of its solver's domain that only a run gone wrong puts there
+CORNERED = 0.5  # share of a body's points in edges of its solver's domain above which the run counts as diverged
 
 
 class Soft:
-    """Reads the states of all bodies that deform.
+    """Reads the states of all deformable bodies.
 
     Args:
         scene: Built scene with one environment.
         bodies: Copy name -> entity.
-        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc), spacing [m], and where its frame was placed (pos
+        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc), spacing [m] and initial pose of its frame (pos
             [m], quat), in the order of their rows.
-        dt: Length of a step [s].
-        speed_limit: Speed of a point above which the run has diverged [m/s].
+        dt: Time step [s].
+        speed_limit: Speed of a point above which the run counts as diverged [m/s].
 
     Attributes:
         names: Copy names, in the order of the rows.
@@ -49,12 +48,12 @@ class Soft:
         self._rows = [slice(start, end) for start, end in zip(self._starts, ends, strict=True)]
         self._masses = np.concatenate([body.masses for body in self._bodies])
         self._total = np.add.reduceat(self._masses, self._starts)
-        # The solver of IPC keeps velocities to itself.
+        # IPC does not expose velocities, so they are differences of positions.
         self._before = self._positions() if isinstance(scene.sim.coupler, IPCCoupler) else None
         self._moved = np.zeros_like(self._before) if self._before is not None else None
 
     def describe(self, folder: Path) -> list[dict]:
-        """Writes geometry into `folder` and returns what the layout says of each body."""
+        """Writes the geometry of the bodies to `folder`, and returns their rows of the layout."""
         positions, rows, looks, vertices = self._positions(), [], [], 0
         for k, (name, body, here) in enumerate(zip(self.names, self._bodies, self._rows, strict=True)):
             arrays = {"rest": positions[here].astype(np.float32), "masses": body.masses, **body.topology}
@@ -72,7 +71,7 @@ class Soft:
         return rows
 
     def watch_substeps(self) -> None:
-        """Looks at every substep of solvers that would crash the process on a nan; `close` ends it."""
+        """Checks every substep of solvers in which a nan would crash the process, until `close`."""
         frail = [fields for name, fields in self._fields.items() if name != "mpm"]
         if not frail or self._before is not None:
             return
@@ -89,11 +88,11 @@ class Soft:
         self._sim.substep = watched
 
     def close(self) -> None:
-        """Leaves the simulator as it was."""
+        """Restores the simulator."""
         vars(self._sim).pop("substep", None)
 
     def end_step(self, t: float) -> Divergence | None:
-        """Takes in one step that ends at time `t` [s]; returns what went wrong in it, if anything did."""
+        """Checks a step that ends at time `t` [s]; returns its divergence, or None."""
         if self._before is not None:
             positions = self._positions()
             self._before, self._moved = positions, positions - self._before
@@ -128,7 +127,7 @@ class Soft:
         }
 
     def check(self, t: float, f: int | None = None) -> Divergence | None:
-        """Looks at every point, in frame `f` of the solvers, the current one if none is given."""
+        """Checks every point in frame `f` of the solvers, or in the current frame if None; `t` is its time [s]."""
         positions, velocities = self._positions(f), self._velocities(f)
         lost = np.flatnonzero(~np.isfinite(positions).all(axis=1))
         if len(lost):
@@ -161,15 +160,15 @@ class Soft:
 
 
 class _Body:
-    """One body that deforms, as its solver keeps it.
+    """One deformable body in its solver.
 
     Attributes:
-        entity, kind, solver, spacing, pos, quat: As given.
-        field, span: Solver of the engine, and the body's rows in its fields.
-        masses: Of its points [kg], shape (p,).
+        entity, kind, solver, spacing, pos, quat: The arguments.
+        field, span: Name of the engine's solver, and the body's rows in its fields.
+        masses: Masses of its points [kg], shape (p,).
         topology: Arrays of its geometry file besides points and masses.
-        skin: What its surface follows; None if it has none, or if the faces of `topology` join its points.
-        domain: Lower and upper bound of where its solver keeps it [m]; None if it may go anywhere.
+        skin: How its surface follows its points; None if it has no surface, or the faces join the points themselves.
+        domain: Lower and upper bound of its solver's domain [m]; None if there is none.
     """
 
     def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float, pos, quat):
@@ -193,7 +192,7 @@ class _Body:
                 self.topology["tets"] = np.asarray(entity.elems, np.int32)
 
     def _add_surface(self, particles: np.ndarray) -> None:
-        """Lets the mesh that the particles were made from follow them."""
+        """Attaches the mesh from which the particles were sampled to the particles."""
         if isinstance(self.entity.material, GRANULAR):
             return
         mesh = self.entity.vmesh
@@ -209,9 +208,9 @@ class _Body:
             self.topology["uvs"] = np.asarray(mesh.uvs, np.float32)
 
     def _add_cloth(self) -> None:
-        """Cloth of IPC: the engine keeps neither its masses nor its texture coordinates with its vertices."""
+        """Sets masses and texture coordinates of IPC cloth, which the engine does not store with its vertices."""
         a, b, c = np.moveaxis(self.entity.init_positions.cpu().numpy().astype(float)[self.topology["faces"]], 1, 0)
-        # The thickness is that of one side.
+        # The engine's thickness is half of the cloth's.
         density = self.entity.material.rho * 2 * self.entity.material.thickness
         shares = density * np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6
         self.masses = np.bincount(self.topology["faces"].ravel(), np.repeat(shares, 3), len(self.masses))
@@ -223,7 +222,7 @@ class _Body:
 
 
 def _fields(scene) -> dict:
-    """Returns a function for each active solver, of a frame of its memory, that returns positions and velocities."""
+    """Returns a function for each active solver, which returns positions and velocities of a frame of its memory."""
     fields = {}
     if scene.mpm_solver.is_active:
         fields["mpm"] = _reader(scene.mpm_solver.particles, has_frames=True)
@@ -245,7 +244,7 @@ def _reader(field, *, has_frames: bool):
 
 
 def _is_sound(positions: np.ndarray, velocities: np.ndarray, speed_limit: float) -> bool:
-    """Whether all numbers are finite and none is faster than the limit, by two reductions where speeds are moderate."""
+    """Whether all numbers are finite and no speed exceeds the limit; usually takes only two reductions."""
     positions, velocities = positions.reshape(-1), velocities.reshape(-1)
     if not np.isfinite(np.dot(positions, positions)):
         return False

@@ -1,6 +1,6 @@
-"""Draws bodies that deform from their recorded states, with nodes of its own in the rasterizer of the engine.
+"""Draws deformable bodies from their recorded states, with its own nodes in the engine's rasterizer.
 
-The engine would draw them as its solvers have them, which is how they are at the end of the run, or at its beginning.
+The engine itself can only draw the current states of its solvers.
 """
 
 import json
@@ -14,21 +14,21 @@ from shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
 from soft_states import SoftStates
 
 HERE = Path(__file__).resolve().parent
-FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # as the rasterizer has it for rigid bodies
-SHADES = {"granular": (0.86, 1.0, 1.12), "snow": (0.96, 1.0)}  # of the color, which tell grains apart
-GRAIN = 0.62  # radius of a drawn particle, in distances between particles: they fill a heap without gaps
-SMOOTHING = "splashsurf-1.0-smooth-10"  # ten rounds, which take 3 % of the volume of two thousand particles
-ENCLOSING = 1.5  # edge of the cells that hide a particle if they are full all around it, in distances as well
-ROUND = 3000  # particles that are drawn as round as they are
+FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # the rasterizer's values for rigid bodies
+SHADES = {"granular": (0.86, 1.0, 1.12), "snow": (0.96, 1.0)}  # factors on the color, which make grains distinguishable
+GRAIN = 0.62  # radius of a drawn particle, in particle spacings: a heap has no visible gaps
+SMOOTHING = "splashsurf-1.0-smooth-10"  # ten iterations; they take 3 % of the volume of two thousand particles
+ENCLOSING = 1.5  # edge of the cells of `enclosed`, in particle spacings
+ROUND = 3000  # largest number of particles that are drawn as smooth balls
 
 
 class SoftFilm:
-    """What a film shows of bodies that deform.
+    """Draws the deformable bodies of a film.
 
     Args:
-        scene: Scene whose visualizer is not yet built: from here on it draws no such body itself.
-        states: Their recorded states.
-        geometry: Folder of their geometry.
+        scene: Scene whose visualizer is not yet built; the visualizer will not draw these bodies itself.
+        states: Recorded states of the bodies.
+        geometry: Folder of the geometry.
     """
 
     def __init__(self, scene, states: SoftStates, geometry: Path):
@@ -40,7 +40,7 @@ class SoftFilm:
         scene.mpm_solver.update_render_fields = scene.pbd_solver.update_render_fields = _nothing
 
     def show(self, around: tuple[int, int, float]) -> None:
-        """Puts every body where it is between two frames; call before a picture is rendered."""
+        """Updates every body to its state between two frames, see `SoftStates.at`; call before rendering a picture."""
         self._figures = self._figures or self._make()
         for figure, places in zip(self._figures, self._places(around), strict=True):
             figure.show(places)
@@ -63,7 +63,7 @@ class SoftFilm:
         return figures
 
     def _places(self, around: tuple[int, int, float]) -> list[np.ndarray]:
-        """Where the vertices, or else the particles, of each body are between two frames."""
+        """Positions of the surface of each body, or of its particles if it has none, between two frames [m]."""
         points, surface = self._states.at("soft_points", around), self._states.at("soft_surface", around)
         return [
             points[slice(*row["points"])] if row["surface"] is None else surface[slice(*row["surface"])]
@@ -71,18 +71,18 @@ class SoftFilm:
         ]
 
     def close(self) -> None:
-        """Takes the bodies out of the scene."""
+        """Removes the bodies from the scene."""
         for figure in self._figures:
             figure.clear()
         self._figures = []
 
 
 def _nothing(*given, **named) -> None:
-    """Stands in for what the engine would draw."""
+    """Replaces the drawing functions of the engine."""
 
 
 class _Figure:
-    """Nodes of one body, which count as it in pictures of what is seen."""
+    """Nodes of one body; segmentation pictures show them under its name."""
 
     def __init__(self, scene, row: dict):
         self._scene, self._context, self._row = scene, scene.visualizer.context, row
@@ -106,7 +106,7 @@ class _Figure:
 
 
 class _Surface(_Figure):
-    """A body with a mesh; cloth shows both its sides."""
+    """A body with a mesh. Cloth is drawn from both sides."""
 
     def __init__(self, scene, row: dict, material, shell: Shell, uvs: np.ndarray | None):
         super().__init__(scene, row)
@@ -115,7 +115,7 @@ class _Surface(_Figure):
         self._whole = np.ones(len(shell.faces), bool)
 
     def wear(self, looks: list[dict], parts: np.ndarray) -> None:
-        """Gives each vertex the color of a part whose triangles it belongs to; `looks` begin with that of the body."""
+        """Gives each vertex the color of its part; `looks[0]` is that of the body, `parts` are as from `parts_worn`."""
         colors = np.array([[*look["color"], look["opacity"]] for look in looks], np.float32)
         self._colors = np.empty((len(self._shell.worn), 4), np.float32)
         self._colors[self._shell.faces] = colors[parts + 1][:, None]
@@ -125,7 +125,7 @@ class _Surface(_Figure):
         shell = self._shell
         positions, normals = vertices[shell.worn].astype(np.float32), shell.normals(vertices)
         whole = shell.whole(vertices, self._gap) if np.isfinite(self._gap) else self._whole
-        if (whole != self._whole).any():  # it tears, or heals: what spans the gap is not there
+        if (whole != self._whole).any():  # the body tears or heals, so other triangles are drawn
             self.clear()
             self._whole = whole
         if self._nodes:
@@ -136,8 +136,8 @@ class _Surface(_Figure):
             positions=positions,
             normals=normals,
             indices=shell.faces[self._whole],
-            # Pictures begin at the upper left.
             color_0=self._colors,
+            # v is measured from the top of the picture.
             texcoord_0=None if uvs is None else uvs * np.array([1, -1]) + np.array([0, 1]),
             material=self._material,
             double_sided=self._row["kind"] == "cloth",
@@ -145,7 +145,7 @@ class _Surface(_Figure):
 
 
 class _Grains(_Figure):
-    """A body of particles, each of which is a ball; what lies within a heap is left out, which nobody sees."""
+    """A body of particles, drawn as balls. Hidden particles inside a heap are left out."""
 
     def __init__(self, scene, row: dict, look: dict):
         super().__init__(scene, row)
@@ -165,7 +165,7 @@ class _Grains(_Figure):
 
 
 class _Liquid(_Figure):
-    """A body of particles with a surface around all of them, which is made anew for every picture."""
+    """A body of particles, drawn as one surface that is reconstructed for every picture."""
 
     def __init__(self, scene, row: dict, look: dict):
         super().__init__(scene, row)
@@ -181,7 +181,7 @@ class _Liquid(_Figure):
 
 
 def _material(look: dict, folder: Path | None = None):
-    """Returns the material of a body: its color, or its picture."""
+    """Returns the material for a look: its texture if it has one, else its color."""
     if folder is not None and "texture" in look:
         from PIL import Image
 

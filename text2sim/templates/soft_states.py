@@ -1,4 +1,4 @@
-"""Reads back what `soft.py` recorded."""
+"""Reads the recording of `soft.py`."""
 
 import numpy as np
 
@@ -6,13 +6,13 @@ CHUNKS_IN_HAND = 2
 
 
 class SoftStates:
-    """Recorded points and surfaces of bodies that deform.
+    """Recorded points and surfaces of deformable bodies.
 
-    Chunks are read when they are needed, for those of a large body do not fit into memory together.
+    Chunks are read on demand, because those of a large body do not fit into memory together.
 
     Args:
-        rows: What the layout says of each body.
-        chunks: Chunks of the recording that hold frames, in order.
+        rows: Rows of the layout, one for each body.
+        chunks: Chunks of the recording that contain frames, in order.
     """
 
     def __init__(self, rows: list[dict], chunks: list):
@@ -22,17 +22,17 @@ class SoftStates:
         self._centres = None
 
     def at(self, name: str, around: tuple[int, int, float]) -> np.ndarray:
-        """Positions `soft_points` or `soft_surface` between two frames, linear, shape (n, 3).
+        """Return positions [m], interpolated linearly between two frames, shape (n, 3).
 
         Args:
-            name: Of the array.
-            around: Frames before and after, and how far from the one to the other, 0 to 1.
+            name: Name of the array, `soft_points` or `soft_surface`.
+            around: Frames before and after, and the fraction of the way from one to the other.
         """
         a, b, w = around
         return (1 - w) * self._frame(name, a) + w * self._frame(name, b)
 
     def centre(self, body: str, around: tuple[int, int, float]) -> np.ndarray | None:
-        """Mean of the points of a body between two frames [m], shape (3,); None if nothing of that name deforms."""
+        """Return the mean of the points of a body between two frames [m], shape (3,); None if no such body deforms."""
         names = [row["body"] for row in self.rows]
         if body not in names:
             return None

@@ -1,8 +1,9 @@
-"""Writes down with which solids rigid bodies touch: what is drawn of a body may be another shape.
+"""Writes the collision shapes of rigid bodies, which may differ from what is drawn.
 
-    OUT/geometry/solids.json   link -> solids: kind, pose in its frame, size [m] or mesh, over geometry/<hash>.npz
+    OUT/geometry/solids.json   link -> solids: kind, pose in the link's frame, size [m] or mesh in geometry/<hash>.npz
 
-Sizes: box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length, both along z.
+Sizes: box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, length of the straight part.
+Cylinders and capsules lie along z.
 """
 
 from pathlib import Path
@@ -23,12 +24,12 @@ PRIMITIVES = {
 
 
 def write_solids(solver, offsets: np.ndarray, folder: Path) -> None:
-    """Writes the solids of every rigid link of a built scene.
+    """Writes the collision shapes of every rigid link of a built scene.
 
     Args:
         solver: The engine's solver of rigid bodies.
-        offsets: Pose of its frame of each link within the authored frame, shape (L, 7).
-        folder: Where geometry lies.
+        offsets: Pose of each link's solver frame in its authored frame, shape (L, 7).
+        folder: Folder of the geometry.
     """
     index: dict[int, list[dict]] = {}
     for geom in solver.geoms if solver.is_active else ():
@@ -48,7 +49,7 @@ def write_solids(solver, offsets: np.ndarray, folder: Path) -> None:
 
 
 def _size(kind: str, vertices: np.ndarray) -> list[float]:
-    """Lengths of a primitive, from the mesh that the engine made of it: its corners lie on it."""
+    """Returns the size of a primitive [m], from the vertices of the engine's mesh, which lie on its surface."""
     x, y, z = np.abs(vertices).max(axis=0).tolist()
     around = float(np.hypot(vertices[:, 0], vertices[:, 1]).max())
     return {

@@ -1,4 +1,4 @@
-"""Where a camera stands that nobody placed: where what moves is least hidden, stands out, and fills the picture."""
+"""Finds a place for a camera that has none, where moving bodies are visible, stand out and fill the picture."""
 
 import math
 from typing import Any
@@ -13,38 +13,38 @@ else:  # in a program, where it lies beside this module
     from viewpoints import place
 
 LOOKS = 20
-"""Moments of the recording at which is asked what has to be in the picture,"""
+"""Number of moments of the recording at which the framing is checked."""
 HIDING = 5
-"""and what hides what."""
+"""Number of moments at which occlusion is checked."""
 MANY, OUTLIERS = 20, 0.02
-"""Of this many bodies or more, this part of their places may be cut off by an edge of the picture: one shard that flies
-off must not make all others small."""
+"""With this many bodies or more, each edge of the picture may cut off this share of their positions: one shard that
+flies off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
 ELEVATIONS = {13: 0.0, 19: 0.03, 8: 0.04, 27: 0.12, 42: 0.25}
-"""Angles [deg] of ways to a camera: from +x round, and above the horizon with what is lost by it. What is usual comes
-first."""
+"""Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
+with the score that each costs."""
 HABIT, BACK = 0.006, 0.06
-"""Loss of each step down that list, and of looking from behind: scenes are laid out for the front, -y."""
+"""Score that each step down the list of azimuths costs, and that a view from behind costs: scenes face -y."""
 HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
-"""What counts for a camera: bodies that are not hidden, how much of the picture they fill, motion across it, their
-broad sides, and how they stand out from what is behind them."""
+"""Weights of a camera's score: hidden bodies, the share of the picture that bodies fill, motion across the picture,
+broad sides of bodies, and contrast with the background."""
 TELLS = 0.25
-"""Distance of colours from which on a larger one gains nothing."""
+"""Colour distance above which contrast does not increase the score further."""
 SPOTS = 3
-"""Points of a thing from which is looked."""
+"""Points of a body from which occlusion is checked."""
 CHECKS = 1_500_000
-"""Most pairs of a line of sight and a box that are looked at for all cameras together."""
+"""Largest number of tests of a line of sight against a box, for all cameras together."""
 
 
 def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks: np.ndarray) -> dict:
-    """Return a still camera that shows all of the film from the best side.
+    """Return the still camera with the best score that shows the whole film.
 
     Args:
-        film: What `render.py` says.
-        camera: The one that was derived before anything was known of the motion; its way there is one of those tried.
-        states: The recorded ones.
+        film: Constants of `render.py`.
+        camera: Camera that was derived before the simulation; its direction is one of the candidates.
+        states: Recorded states, see `playback.States`.
         times: Moments [s], shape (T,).
-        tracks: Points of all that moves at these, shape (T, n, 3).
+        tracks: Points of all moving bodies at these moments [m], shape (T, n, 3).
     """
     auto, frame = film["auto"], camera["frame"]
     aspect = film["resolution"][0] / film["resolution"][1]
@@ -72,7 +72,7 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
 
 
 def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
-    """Return times [s], the first and the last among them, half of them evenly, half as often as much moves."""
+    """Return times [s], including the first and last: half their density is uniform, half is proportional to motion."""
     moved = np.linalg.norm(np.diff(tracks, axis=0), axis=2).mean(axis=1)
     even = np.full(len(moved), 1 / len(moved))
     share = even if moved.sum() < 1e-12 else (even + moved / moved.sum()) / 2
@@ -93,11 +93,11 @@ def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, flo
 
 
 class _Sights:
-    """Who hides whom, with a box for each thing, and what is behind.
+    """Occlusion and contrast of moving bodies, computed with a box for each body.
 
     Args:
-        film: What `render.py` says.
-        states: The recorded ones.
+        film: Constants of `render.py`.
+        states: Recorded states, see `playback.States`.
         looks: Moments [s].
     """
 
@@ -116,11 +116,11 @@ class _Sights:
         self._background = np.asarray(film["background"], float)
 
     def told(self, way: np.ndarray, away: float) -> tuple[float, float]:
-        """Return which part of what moves is hidden from a camera there, and how well it stands out, 0 to 1.
+        """Return the hidden share of moving bodies as seen by a camera, and their contrast, each 0 to 1.
 
         Args:
-            way: To the camera, length 1.
-            away: Its distance [m].
+            way: Unit vector towards the camera.
+            away: Distance of the camera [m].
         """
         mine, hidden, apart = self._mine, [], []
         if not len(mine):
@@ -140,14 +140,14 @@ class _Sights:
         return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(apart, axis=0))
 
     def broad(self, way: np.ndarray) -> float:
-        """Return how much of their broad sides things show, 0 to 1."""
+        """Return how much of their broad sides the bodies show, 0 to 1; `way` points to the camera."""
         _, axes, half = (array[self._mine] for array in self._placed[0])
         faces = np.stack([half[:, 1] * half[:, 2], half[:, 0] * half[:, 2], half[:, 0] * half[:, 1]], axis=1)
         seen = (np.abs(np.einsum("nij,i->nj", axes, way)) * faces).sum(axis=1)
         return self._mean(seen / np.maximum(np.linalg.norm(faces, axis=1), 1e-12)) if len(seen) else 1.0
 
     def _mean(self, values: np.ndarray) -> float:
-        """Mean over bodies, all copies of each together: one ball counts as much as a wall of bricks."""
+        """Mean over bodies, with the copies of each averaged first: one ball counts as much as a wall of bricks."""
         bodies = self._body[self._mine]
         counts = np.bincount(bodies)
         sums = np.bincount(bodies, values)
@@ -157,7 +157,7 @@ class _Sights:
 def _entered(
     points: np.ndarray, way: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
 ) -> np.ndarray:
-    """Return how far [m] along a way from points boxes begin, infinite where they are not met, (points, boxes)."""
+    """Return the distance [m] at which rays from points enter boxes, inf if they miss, shape (points, boxes)."""
     local = np.einsum("pbi,bij->pbj", points[:, None] - centers[None], axes)
     along = np.einsum("i,bij->bj", way, axes)
     along = np.where(np.abs(along) < 1e-9, 1e-9, along)
@@ -167,7 +167,7 @@ def _entered(
 
 
 def _across(ways: np.ndarray, view: View) -> float:
-    """Part of all motion that goes across the picture, 0 to 1."""
+    """Share of all motion that goes across the picture, 0 to 1."""
     ahead = (view.look_at - view.pos) / np.linalg.norm(view.look_at - view.pos)
     whole = np.linalg.norm(ways, axis=1).sum()
     across = np.linalg.norm(ways - np.outer(ways @ ahead, ahead), axis=1).sum()
@@ -175,14 +175,17 @@ def _across(ways: np.ndarray, view: View) -> float:
 
 
 def _filled(view: View, cloud: np.ndarray, aspect: float) -> float:
-    """How large subjects are: root of the part of the picture that a box around most of them fills."""
+    """Size of the subjects: square root of the share of the picture that a box around most of them fills."""
     places = np.clip(project(view, cloud, aspect)[:, :2], -1, 1)
     wide, tall = np.diff(np.percentile(places, (4, 96), axis=0), axis=0)[0] / 2
     return float(math.sqrt(max(wide * tall, 0.0)))
 
 
 def within(cloud: np.ndarray, space: Any) -> np.ndarray:
-    """Return the points (n, 3) that are in a space, its lowest and highest corner [m]; all if none is, or None."""
+    """Return the points (n, 3) within a box, given by its lowest and highest corner [m].
+
+    Returns all points if the box is None or contains none.
+    """
     if space is None or not len(cloud):
         return cloud
     low, high = (np.asarray(corner, float) for corner in space)
@@ -191,7 +194,7 @@ def within(cloud: np.ndarray, space: Any) -> np.ndarray:
 
 
 def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
-    """All points of clouds; of many bodies without the few that stray farthest."""
+    """All points of clouds; with many bodies, without the outliers."""
     points = np.concatenate(clouds) if clouds else np.zeros((0, 3))
     if bodies < MANY or not len(points):
         return points
@@ -202,6 +205,6 @@ def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
 
 
 def view_of(camera: dict) -> View:
-    """Return what a camera sees that stands still."""
+    """Return the view of a still camera."""
     pos, look_at = (np.asarray(point, float) for point in place(camera, 0.0, 0.0, None))
     return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), 1.0, 0.0)

@@ -1,7 +1,7 @@
-"""Events that the program itself has to see, because something is released on them.
+"""Events that the program detects while it runs, because something is released on them.
 
-They are those that are found later in the recording, by the same rules: contacts in every substep, all else by what
-passes zero on a straight line between two steps.
+The same rules find them later in the recording: touches by the contacts of every substep, all others by the zero
+crossing of a number, interpolated linearly between two steps.
 """
 
 import genesis as gs
@@ -9,7 +9,7 @@ import numpy as np
 from points import Points, array, choose
 
 GAP = 2
-"""Steps without contact that do not end a touch: touches flicker in a discrete simulation."""
+"""Steps without contact that do not end a touch: contacts flicker in a discrete simulation."""
 REDUCE = {
     "max": np.max,
     "min": np.min,
@@ -21,18 +21,18 @@ REDUCE = {
 
 
 class Triggers:
-    """Looks for the events at every step; `happened` says when each was seen first [s].
+    """Watches for the events at every step; `happened` has the time of the first occurrence of each [s].
 
     Args:
-        dt: Length of a step [s].
-        watches: Of each event its name, what watches for it, and the name of an event that has to come first, or None.
+        dt: Time step [s].
+        watches: Rows of the name of an event, its watch, and the name of an event that has to come before it, or None.
     """
 
     def __init__(self, dt, watches):
         self.dt, self.watches, self.happened = dt, watches, {}
 
     def __call__(self, t):
-        """Look at what is there before the step that begins at t [s]."""
+        """Call every watch before the step that begins at t [s]."""
         for name, watch, after in self.watches:
             moment = watch(round(t / self.dt), self.dt)
             since = self.happened.get(after)
@@ -42,7 +42,7 @@ class Triggers:
 
 
 class Touch:
-    """Something of one list of links begins to touch something of another."""
+    """Watches for the beginning of contact between links of two groups."""
 
     def __init__(self, scene, first, second):
         self.solver, self.groups = scene.rigid_solver, []
@@ -77,13 +77,13 @@ class Touch:
 
 
 class Crossing:
-    """One of several numbers rises from below zero."""
+    """Watches for the first of several numbers to rise through zero."""
 
     def __init__(self, heights):
         self.heights, self.before = heights, None
 
     def __call__(self, step, dt):
-        """Return the time [s] at which one first did so in the last step, or None."""
+        """Return the time [s] of the first crossing in the last step, or None."""
         now = np.array([height() for height in self.heights])
         before, self.before = self.before, now
         if before is None or not (crossed := (before < 0.0) & (now >= 0.0)).any():
@@ -95,17 +95,17 @@ class Crossing:
 
 
 def main_link(body):
-    """The first link of a body that is not the world."""
+    """Return the first link of a body that is not the world."""
     return next(link for link in body.links if link.name != "world")
 
 
 def links(body, link=None):
-    """Return the links that are meant: one, or all of a body."""
+    """Return a list of the named link of a body, or of all its links."""
     return [body.get_link(link)] if link else body.links
 
 
 def origin(scene, body, link=None):
-    """Return a function: position of the frame of a body [m].
+    """Return a function that gives the position of a link's frame [m].
 
     Args:
         scene: The built scene.
@@ -117,12 +117,12 @@ def origin(scene, body, link=None):
 
 
 def velocity(scene, body, link=None):
-    """Return a function: velocity of the centre of mass of a body [m/s].
+    """Return a function that gives the velocity of the centre of mass of a body [m/s].
 
     Args:
         scene: The built scene.
         body: A body of links.
-        link: Name of the only link that counts; all links if None.
+        link: Name of a link; all links if None.
     """
     chosen = [one.idx for one in links(body, link)]
     masses = np.array([one.get_mass() for one in links(body, link)])
@@ -131,7 +131,7 @@ def velocity(scene, body, link=None):
 
 
 def center(body, pose=None, region=None):
-    """Return a function: centre of mass of a deformable body, or mean position of a region [m].
+    """Return a function that gives the centre of mass of a deformable body, or the mean position of a region [m].
 
     Args:
         body: The deformable body.
@@ -143,7 +143,7 @@ def center(body, pose=None, region=None):
 
 
 def center_velocity(body, pose=None, region=None):
-    """Return a function: velocity of the centre of mass of a deformable body, or mean of a region [m/s].
+    """Return a function that gives the velocity of the centre of mass of a deformable body, or of a region [m/s].
 
     Args:
         body: The deformable body.
@@ -167,7 +167,7 @@ def _weights(body, pose, region):
 
 
 def joint(scene, body, name):
-    """Return a function: position of a hinge [rad] or slider [m].
+    """Return a function that gives the position of a hinge [rad] or slider [m].
 
     Args:
         scene: The built scene.
@@ -179,52 +179,52 @@ def joint(scene, body, name):
 
 
 def coordinate(vector, axis):
-    """One component of a vector."""
+    """Return a function that gives one component of a vector."""
     return lambda: vector()[axis]
 
 
 def size(vector):
-    """Length of a vector."""
+    """Return a function that gives the length of a vector."""
     return lambda: np.linalg.norm(vector())
 
 
 def moved(place, axis=None):
-    """How far something is from where it is now [m], or by how much along an axis."""
+    """Return a function that gives the distance from the present place, or the displacement along an axis [m]."""
     start = place()
     return (lambda: np.linalg.norm(place() - start)) if axis is None else (lambda: (place() - start)[axis])
 
 
 def distance(pairs):
-    """Distance of the nearest pair of places [m]."""
+    """Return a function that gives the smallest distance of several pairs of places [m]."""
     return lambda: min(np.linalg.norm(first() - second()) for first, second in pairs)
 
 
 def since_start(value):
-    """How much a number has changed since now."""
+    """Return a function that gives the change of a number from its present value."""
     start = value()
     return lambda: value() - start
 
 
 def reduce(how, values):
-    """One number for several."""
+    """Return a function that reduces several numbers to one; `how` is a key of `REDUCE`."""
     return lambda: REDUCE[how]([value() for value in values])
 
 
 def above(value, bound):
-    """How far a number is above a bound."""
+    """Return a function that gives how far a number is above a bound, negative below."""
     return lambda: value() - bound
 
 
 def below(value, bound):
-    """How far a number is below a bound."""
+    """Return a function that gives how far a number is below a bound, negative above."""
     return lambda: bound - value()
 
 
-# --- regions: how deep a place lies in one [m], negative outside --------------------------------------------------
+# --- depth of a place inside a region [m], negative outside -------------------------------------------------------
 
 
 def in_box(place, low, high):
-    """Return a function: depth inside an upright box [m], negative outside.
+    """Return a function that gives the depth inside an axis-aligned box [m], negative outside.
 
     Args:
         place: Returns the position [m].
@@ -235,7 +235,7 @@ def in_box(place, low, high):
 
 
 def in_ball(place, middle, radius):
-    """Return a function: depth inside a ball [m], negative outside.
+    """Return a function that gives the depth inside a ball [m], negative outside.
 
     Args:
         place: Returns the position [m].
@@ -246,7 +246,7 @@ def in_ball(place, middle, radius):
 
 
 def in_cylinder(place, middle, axis, radius, height):
-    """Return a function: depth inside a cylinder [m], negative outside.
+    """Return a function that gives the depth inside a cylinder [m], negative outside.
 
     Args:
         place: Returns the position [m].
@@ -265,5 +265,5 @@ def in_cylinder(place, middle, axis, radius, height):
 
 
 def outside(depth):
-    """The other way round."""
+    """Return a function that gives the depth outside a region instead of inside it."""
     return lambda: -depth()

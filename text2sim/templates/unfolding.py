@@ -1,43 +1,43 @@
-"""Surfaces laid out flat, so that a pattern lies on a box face by face and runs around what is round."""
+"""Unfolded surfaces: a pattern lies on each face of a box, and runs around a solid of revolution."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 ROUND = 0.2
-"""Largest part of a normal along the tangent about z, of what is turned about z."""
+"""Largest tangential component of a normal about z on a solid of revolution."""
 CAP = 0.9
-"""Part of a face's normal along z from which on it belongs to an end of what is round."""
+"""z component of a face's normal above which the face belongs to an end of a solid of revolution."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A face, or the side of what is round, laid flat."""
+    """A flat piece of an unfolded body: a face of a box, or the side or an end of a solid of revolution."""
 
     name: str
-    """`+x`, `-x`, ..., or `side`, or `top` and `bottom` of what is round."""
+    """`+x`, `-x`, ... of a box; `side`, `top` and `bottom` of a solid of revolution."""
     width: float
     height: float
-    """[m]"""
+    """Width and height are in m."""
 
 
 @dataclass(frozen=True)
 class Unfolded:
-    """A mesh laid flat."""
+    """An unfolded mesh."""
 
     vertices: np.ndarray
-    """Vertex of the mesh behind each one that is laid flat, shape (n,)."""
+    """Index of the vertex of the mesh behind each unfolded vertex, shape (n,)."""
     faces: np.ndarray
-    """Over these, shape (f, 3)."""
+    """Triangles as indices of unfolded vertices, shape (f, 3)."""
     sheet: np.ndarray
-    """Number of the sheet of each, shape (n,)."""
+    """Index of the sheet of each unfolded vertex, shape (n,)."""
     uvs: np.ndarray
-    """[m] from the lower left corner of its sheet, shape (n, 2)."""
+    """Position from the lower left corner of the sheet [m], shape (n, 2)."""
     sheets: list[Sheet]
 
 
 def is_round(vertices: np.ndarray, normals: np.ndarray) -> bool:
-    """Whether a mesh is turned about z."""
+    """Whether a mesh is a solid of revolution about z; vertices [m] and their normals have shape (n, 3)."""
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     x, y, _ = np.ptp(vertices, axis=0)
     out = radius > 0.05 * radius.max()
@@ -49,13 +49,13 @@ def is_round(vertices: np.ndarray, normals: np.ndarray) -> bool:
 
 
 def unfold(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, *, upright: bool) -> Unfolded:
-    """Lay a mesh flat.
+    """Unfold a mesh.
 
     Args:
-        vertices: [m], shape (n, 3).
-        faces: Shape (f, 3).
-        normals: Of the vertices.
-        upright: Whether z is up on the sides of a box; otherwise up is along the longest side.
+        vertices: Vertices [m], shape (n, 3).
+        faces: Triangles, shape (f, 3).
+        normals: Normals of the vertices, shape (n, 3).
+        upright: Whether z is up on the sides of a box; otherwise its longest extent is up.
     """
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     looks = np.cross(b - a, c - a)

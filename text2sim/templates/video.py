@@ -1,4 +1,4 @@
-"""H.264 that browsers play, written picture by picture."""
+"""H.264 video for browsers, written picture by picture."""
 
 import os
 from fractions import Fraction
@@ -8,14 +8,14 @@ import numpy as np
 
 
 class Video:
-    """A film file, which has its name only when it is whole.
+    """A video file, which gets its name only when it is complete.
 
     Args:
         path: The file.
         size: Width and height [pixels], both even.
         fps: Pictures per second.
-        crf: Loss, 0 to 51; 18 is hardly seen.
-        preset: How long the encoder may look for a smaller file.
+        crf: Constant rate factor of x264, 0 (lossless) to 51; the loss at 18 is hardly visible.
+        preset: Preset of x264; slower ones give smaller files.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float, *, crf: int = 18, preset: str = "medium"):
@@ -42,7 +42,7 @@ class Video:
         os.replace(self._part, self._path)
 
     def _keep(self, write) -> None:
-        """Writes; where the disk is full, nothing is left of the film and the error names it."""
+        """Calls `write`; if the disk is full, deletes the partial file and names the film in the error."""
         try:
             write()
         except OSError as error:

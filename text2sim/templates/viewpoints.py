@@ -1,14 +1,15 @@
-"""Where the cameras of a film stand, what they look at, and what they keep sharp.
+"""Positions, targets and lenses of the cameras of a film.
 
-A camera is a dictionary as `render.py` has it. All have `kind`, `up`, and `fov` [deg], the vertical field of view.
+A camera is a dictionary from `render.py`. All have `kind`, `up`, and the vertical field of view `fov` [deg].
 
     still       pos, look_at
     follow      body, link, smooth [s], and pos or offset [m]
     orbit       look_at, radius, height [m], start, turn [rad]
     dolly       pos, to, look_at
-    keyframed   times [s], positions, look_at: a point, or one for each time
+    keyframed   times [s], positions [m], look_at: a point, or one for each time
 
-`f_stop` makes a thin lens of it, which is sharp at `focus`, or where it looks. Plain arithmetic, without arrays.
+`f_stop` gives it a thin lens, focused on `focus`, or on the point it looks at. This module does without numpy, so that
+checks of a case need not import it.
 """
 
 import math
@@ -17,18 +18,18 @@ from typing import Any
 Vec = tuple[float, float, float]
 
 HALF_SENSOR = 0.012
-"""Half the height [m] of a picture on 35 mm film, 36 mm x 24 mm, which f-stops and focal lengths are told for."""
+"""Half the height [m] of a picture on 35 mm film (36 mm x 24 mm), to which f-stops and focal lengths refer."""
 MEAN_OF = 9
-"""Moments over which the motion of what is followed is averaged."""
+"""Number of moments over which the position of a followed body is averaged."""
 
 
 def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
-    """Return where a camera stands and what it looks at [m].
+    """Return the position of a camera and the point it looks at [m].
 
     Args:
         camera: The camera.
         t: Simulated time [s].
-        part: How far a camera that moves over its shots has come, 0 to 1.
+        part: Progress of a camera that moves over its take, 0 to 1.
         states: Has `position(body, t, link)`, three numbers [m].
 
     Raises:
@@ -59,7 +60,7 @@ def place(camera: dict, t: float, part: float, states: Any) -> tuple[Vec, Vec]:
 
 
 def along(times: list[float], points: list[Vec], t: float) -> Vec:
-    """Return the position on a smooth path through points [m]: a Catmull-Rom spline that rests at both ends.
+    """Return the position [m] on a Catmull-Rom spline through points; its speed is zero at both ends.
 
     Args:
         times: Time of each point [s], increasing.
@@ -88,7 +89,7 @@ def along(times: list[float], points: list[Vec], t: float) -> Vec:
 
 
 def basis(pos: Any, look_at: Any, up: Any) -> tuple[Vec, Vec, Vec]:
-    """Return the unit vectors right, up and ahead of a picture.
+    """Return the unit vectors right, up and ahead of a camera.
 
     Args:
         pos: Position of the camera [m].
@@ -104,12 +105,12 @@ def basis(pos: Any, look_at: Any, up: Any) -> tuple[Vec, Vec, Vec]:
 
 
 def aperture_radius(fov: float, f_stop: float) -> float:
-    """Return the radius [m] of a lens: focal length / (2 f_stop), on 35 mm film."""
+    """Return the radius of the lens [m]: focal length / (2 f_stop), for 35 mm film; `fov` is in degrees."""
     return HALF_SENSOR / math.tan(math.radians(fov) / 2) / (2 * f_stop)
 
 
 def clip(camera: dict) -> tuple[float, float]:
-    """Return the nearest and the farthest distance [m] that a rasteriser has to draw."""
+    """Return the near and far clipping distance for a rasteriser [m]."""
     if "offset" in camera:
         away = math.hypot(*camera["offset"])
     elif camera["kind"] == "orbit":
@@ -132,7 +133,7 @@ def _cross(a: Vec, b: Vec) -> Vec:
 
 
 def _unit(vector: Any) -> Vec | None:
-    """The vector with length 1; None if it points nowhere."""
+    """Return the vector with length 1; None if it is too short."""
     x, y, z = (float(c) for c in vector)
     long = math.hypot(x, y, z)
     return (x / long, y / long, z / long) if long > 1e-9 else None

@@ -1,4 +1,4 @@
-"""What acts on the bodies of brick_wall, step by step."""
+"""The actions on the bodies of brick_wall, applied step by step."""
 
 import genesis as gs
 import numpy as np
@@ -11,7 +11,7 @@ def rotate(quat, vector):
     return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
 
 
-# Body, velocity of its centre of mass [m/s], angular velocity [rad/s], both in the world.
+# Body, velocity of its centre of mass [m/s], angular velocity [rad/s], both in the world frame.
 VELOCITIES = [
     ("ball", (0.0, 11.0, 0.6), (0.0, 0.0, 0.0)),  # case.yaml:35 launch
 ]
@@ -31,22 +31,22 @@ def set_velocities(scene, bodies):
                 solver.get_links_pos([root.link.idx], ref=gs.link_ref_frame.link_COM),
             )
         )
-        # The engine wants the velocity of the link's origin, and the angular velocity in the link's own axes.
+        # The engine expects the velocity of the link's origin, and the angular velocity in the link's frame.
         velocity = np.asarray(linear) + np.cross(angular, origin - center)
         spin = rotate(quat * (1.0, -1.0, -1.0, -1.0), np.asarray(angular))
         body.set_dofs_velocity(np.concatenate([velocity, spin]), root.dofs_idx_local)
 
 
 class Actions:
-    """Everything that happens to the bodies besides physics."""
+    """Everything that acts on the bodies besides gravity, contacts and joints."""
 
     def __init__(self, scene, bodies):
-        """Set start velocities, and look up the joints and links that are acted on."""
+        """Set the start velocities, and look up the joints and links that the actions need."""
         set_velocities(scene, bodies)
         self.each_step = []
 
     def before_step(self, step):
-        """Act on the bodies before time step number `step`, which begins at `step * DT`."""
+        """Apply all actions before time step `step`, which begins at `step * DT`."""
         t = step * DT
         for act in self.each_step:
             act(t)

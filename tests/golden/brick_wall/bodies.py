@@ -148,7 +148,7 @@ def add_ball(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     return {
         **add_brick(scene),
         **add_ball(scene),
@@ -156,4 +156,4 @@ def add_bodies(scene):
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""

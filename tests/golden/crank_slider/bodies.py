@@ -24,20 +24,20 @@ def add_engine(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     return {
         **add_engine(scene),
     }
 
 
-# Body, joint, stiffness kp, damping kv, largest force [N or N m].
+# Motors: body, joint, stiffness kp, damping kv, largest force [N or N m].
 MOTORS = [
     ("engine", "crank", 0.0, 50.0, 200.0),
 ]
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""
     for name, joint, kp, kv, limit in MOTORS:
         dofs = bodies[name].get_joint(joint).dofs_idx_local
         bodies[name].set_dofs_kp([kp] * len(dofs), dofs)

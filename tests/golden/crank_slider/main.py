@@ -1,9 +1,9 @@
-"""Simulate crank_slider, record it, and film what was recorded.
+"""Simulate crank_slider, record the run, and film the recording.
 
     python main.py --out DIR              simulate, then film
-    python main.py --out DIR --film-only  film the states that lie in DIR
+    python main.py --out DIR --film-only  film the recorded states in DIR
 
-Needs genesis-world 1.4 and numpy. The states are complete on disk chunk by chunk; Ctrl-C keeps what there is.
+Needs genesis-world 1.4 and numpy. States are written to disk chunk by chunk; after Ctrl-C the recorded ones remain.
 """
 
 import argparse
@@ -24,15 +24,15 @@ from scene import DT, MAX_SPEED, RECORD_EVERY, STEPS, add_statics, make_scene, s
 FILM = film_of(render)
 FINISHED, DIVERGED, FAILED, INTERRUPTED = 0, 3, 4, 130
 
-signals = []  # that came so far
+signals = []  # received so far
 
 
 class Interrupted(KeyboardInterrupt):
-    """Somebody wants the run to stop."""
+    """A signal asked the run to stop."""
 
 
 def assemble(with_cameras=True):
-    """Make and build the scene; return it with its entities and cameras by name."""
+    """Build the scene; return it with its entities and cameras by name."""
     scene = make_scene(vis_options(FILM))
     bodies = {**add_statics(scene), **add_bodies(scene)}
     cameras = add_cameras(scene, FILM) if with_cameras else {}
@@ -43,7 +43,7 @@ def assemble(with_cameras=True):
 
 
 def simulate(scene, bodies, out):
-    """Run all steps and record them into the folder `out`."""
+    """Run all steps and record them in the folder `out`."""
     actions = Actions(scene, bodies)
     recorder = Recorder(scene, bodies, out, DT, RECORD_EVERY, STEPS * DT, speed_limit=MAX_SPEED)
     state = "failed"
@@ -115,20 +115,20 @@ def main():
 
 
 def interrupt(number, frame):
-    """Turn a signal into an exception, once; a second one ends the process."""
+    """Turn the first signal into an exception; a second one ends the process."""
     signal.signal(number, signal.SIG_DFL)
     signals.append(number)
     raise Interrupted
 
 
 def heed():
-    """Stop if a signal came while the engine compiled, where exceptions get lost."""
+    """Stop if a signal arrived while the engine was compiling, which swallows exceptions."""
     if signals:
         raise Interrupted
 
 
 def write_status(out, status):
-    """Say how the run ended, for whoever started it."""
+    """Write how the run ended, for the parent process."""
     (out / "status.json").write_text(json.dumps(status, indent=1) + "\n")
 
 

@@ -7,7 +7,7 @@ from cloth_friction import add_friction
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "left": {
         "kind": "cloth",
@@ -143,7 +143,7 @@ def add_right(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     return {
         **add_left_hook(scene),
         **add_right_hook(scene),
@@ -152,7 +152,7 @@ def add_bodies(scene):
     }
 
 
-# Body, joint, stiffness kp, damping kv, largest force [N or N m].
+# Motors: body, joint, stiffness kp, damping kv, largest force [N or N m].
 MOTORS = [
     ("left_hook[0]", "left_hook", 400.0, 40.0, 60.0),
     ("left_hook[1]", "left_hook", 400.0, 40.0, 60.0),
@@ -174,7 +174,7 @@ MOTORS = [
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""
     for name, joint, kp, kv, limit in MOTORS:
         dofs = bodies[name].get_joint(joint).dofs_idx_local
         bodies[name].set_dofs_kp([kp] * len(dofs), dofs)

@@ -1,6 +1,6 @@
-"""Lets cloth rub on rigid bodies.
+"""Friction of cloth on rigid bodies.
 
-Genesis 1.4.5 pushes particles of cloth out of rigid bodies, and leaves them their speed along the surface.
+Genesis 1.4.5 pushes particles of cloth out of rigid bodies, but does not change their tangential velocity.
 """
 
 import quadrants as qd
@@ -9,11 +9,11 @@ from genesis.engine.solvers.rigid.abd.misc import func_apply_coupling_force
 from genesis.utils.array_class import GeomsInfo, GeomsState, LinksState, RigidInfo, SDFInfo
 from genesis.utils.sdf import sdf_func_normal_world, sdf_func_world
 
-TINY = 1e-12  # [m]; nothing slips less in a substep
+TINY = 1e-12  # smallest slip in a substep [m], against division by zero
 
 
 def add_friction(body):
-    """Give cloth friction on rigid bodies: all cloth of the scene of this one, which is built."""
+    """Give all cloth in the built scene of `body` friction on rigid bodies."""
     coupler, pbd = body.sim.coupler, body.solver
     particles = pbd.particles_reordered, pbd.particles_ng_reordered, pbd.particles_info_reordered
     coupler.kernel_pbd_rigid_collide = lambda **rigid: _collide(
@@ -35,10 +35,11 @@ def _collide(
     rigid_info: RigidInfo,
     collider_static_config: qd.template(),
 ):
-    """Move particles out of rigid bodies, and against their slip by at most friction times that (Coulomb's law).
+    """Move particles out of rigid bodies, and back along their slip by at most the friction coefficient times that way.
 
-    What moves a particle of mass m by dx in a substep h is a blow of m dx / h: the ratio of both ways is that of both
-    forces. So it is between particles; Macklin and others, Unified particle physics, 2014, equations 23 and 24.
+    A displacement dx of a particle of mass m in a substep h stands for an impulse m dx / h, so the ratio of both
+    displacements is that of both forces, as in Coulomb's law. Compare Macklin et al., Unified particle physics, 2014,
+    equations 23 and 24, for friction between particles.
     """
     for i, b in qd.ndrange(particles.shape[0], particles.shape[1]):
         if flags[i, b].active:
@@ -51,7 +52,7 @@ def _collide(
                     normal = sdf_func_normal_world(
                         g, b, old, geoms_state, geoms_info, rigid_info, sdf_info, collider_static_config
                     )
-                    # What was too near before is moved, and gets no speed from it.
+                    # Resolve earlier overlap without adding velocity.
                     near = reach - sdf_func_world(g, b, particles[i, b].ipos, geoms_state, geoms_info, sdf_info)
                     particles[i, b].ipos += qd.min(qd.max(near, 0.0), depth) * normal
                     pos = old + depth * normal

@@ -1,18 +1,18 @@
-"""The film of curtains: cadence, cameras, shots and light, as plain data. Nothing here can touch the physics.
+"""The film of curtains: cadence, cameras, shots and lights, as plain data. Nothing here affects the physics.
 
-`cameras.py` and `cadence.py` say what the words mean; `film.py` draws the preview. Positions are in m, times in simulated s,
-angles in rad but for fields of view [deg]. Lights say which way they go; their strength is the irradiance at what they light,
-or in a distance of 1 m.
+`viewpoints.py`, `cameras.py` and `cadence.py` interpret these constants; `film.py` draws the preview. Positions are in m,
+times in simulated s, angles in rad except fields of view [deg]. The direction of a light is that in which it shines. Its
+strength is the irradiance at the scene, or that at a distance of 1 m for lights with a position.
 """
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
 SPEED = 1.4  # simulated seconds per second of film
-START = 0.0  # the part of the run that is shown [s]
+START = 0.0  # span of the run that is shown [s]
 END = 9.0
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.0  # fraction of the time between two frames in which the shutter is open
 
-# The first makes `video.mp4`, unless there are shots.
+# `video.mp4` shows the first camera, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
@@ -22,13 +22,13 @@ CAMERAS = {
         "look_at": (0.0, 0.0, 1.24),
     },
 }
-# What nobody has decided: `directing.py` does, by what was recorded.
+# Choices that the case leaves open, which `directing.py` makes from the recording.
 AUTO = None
-# One after the other.
+# The shots of `video.mp4`, in order.
 SHOTS = []
 
 BACKGROUND = (0.7882, 0.8078, 0.8314)
-AMBIENT = 0.35  # light from everywhere in the preview, which has none that is thrown back
+AMBIENT = 0.35  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
@@ -70,6 +70,6 @@ BACKDROP = {
     "planes": [],
     "supports": True,
 }
-GAIN = 1.2022  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 1.2022  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

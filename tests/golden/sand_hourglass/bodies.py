@@ -7,7 +7,7 @@ from filling import weigh
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "sand": {
         "kind": "granular",
@@ -18,7 +18,7 @@ DEFORMABLES = {
     },
 }
 
-# What bodies of particles weigh [kg].
+# Masses of bodies that consist of particles [kg].
 MASSES = {
     "sand": 5.08435355,
 }
@@ -40,7 +40,7 @@ def add_sand(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     bodies = {
         **add_sand(scene),
     }
@@ -49,4 +49,4 @@ def add_bodies(scene):
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""

@@ -1,4 +1,4 @@
-"""The stage of sand_hourglass: time, gravity, solver, and what never moves."""
+"""The scene of sand_hourglass: time, gravity, solver settings and static bodies."""
 
 from pathlib import Path
 
@@ -8,12 +8,12 @@ from engine import mend
 HERE = Path(__file__).resolve().parent
 DT = 0.003  # time step [s]
 STEPS = 1167  # 3.501 s of simulated time
-RECORD_EVERY = 7  # steps from one recorded frame to the next
-MAX_SPEED = 27.0  # a body faster than this [m/s] has diverged
+RECORD_EVERY = 7  # steps between recorded frames
+MAX_SPEED = 27.0  # the run has diverged if a body is faster [m/s]
 
 
 def start_engine(backend):
-    """Start the engine; once in a process."""
+    """Start the engine. Call once per process."""
     mend()
     gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
@@ -106,7 +106,7 @@ def add_base(scene):
 
 
 def add_statics(scene):
-    """Add what never moves; return the entities by name."""
+    """Add the static bodies; return the entities by name."""
     return {
         **add_floor(scene),
         **add_upper(scene),

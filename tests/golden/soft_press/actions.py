@@ -1,4 +1,4 @@
-"""What acts on the bodies of soft_press, step by step."""
+"""The actions on the bodies of soft_press, applied step by step."""
 
 import math
 from bisect import bisect_right
@@ -23,29 +23,29 @@ def ramp(start, end, before, after, ease):
 
 
 def sine(amplitude, frequency, offset, phase, start):
-    """Return a function of time that swings about `offset`."""
+    """Return a function of time that oscillates about `offset`."""
     return lambda t: offset + amplitude * math.sin(2.0 * math.pi * frequency * (t - start) + phase)
 
 
 def steps(times, values):
-    """Return a function of time that jumps to each value at its time."""
+    """Return a step function of time."""
     return lambda t: values[max(bisect_right(times, t) - 1, 0)]
 
 
 def piecewise(times, values):
-    """Return a function of time that goes straight from value to value."""
+    """Return a piecewise linear function of time."""
     return lambda t: float(np.interp(t, times, values))
 
 
 def waypoints(times, values, ease):
-    """Return a function of time through values; `smooth` stops at each."""
+    """Return a function of time through waypoints; `smooth` stops at each of them."""
     if ease == "linear":
         return piecewise(times, values)
     ramps = [ramp(a, b, u, v, ease) for a, b, u, v in zip(times, times[1:], values, values[1:])]
     return lambda t: ramps[min(max(bisect_right(times, t) - 1, 0), len(ramps) - 1)](t)
 
 
-# Body, joint, and its targets: from when [s], what is controlled, target as a function of time.
+# Body, joint, and its targets: start [s], controlled quantity, target as a function of time.
 DRIVES = [
     (
         "piston",
@@ -73,7 +73,7 @@ DRIVES = [
 
 
 class Drives:
-    """Sets the targets of all driven joints, one call for each kind of target."""
+    """Sets the targets of all driven joints, with one call for each controlled quantity."""
 
     def __init__(self, scene, bodies):
         self.solver = scene.rigid_solver
@@ -88,7 +88,7 @@ class Drives:
                     break
         if rows := wanted["position"]:
             dofs, ends, starts = (list(column) for column in zip(*rows))
-            # With the velocity of the target the servo follows without lag.
+            # With the target's velocity as well, the servo follows without lag.
             speeds = [(end - start) / DT for end, start in zip(ends, starts)]
             self.solver.control_dofs_position_velocity(np.array(ends), np.array(speeds), dofs)
         if rows := wanted["velocity"]:
@@ -100,16 +100,16 @@ class Drives:
 
 
 class Actions:
-    """Everything that happens to the bodies besides physics."""
+    """Everything that acts on the bodies besides gravity, contacts and joints."""
 
     def __init__(self, scene, bodies):
-        """Set start velocities, and look up the joints and links that are acted on."""
+        """Set the start velocities, and look up the joints and links that the actions need."""
         self.each_step = [
             Drives(scene, bodies),
         ]
 
     def before_step(self, step):
-        """Act on the bodies before time step number `step`, which begins at `step * DT`."""
+        """Apply all actions before time step `step`, which begins at `step * DT`."""
         t = step * DT
         for act in self.each_step:
             act(t)

@@ -7,7 +7,7 @@ from filling import weigh
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "block[0]": {
         "kind": "soft",
@@ -67,7 +67,7 @@ DEFORMABLES = {
     },
 }
 
-# What bodies of particles weigh [kg].
+# Masses of bodies that consist of particles [kg].
 MASSES = {
     "block[0]": 0.343,
     "block[1]": 0.343,
@@ -126,7 +126,7 @@ def add_piston(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     bodies = {
         **add_block(scene),
         **add_piston(scene),
@@ -135,7 +135,7 @@ def add_bodies(scene):
     return bodies
 
 
-# Body, joint, stiffness kp, damping kv, largest force [N or N m].
+# Motors: body, joint, stiffness kp, damping kv, largest force [N or N m].
 MOTORS = [
     ("piston", "ram", 20000.0, 800.0, 2000.0),
     ("piston", "head", 300.0, 10.0, 300.0),
@@ -143,7 +143,7 @@ MOTORS = [
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""
     for name, joint, kp, kv, limit in MOTORS:
         dofs = bodies[name].get_joint(joint).dofs_idx_local
         bodies[name].set_dofs_kp([kp] * len(dofs), dofs)

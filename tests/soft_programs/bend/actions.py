@@ -1,17 +1,17 @@
-"""What acts on the bodies of bend, step by step."""
+"""The actions on the bodies of bend, applied step by step."""
 
 from scene import DT
 
 
 class Actions:
-    """Everything that happens to the bodies besides physics."""
+    """Everything that acts on the bodies besides gravity, contacts and joints."""
 
     def __init__(self, scene, bodies):
-        """Set start velocities, and look up the joints and links that are acted on."""
+        """Set the start velocities, and look up the joints and links that the actions need."""
         self.each_step = []
 
     def before_step(self, step):
-        """Act on the bodies before time step number `step`, which begins at `step * DT`."""
+        """Apply all actions before time step `step`, which begins at `step * DT`."""
         t = step * DT
         for act in self.each_step:
             act(t)

@@ -6,7 +6,7 @@ import genesis as gs
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "bar": {
         "kind": "soft",
@@ -26,7 +26,7 @@ def add_bar(scene):
             gs.morphs.Mesh(
                 file=str(HERE / "models/bar.obj"),
                 pos=(0.1, 0.0, 0.2),
-                maxvolume=3.977e-07,  # of a tetrahedron [m3]
+                maxvolume=3.977e-07,  # largest volume of a tetrahedron [m3]
             ),
             material=gs.materials.FEM.Elastic(
                 E=200000.0, nu=0.4, rho=1000.0, model="linear_corotated", friction_mu=0.5
@@ -51,7 +51,7 @@ def add_block(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     return {
         **add_bar(scene),
         **add_block(scene),
@@ -59,4 +59,4 @@ def add_bodies(scene):
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""

@@ -1,16 +1,16 @@
-"""The stage of bend: time, gravity, solver, and what never moves."""
+"""The scene of bend: time, gravity, solver settings and static bodies."""
 
 import genesis as gs
 from engine import mend
 
 DT = 0.01  # time step [s]
 STEPS = 30  # 0.3 s of simulated time
-RECORD_EVERY = 2  # steps from one recorded frame to the next
-MAX_SPEED = 22.0  # a body faster than this [m/s] has diverged
+RECORD_EVERY = 2  # steps between recorded frames
+MAX_SPEED = 22.0  # the run has diverged if a body is faster [m/s]
 
 
 def start_engine(backend):
-    """Start the engine; once in a process."""
+    """Start the engine. Call once per process."""
     mend(sap=True)
     gs.init(backend=backend, precision="64", seed=0, logging_level="warning")
 
@@ -40,7 +40,7 @@ def make_scene(vis_options=None):
             enable_vertex_constraints=True,
         ),
         coupler_options=gs.options.SAPCouplerOptions(
-            rigid_floor_contact_type="vert",  # "tet" takes the sides of what lands for metres deep
+            rigid_floor_contact_type="vert",  # "tet" overestimates the depth of side faces by metres
         ),
         vis_options=vis_options or gs.options.VisOptions(),
         show_viewer=False,
@@ -61,7 +61,7 @@ def add_floor(scene):
 
 
 def add_statics(scene):
-    """Add what never moves; return the entities by name."""
+    """Add the static bodies; return the entities by name."""
     return {
         **add_floor(scene),
     }

@@ -7,7 +7,7 @@ from cloth_friction import add_friction
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "cloth[0]": {
         "kind": "cloth",
@@ -57,12 +57,12 @@ def add_cloth(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     return {
         **add_cloth(scene),
     }
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""
     add_friction(bodies["cloth[0]"])

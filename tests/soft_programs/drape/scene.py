@@ -1,16 +1,16 @@
-"""The stage of drape: time, gravity, solver, and what never moves."""
+"""The scene of drape: time, gravity, solver settings and static bodies."""
 
 import genesis as gs
 from engine import mend
 
 DT = 0.01  # time step [s]
 STEPS = 50  # 0.5 s of simulated time
-RECORD_EVERY = 2  # steps from one recorded frame to the next
-MAX_SPEED = 24.0  # a body faster than this [m/s] has diverged
+RECORD_EVERY = 2  # steps between recorded frames
+MAX_SPEED = 24.0  # the run has diverged if a body is faster [m/s]
 
 
 def start_engine(backend):
-    """Start the engine; once in a process."""
+    """Start the engine. Call once per process."""
     mend()
     gs.init(backend=backend, precision="32", seed=0, logging_level="warning")
 
@@ -71,7 +71,7 @@ def add_ball(scene):
 
 
 def add_statics(scene):
-    """Add what never moves; return the entities by name."""
+    """Add the static bodies; return the entities by name."""
     return {
         **add_floor(scene),
         **add_ball(scene),

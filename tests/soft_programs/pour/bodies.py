@@ -7,7 +7,7 @@ from filling import weigh
 
 HERE = Path(__file__).resolve().parent
 
-# What deforms: kind of body, solver, distance of its points at rest [m], where its frame is placed.
+# Deformable bodies: kind, solver, distance of points at rest [m], pose of the frame at the start.
 DEFORMABLES = {
     "sand": {
         "kind": "granular",
@@ -26,7 +26,7 @@ DEFORMABLES = {
     "snow": {"kind": "snow", "solver": "mpm", "spacing": 0.0064, "pos": (0.3, 0.0, 0.16), "quat": (1.0, 0.0, 0.0, 0.0)},
 }
 
-# What bodies of particles weigh [kg].
+# Masses of bodies that consist of particles [kg].
 MASSES = {
     "sand": 1.25663706,
     "water": 0.64,
@@ -83,7 +83,7 @@ def add_snow(scene):
 
 
 def add_bodies(scene):
-    """Add everything that moves; return the entities by name."""
+    """Add all bodies that move; return the entities by name."""
     bodies = {
         **add_sand(scene),
         **add_water(scene),
@@ -94,4 +94,4 @@ def add_bodies(scene):
 
 
 def configure(bodies):
-    """Set what can be set only after the scene is built."""
+    """Apply the settings that need a built scene."""

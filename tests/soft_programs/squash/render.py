@@ -1,18 +1,18 @@
-"""The film of squash: cadence, cameras, shots and light, as plain data. Nothing here can touch the physics.
+"""The film of squash: cadence, cameras, shots and lights, as plain data. Nothing here affects the physics.
 
-`cameras.py` and `cadence.py` say what the words mean; `film.py` draws the preview. Positions are in m, times in simulated s,
-angles in rad but for fields of view [deg]. Lights say which way they go; their strength is the irradiance at what they light,
-or in a distance of 1 m.
+`viewpoints.py`, `cameras.py` and `cadence.py` interpret these constants; `film.py` draws the preview. Positions are in m,
+times in simulated s, angles in rad except fields of view [deg]. The direction of a light is that in which it shines. Its
+strength is the irradiance at the scene, or that at a distance of 1 m for lights with a position.
 """
 
 RESOLUTION = (1280, 720)  # width and height [pixels]
 FPS = 25.0  # frames per second of film
 SPEED = 1.0  # simulated seconds per second of film
-START = 0.0  # the part of the run that is shown [s]
+START = 0.0  # span of the run that is shown [s]
 END = 0.5
-MOTION_BLUR = 0.0  # part of the time between two frames in which the shutter is open
+MOTION_BLUR = 0.0  # fraction of the time between two frames in which the shutter is open
 
-# The first makes `video.mp4`, unless there are shots.
+# `video.mp4` shows the first camera, unless there are shots.
 CAMERAS = {
     "main": {
         "kind": "still",
@@ -28,7 +28,7 @@ CAMERAS = {
         },
     },
 }
-# What nobody has decided: `directing.py` does, by what was recorded.
+# Choices that the case leaves open, which `directing.py` makes from the recording.
 AUTO = {
     "times": True,
     "camera": True,
@@ -38,11 +38,11 @@ AUTO = {
     "standing": ["step", "rod"],
     "clear": [],
 }
-# One after the other.
+# The shots of `video.mp4`, in order.
 SHOTS = []
 
 BACKGROUND = (0.851, 0.902, 0.9373)
-AMBIENT = 0.45  # light from everywhere in the preview, which has none that is thrown back
+AMBIENT = 0.45  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
@@ -85,6 +85,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.4863, 0.5451, 0.5922), "tile": 0.5},
     "supports": True,
 }
-GAIN = 0.9898  # brightness: this makes a white sheet white that faces the strongest light
+GAIN = 0.9898  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
