@@ -1,7 +1,7 @@
-"""Builds a plan of a loaded case, and the program's folder of a plan."""
+"""From a loaded case to its plan, and from a plan to a folder with the program."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
@@ -55,7 +55,7 @@ def plan_case(loaded: LoadedCase) -> Plan:
 
 
 def resolve_case(loaded: LoadedCase) -> Resolution:
-    """Work a case out.
+    """Place, lower and settle everything in a case.
 
     Raises:
         SpecError: with every problem found, if there is an error among them.
@@ -72,8 +72,8 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     rolls = resists_rolling((*scene.statics.values(), *case.bodies.values()))
     lowering = Lowering(loaded.folder, named_parts(loaded), mechanisms=mechanisms, rolls=rolls)
     lowering.soft = soft_lowering(loaded, placed, lowering.files)
-    statics = _groups(loaded, placed, tuple(scene.statics), "scene", lowering, problems)
-    bodies = _groups(loaded, placed, tuple(case.bodies), None, lowering, problems)
+    statics = _groups(loaded, placed, ("scene", "statics"), tuple(scene.statics), lowering, problems)
+    bodies = _groups(loaded, placed, ("bodies",), tuple(case.bodies), lowering, problems)
     _stop_at_errors(problems)
     points = BodyPoints(lowering.trees, loaded.folder)
     soft_controls = None if lowering.soft is None else SoftControls(scene, lowering.soft.scales, loaded.folder)
@@ -81,17 +81,9 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     watches, found = lower_watches(loaded, placed, soft_controls)
     problems += rows.problems + found + check_targets(loaded, placed, points)
     _stop_at_errors(problems)
-    moving = [copy for name in case.bodies for copy in placed[name]]
     bounce = bounces(copy for group in placed.values() for copy in group)
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
-    traits = _traits(lowering, bodies, moving, rows, bounce)
-    taut = taut_frequencies(lowering, bodies, moving, rows, scene.gravity)
-    wound = any(
-        isinstance(point, Round) for body in case.bodies.values() for point in getattr(body, "along", None) or ()
-    )
-    traits = replace(traits, tautest=max(taut.values(), default=0.0), wound=wound)
-    traits = replace(traits, slopes=has_slopes((c for group in placed.values() for c in group), scene.gravity))
-    settings = derive(scene, traits, soft)
+    settings = derive(scene, _traits(loaded, placed, lowering, bodies, rows, bounce), soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))
     plan = Plan(
         case=case.name,
@@ -130,7 +122,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
 
 
 def compile_case(loaded: LoadedCase, out: Path) -> Plan:
-    """Write the program of a case into the folder `out`, replacing what a compiler wrote there before.
+    """Write the program of a case into the folder `out`, replacing the program that was there.
 
     Raises:
         SpecError: with every problem found.
@@ -155,14 +147,14 @@ def _stop_at_errors(problems: list[Problem]) -> None:
 def _groups(
     loaded: LoadedCase,
     placed: dict[str, list[Copy]],
+    section: tuple[str, ...],
     names: tuple[str, ...],
-    section: str | None,
     lowering: Lowering,
     problems: list[Problem],
 ) -> tuple[Group, ...]:
     groups = []
     for name in names:
-        pointer = ("scene", "statics", name) if section else ("bodies", name)
+        pointer = (*section, name)
         entities: list[EntityPlan] = []
         for copy in placed[name]:
             try:
@@ -188,9 +180,16 @@ def _groups(
 
 
 def _traits(
-    lowering: Lowering, groups: tuple[Group, ...], moving: list[Copy], rows: ControlRows, bounce: Bounces
+    loaded: LoadedCase,
+    placed: dict[str, list[Copy]],
+    lowering: Lowering,
+    groups: tuple[Group, ...],
+    rows: ControlRows,
+    bounce: Bounces,
 ) -> Traits:
-    trees = [tree for tree in lowering.trees.values()]
+    bodies, gravity = loaded.case.bodies, loaded.case.scene.gravity
+    moving = [copy for name in bodies for copy in placed[name]]
+    trees = lowering.trees.values()
     joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(copy.model.startable for copy in moving if not isinstance(copy.model, Deformable))
     return Traits(
@@ -205,12 +204,15 @@ def _traits(
         bounciest=max(bounce.values(), default=0.0),
         rolls=lowering.rolls,
         swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
+        tautest=max(taut_frequencies(lowering, groups, moving, rows, gravity).values(), default=0.0),
+        wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
+        slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
     )
 
 
 def _frictions(loaded: LoadedCase, placed: dict[str, list[Copy]]) -> Iterator[Friction]:
     for name, pair in loaded.case.scene.contact.pairs.items():
         (first, link), (second, other) = (select(selector, placed) for selector in pair.between)
-        names = (tuple(copy.name for copy in copies) for copies in (first, second))
+        these, those = (tuple(copy.name for copy in copies) for copies in (first, second))
         line = loaded.line(("scene", "contact", "pairs", name))
-        yield Friction(next(names), link, next(names), other, pair.friction, line)
+        yield Friction(these, link, those, other, pair.friction, line)

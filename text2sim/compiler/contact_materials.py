@@ -1,4 +1,4 @@
-"""Contact as the materials of bodies and links say: restitution, and friction against rolling and spin."""
+"""What materials of bodies and links say about contact: restitution, and friction against rolling and spin."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,11 +8,11 @@ from text2sim.compiler.settings import Settings
 from text2sim.spec_schema.models.materials import Material
 
 Bounces = Mapping[str, float]
-"""Restitution by copy (`ball`, `brick[3]`), or by link, if it says another (`arm.hand`)."""
+"""Restitution by copy (`ball`, `brick[3]`), or by link (`arm.hand`) where a link has its own."""
 
 
 def materials_of(model: Any) -> dict[str, Material]:
-    """Return the materials of a rigid model by link; empty: of links that have none of their own."""
+    """Return the materials of a rigid model by link; the empty name stands for links without their own."""
     own, links = getattr(model, "material", None), getattr(model, "links", None)
     found: dict[str, Material] = {"": own} if isinstance(own, Material) else {}
     if isinstance(links, dict):
@@ -43,7 +43,7 @@ def contact_damping(
     """Return time constant [s] and damping ratio by copy, and by link with a material of its own.
 
     A contact gets the mean of both damping ratios. A static without a restitution of its own takes the largest of the
-    scene, so that a ball bounces with its own value on a floor that says nothing; where bodies bounce unequally, it
+    scene, so that a ball bounces with its own value on a floor that gives none; where bodies bounce unequally, it
     takes that of each body that touches it (`templates/bounce.py`).
 
     Args:

@@ -59,7 +59,7 @@ FOREVER = 1e9
 
 @dataclass
 class ControlRows:
-    """What the controls come to."""
+    """What the controls become in the program."""
 
     velocities: list[StartVelocity] = field(default_factory=list)
     drives: list[JointDrive] = field(default_factory=list)
@@ -76,7 +76,7 @@ class ControlRows:
     later_targets: Targets = field(default_factory=dict)
     """Targets of `later`; their times count from the event, which may come at any time."""
     problems: list[Problem] = field(default_factory=list)
-    """Regions in which there is nothing."""
+    """Empty regions, targets out of reach, and what a solver cannot do."""
 
 
 def lower_controls(
@@ -94,7 +94,7 @@ def lower_controls(
         copies: Copies by body, statics included.
         initial: Start positions of joints by copy.
         points: Finds regions of bodies.
-        soft: Lowers those of deformable bodies; None if there are none.
+        soft: Lowers controls of deformable bodies; None if there are none.
         held: Joints whose actuators have a stiffness, by copy.
     """
     rows = ControlRows(problems=check_solvers(loaded))
@@ -115,9 +115,7 @@ def lower_controls(
         try:
             if isinstance(control, Attach) and soft is not None and is_soft(chosen[0].model):
                 ends = ends_of(loaded, name)
-                rows.holds += [
-                    soft.hold(copy, held, ends, line, name) for copy, held in held_copies(loaded, name, copies)
-                ]
+                rows.holds += [soft.hold(copy, to, ends, line, name) for copy, to in held_copies(loaded, name, copies)]
                 continue
             for copy in chosen:
                 own = loaded.control_copy(name, copy.variables) if varies else control
@@ -173,7 +171,7 @@ def _lower(
     if isinstance(control, InitialVelocity):
         rows.velocities.append(StartVelocity(copy.name, control.linear, control.angular, line, name))
     elif isinstance(control, Impulse):
-        # A blow is a force of one step: the program divides by its time step.
+        # An impulse is a force of one step: the program divides by its time step.
         rows.wrenches.append(
             Wrench(
                 copy.name,
@@ -210,9 +208,13 @@ def _lower(
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
-    """Pair copies with copies if there are as many, or all with the one."""
+    """Pair copies one to one, or all with the only one on the other side."""
     a, _ = select(attach.body, copies)
-    b = [_held_by_world(copies)] if _to_world(attach, copies) else select(attach.to, copies)[0]
+    if attach.to == WORLD and WORLD not in copies:
+        # The engine only welds links to links: something that never moves stands for the world.
+        b = [next(copy for group in copies.values() for copy in group if isinstance(copy.model, Static))]
+    else:
+        b, _ = select(attach.to, copies)
     if len(b) == 1:
         return [(copy, b[0]) for copy in a]
     if len(a) == 1:
@@ -222,15 +224,6 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
             f"attach pairs copies one to one: {attach.body} has {len(a)} copies and {attach.to} has {len(b)}"
         )
     return list(zip(a, b, strict=True))
-
-
-def _to_world(attach: Attach, copies: dict[str, list[Copy]]) -> bool:
-    return attach.to == WORLD and WORLD not in copies
-
-
-def _held_by_world(copies: dict[str, list[Copy]]) -> Copy:
-    """Something that never moves, which stands for the world: the engine welds links to links alone."""
-    return next(copy for group in copies.values() for copy in group if isinstance(copy.model, Static))
 
 
 def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:

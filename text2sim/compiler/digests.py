@@ -1,4 +1,4 @@
-"""Digests of a plan: of what its simulation depends on, and of what its film depends on besides."""
+"""Digests of a plan: of what its simulation depends on, and of what else its film depends on."""
 
 import json
 import re
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _UNSEEN = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
 REGIONS = "_looks.npz"
-"""End of the names of files that say where parts have looks of their own."""
+"""How names of files end that say where parts have looks of their own."""
 _PAINT = re.compile(rb' rgba="[^"]*"')
 """Colours in model files."""
 

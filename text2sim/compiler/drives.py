@@ -1,4 +1,4 @@
-"""Drives of joints: those of a time take over from each other, those of an event when it happens."""
+"""Drives of joints: a timed drive takes over from the one before it, another when its event happens."""
 
 from collections.abc import Callable, Iterable, Mapping
 
@@ -12,9 +12,9 @@ from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule, start_o
 from text2sim.spec_schema.names.selectors import named_by
 
 Target = tuple[float, str, Schedule, int, str]
-"""Of a drive: from when [s], what is controlled, the target, line and name of the control."""
+"""A drive: its start [s], what it controls, its target, and the line and name of its control."""
 Targets = dict[tuple[str, str], list[Target]]
-"""By copy and joint."""
+"""Drives by copy and joint."""
 
 
 def joints_named(copy: Copy, part: str | None, trees: Mapping[str, Tree]) -> list[str]:
@@ -46,7 +46,7 @@ def add_drive(
     later: dict[tuple[str, str], list[LaterDrive]],
     later_targets: Targets,
 ) -> None:
-    """Add a drive of joints of one copy to those of a time or of events.
+    """Add a drive of joints of one copy to the timed drives, or to those that wait for events.
 
     Args:
         control: The drive.
@@ -54,9 +54,9 @@ def add_drive(
         joints: Their names.
         line: Of the case, for the program.
         name: Of the control.
-        targets: Drives from a time on; added to.
-        later: Drives from an event on; added to.
-        later_targets: What these ask for; added to.
+        targets: Timed drives; added to.
+        later: Drives that wait for events; added to.
+        later_targets: The targets of those; added to.
     """
     mode, schedule = next((m, s) for m in ("position", "velocity", "force") if (s := getattr(control, m)) is not None)
     for joint in joints:
@@ -69,18 +69,18 @@ def add_drive(
 
 
 def constructor_after(schedule: Schedule) -> Code:
-    """Return the source of a function of the target before, which returns the function of time for a schedule."""
+    """Return source text: given the target so far, it makes the function of time for a schedule."""
     return Code(f"lambda before: {constructor(schedule, Code('before'))}")
 
 
 def joint_drives(
     targets: Targets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
 ) -> list[JointDrive]:
-    """Return the drives of every joint. What only an event drives is held, or at rest, until then.
+    """Return the drives of every joint. Until its event, a joint that only an event drives is held or at rest.
 
     Args:
-        targets: Drives from a time on.
-        later: Drives from an event on, by copy and joint.
+        targets: Timed drives.
+        later: Drives that wait for events, by copy and joint.
         initial: Start positions [rad or m] by copy and joint.
     """
     for key, rows in later.items():
@@ -94,7 +94,7 @@ def joint_drives(
         if (entity, joint) not in later:
             made.append(JointDrive(entity, joint, _chain(rows, first)))
             continue
-        # What a later target of a time starts from depends on the event before it: it waits for its time likewise.
+        # Where a later timed drive starts from depends on events before it, so it waits for its time as they do.
         timed = [
             LaterDrive(start, mode, constructor_after(schedule), line, name)
             for start, mode, schedule, line, name in rows

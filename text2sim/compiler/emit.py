@@ -24,12 +24,12 @@ FILMING = (
     "ambience.py", "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py",
     "standpoints.py", "viewpoints.py", "video.py", "film.py",
 )  # fmt: skip
-"""What draws a film, and what it asks."""
+"""Modules that draw the film, and those they import."""
 FILM_TEMPLATES = (*FILMING, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
-"""All that no simulation depends on."""
+"""Templates that no simulation depends on."""
 COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILMING)
 COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
-"""Besides, in programs with deformable bodies."""
+"""Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
 FROM_FILE = ("MJCF", "URDF", "Mesh")
@@ -107,9 +107,9 @@ def emit(plan: Plan) -> dict[str, bytes]:
 
 
 def _looks(plan: Plan) -> bytes:
-    """Colour and finish of every copy, for whoever draws recorded states: what was recorded may have had others.
+    """Colour and finish of every copy, for whoever draws recorded states, which may have been recorded with others.
 
-    A copy of several colours has a list, in which a recorded part is found by its colour.
+    A copy of several colours has a list; a recorded part is found in it by its colour.
     """
     looks = {
         entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, one) for one in entity.worn]
@@ -136,7 +136,7 @@ def _look(entity: EntityPlan, surface: Surface) -> dict[str, Any]:
 
 
 def _format(texts: dict[str, str]) -> dict[str, str]:
-    """Format every module as an expert would leave it; what is no Python does not get through."""
+    """Format every module; ruff rejects what is not Python."""
     with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
         paths = {name: Path(folder) / name for name in texts}
         for name, path in paths.items():
@@ -155,7 +155,7 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
             said = done.stderr.decode().replace(folder, "").strip()
-            # What the formatter cannot write is no bug of ours: a disk is full.
+            # An error of the operating system, such as a full disk, is no bug of ours.
             raise MachineError(f"{folder}: {said}") if "(os error" in said else TemplateBug(said)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
@@ -165,7 +165,6 @@ def _context(plan: Plan) -> dict[str, Any]:
     names = ("substeps", "solver", "iterations", "friction_cone", "timeconst", "max_pairs")
     why = {name: Code(f"  # {comment(settings.why[name])}" if name in settings.why else "") for name in names}
     soft = settings.soft
-    groups = [*plan.statics, *plan.bodies]
     return {
         "version": comment(__version__),
         "case": comment(plan.case),
@@ -190,7 +189,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         },
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
-        "uses_models": any(e.morph in FROM_FILE for g in groups for e in g.entities),
+        "uses_models": any(e.morph in FROM_FILE for g in (*plan.statics, *plan.bodies) for e in g.entities),
         "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
         "motors": plan.motors,
         "changes": plan.changes,
@@ -208,14 +207,14 @@ def _context(plan: Plan) -> dict[str, Any]:
 
 
 def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
-    """Why settings of deformable bodies are what they are, as comments; nothing for what the author decided."""
+    """Why settings of deformable bodies are what they are, as comments; empty for what the author decided."""
     if soft is None:
         return {}
     reasons = {name: comment(soft.why[name]) if name in soft.why else "" for name in soft.values()}
     if soft.mpm is not None:
         cell = f"cells of {soft.mpm.cell:g} m"
         reasons["mpm_cell"] = f"{cell}: {reasons['mpm_cell']}" if reasons["mpm_cell"] else cell
-    # What is long stands in a line of its own.
+    # Bounds are long, so their comment has a line of its own.
     return {
         name: Code(reason and (f"# {reason}\n" if name.endswith("bounds") else f"  # {reason}"))
         for name, reason in reasons.items()

@@ -8,11 +8,11 @@ from text2sim.compiler.literal import Code
 from text2sim.compiler.plan import Plan
 
 COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "removals.py", "triggers.py")
-"""Modules of the program that are copied where they are needed."""
+"""Modules that a program gets only if it needs them."""
 OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
-"""What `fields.py` has."""
+"""Names of `fields.py` that a program may call."""
 FINDERS = ("ball", "box", "everything", "nearest", "sides")
-"""What `points.py` has for regions."""
+"""Functions of `points.py` for regions."""
 
 
 def action_context(plan: Plan) -> dict[str, Any]:
@@ -95,10 +95,10 @@ WATCHING = (
     "size",
     "velocity",
 )
-"""What `triggers.py` has."""
+"""Names of `triggers.py` that a program may call."""
 
 
 def _names(known: Iterable[str], sources: Iterable[str]) -> Code:
-    """The names among `known` that are called in sources, as they stand in an import."""
+    """The names among `known` that are called in sources, as an import lists them."""
     called = {name for source in sources for name in re.findall(r"(?<![\w.'\"])[A-Za-z_]+(?=\(|\Z|,|\))", source)}
     return Code(", ".join(name for name in known if name in called))

@@ -28,9 +28,9 @@ from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout
 from text2sim.spec_schema.vocabulary.words import fields_of
 
 AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
-"""Models in which to say a default is to say something, or makes no sense beside the rest."""
+"""Models in which a default, written out, would mean something else or contradict the rest."""
 GONE = ("params", "prefabs", "variants", "sweeps")
-"""Sections that have done their work."""
+"""Sections that are already applied."""
 
 
 @dataclass
@@ -40,7 +40,7 @@ class Explicit:
     data: dict[str, Any]
     """Plain data. Only what differs from copy to copy is still an expression."""
     comments: dict[Path, str] = field(default_factory=dict)
-    """What stands behind a value."""
+    """Comments behind values."""
 
     def text(self, head: list[str] | None = None) -> str:
         """Return it in canonical form, with its comments and the lines `head` above them."""
@@ -58,16 +58,14 @@ class Explicit:
             KeyError: if there is none of that name.
         """
         path = ("bodies", name) if name in self.data["bodies"] else ("scene", "statics", name)
-        inner: Any = self.data
-        for step in path:
-            inner = inner[step]
+        inner = _at(self.data, path)
         for step in reversed(path):
             inner = {step: inner}
         return Explicit(inner, {key: text for key, text in self.comments.items() if key[: len(path)] == path})
 
 
 def explicit(resolution: Resolution) -> Explicit:
-    """Return a case with everything written out that it left open."""
+    """Return a case with everything that it left open written out."""
     loaded = resolution.loaded
     found = Explicit(_plain(loaded.case))
     for key in GONE:
@@ -86,14 +84,14 @@ def explicit(resolution: Resolution) -> Explicit:
 
 
 def _plain(value: Any) -> Any:
-    """Return a model as plain data, with all that has a value."""
+    """Return a model as plain data, defaults included."""
     if isinstance(value, AS_WRITTEN):
-        return _escaped(value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True))
+        return _plain(value.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True))
     if isinstance(value, BaseModel):
         rows = {key: getattr(value, attribute) for key, (attribute, _) in fields_of(type(value)).items()}
         data = {key: _plain(item) for key, item in rows.items() if item is not None}
         if isinstance(value, Articulated) and value.file is not None:
-            # A file decides about its material; only what the case says of it counts.
+            # The file has materials of its own: only what the case says overrides them.
             data["material"] = value.material.model_dump(mode="json", exclude_unset=True, exclude_none=True)
         return data
     if isinstance(value, Mapping):
@@ -103,18 +101,8 @@ def _plain(value: Any) -> Any:
     return escaped(value) if isinstance(value, str) else value
 
 
-def _escaped(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _escaped(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_escaped(item) for item in value]
-    return escaped(value) if isinstance(value, str) else value
-
-
 def _put(data: Any, path: Path, value: Any) -> None:
-    for step in path[:-1]:
-        data = data[step]
-    data[path[-1]] = value
+    _at(data, path[:-1])[path[-1]] = value
 
 
 def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
@@ -130,7 +118,7 @@ def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
 
 
 MOST_SUBSTEPS = 200
-"""That a case may ask for; an absurdly stiff body gets more, and the lint says what that costs."""
+"""Most that a case may ask for; a very stiff body may get more, and the lint says what that costs."""
 
 # --- what was derived -----------------------------------------------------------------------------------------
 
@@ -150,7 +138,7 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
     for name, (path, value) in places.items():
         why = settings.why.get(name)
         if name == "timeconst" and settings.bounce_time and why is not None:
-            # Said, it would also decide how bodies bounce.
+            # Written out, it would also decide how bodies bounce.
             text = f"timeconst, left out, is {value:g} s, and of contacts that bounce {settings.bounce_time:.3g} s"
             found.comments["scene", "contact"] = f"{text}: {settings.why.get('bounce_time', why)}"
             continue
@@ -195,7 +183,7 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         found.comments["render", "lighting"] = f"means {', '.join(studio.lights)}, on: {studio.backdrop}"
 
 
-# --- what came of it ------------------------------------------------------------------------------------------
+# --- what it became -------------------------------------------------------------------------------------------
 
 
 def _add_copies(found: Explicit, resolution: Resolution) -> None:
@@ -217,7 +205,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
 
 
 def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
-    """Write down the finish, and the colour of what was given none, unless its file may have one."""
+    """Write out the finish, and the colour if the case gives none and no file may have one."""
     look = _at(found.data, root)["look"]
     look["finish"] = finish_of_body(model)
     parts = getattr(copies[0].shape, "parts", {}).values() if copies else ()

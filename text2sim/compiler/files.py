@@ -1,16 +1,16 @@
-"""The files of a program by their paths in its folder; what is slow to make is made when somebody asks for it."""
+"""The files of a program by their paths in its folder; slow ones are made when they are first read."""
 
 from collections.abc import Callable, Iterator, MutableMapping
 
 
 class Files(MutableMapping[str, bytes]):
-    """Contents by path. A check asks for names alone, a digest and the program for everything."""
+    """Contents by path. A check only needs the names, a digest and the program need everything."""
 
     def __init__(self) -> None:
         self._contents: dict[str, bytes | Callable[[], str | bytes]] = {}
 
     def later(self, path: str, make: Callable[[], str | bytes]) -> None:
-        """Add a file, if there is none at that path, whose content is made when it is asked for."""
+        """Add a file, unless there is one at that path; its content is made when it is first read."""
         self._contents.setdefault(path, make)
 
     def __getitem__(self, path: str) -> bytes:

@@ -1,4 +1,4 @@
-"""The render section with everything resolved: what `render.py` of the program says, as plain data."""
+"""The render section with everything resolved, as plain data for the program's `render.py`."""
 
 from typing import Any
 
@@ -40,12 +40,12 @@ def resolve_render(
     start, end = span_of(render.during, duration)
     end = min(end, duration)
     width, height = render.resolution
-    ground = FilmedScene(placed, dict.fromkeys(moving), balls, points, width / height)
-    cameras = {name: resolve_camera(camera, ground) for name, camera in render.cameras.items()}
+    scene = FilmedScene(placed, dict.fromkeys(moving), balls, points, width / height)
+    cameras = {name: resolve_camera(camera, scene) for name, camera in render.cameras.items()}
     given = render.model_fields_set
     paced, lit = bool(given & {"during", "speed", "shots"}), bool(render.lights)
-    auto = None if cameras else derived_decisions(ground, paced=paced, lit=lit)
-    cameras = cameras or {"main": derived_camera(ground)}
+    auto = None if cameras else derived_decisions(scene, paced=paced, lit=lit)
+    cameras = cameras or {"main": derived_camera(scene)}
     shots = [
         {
             "name": name,
@@ -68,7 +68,7 @@ def resolve_render(
         "cameras": cameras,
         "auto": auto,
         "shots": shots,
-        **resolve_light(render, ground, first),
+        **resolve_light(render, scene, first),
         "tone": render.tone,
         "overlay": dict(render.overlay),
     }

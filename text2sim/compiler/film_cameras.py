@@ -1,4 +1,4 @@
-"""Cameras of the render section as numbers, and one that shows all that happens if there is none."""
+"""Cameras of the render section as numbers, and one that shows everything, for a case without cameras."""
 
 from collections.abc import Collection
 from math import dist, radians
@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.regions import BodyPoint
 Ball = tuple[tuple[float, float, float], float]
 
 DEFAULT_FOV = 32.0
-"""Its vertical field of view [deg]: a lens of 42 mm, which draws things as eyes see them."""
+"""Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""
 MARGIN = 0.08
 """Part of the picture that a frame keeps free at each edge, if nothing is said."""
 ORBIT = 0.45
@@ -28,8 +28,8 @@ ORBIT = 0.45
 FALL = 3.0
 """How far [m] down to the ground a body may be at the start, for the place below it to be in a picture."""
 STRAY, LEGIBLE = 2.5, 20.0
-"""A body that nobody asked for is in the picture as far as it strays this many sizes of the whole, or this many of
-its own, from where all began: farther, and nothing would be large enough to be recognised."""
+"""That camera follows a body until it strays this many sizes of the whole scene, or this many of its own, from where
+all began: any farther, and nothing would be large enough to recognise."""
 AROUND, LARGE = 2.0, 3.0
 """A static nearer than this many sizes of what moves is shown too, if it is not larger than this many."""
 
@@ -40,7 +40,7 @@ class FilmedScene(NamedTuple):
     placed: dict[str, list[Copy]]
     """Copies by body, statics included."""
     moving: Collection[str]
-    """Names of the bodies, in which one is found quickly."""
+    """Names of the bodies, as a set or dictionary."""
     balls: dict[str, list[Ball]]
     """Balls around the pieces of each copy, in the world."""
     points: BodyPoints
@@ -49,28 +49,28 @@ class FilmedScene(NamedTuple):
     """Width of the picture over its height."""
 
     def around(self, names: Any) -> list[Ball]:
-        """Return balls around the copies of bodies; of a ground without end none."""
+        """Return balls around the copies of bodies and statics, planes left out."""
         chosen = [copy for name in names for copy in self.placed[name] if not _is_plane(copy)]
         return [ball for copy in chosen for ball in self.balls.get(copy.name, [(copy.pos, 0.05)])]
 
 
-def resolve_camera(camera: Camera, ground: FilmedScene) -> dict[str, Any]:
-    """Return a camera as plain numbers; one with a frame stands where it shows all as it is at the start."""
+def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
+    """Return a camera as plain numbers; one with a frame stands where it shows all of it at the start."""
     plain: dict[str, Any] = {"kind": camera.kind, "up": camera.up, "fov": round(camera.field, 4)}
     if camera.f_stop is not None:
         plain["f_stop"] = camera.f_stop
         if camera.focus is not None:
-            plain["focus"] = _focus(camera.focus, ground)
+            plain["focus"] = _focus(camera.focus, scene)
     if isinstance(camera, Follow):
-        copies, link = select(camera.body, ground.placed)
+        copies, link = select(camera.body, scene.placed)
         plain |= {"body": copies[0].name, "link": link, "smooth": camera.smooth}
         return plain | ({"pos": camera.from_} if camera.from_ is not None else {"offset": camera.offset})
     if isinstance(camera, Keyframed):
         listed = isinstance(camera.look_at, list)
-        look_at = camera.look_at if listed else resolve_target(camera.look_at, ground)
+        look_at = camera.look_at if listed else resolve_target(camera.look_at, scene)
         return plain | {"times": camera.times, "positions": camera.positions, "look_at": look_at}
     if isinstance(camera, Dolly):
-        return plain | {"pos": camera.from_, "to": camera.to, "look_at": resolve_target(camera.look_at, ground)}
+        return plain | {"pos": camera.from_, "to": camera.to, "look_at": resolve_target(camera.look_at, scene)}
     if isinstance(camera, Orbit):
         plain |= {"start": radians(camera.start_deg), "turn": radians(camera.turn_deg)}
         if camera.radius is not None:
@@ -78,64 +78,64 @@ def resolve_camera(camera: Camera, ground: FilmedScene) -> dict[str, Any]:
         else:
             plain |= {"radius": 1.0, "height": ORBIT}
         if camera.frame is None:
-            return plain | {"look_at": resolve_target(camera.look_at, ground)}
-        frame = _frame(camera, ground) | {"fit": camera.radius is None}
-        return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), ground), ground)
+            return plain | {"look_at": resolve_target(camera.look_at, scene)}
+        frame = _frame(camera, scene) | {"fit": camera.radius is None}
+        return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
     assert isinstance(camera, Still)
     if camera.frame is None:
-        return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, ground)}
-    frame = _frame(camera, ground)
+        return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, scene)}
+    frame = _frame(camera, scene)
     if camera.from_ is not None:
         plain |= {"pos": camera.from_}
     else:
-        frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), ground)}
-    return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), ground), ground)
+        frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), scene)}
+    return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
 
 
-def derived_camera(ground: FilmedScene) -> dict[str, Any]:
+def derived_camera(scene: FilmedScene) -> dict[str, Any]:
     """Return a still camera that shows everything that moves, over all of the film."""
-    moving = _to_the_ground(ground.around(ground.moving), ground)
-    statics = _near_statics(moving, ground)
-    balls = moving + ground.around(statics)
+    moving = _to_the_ground(scene.around(scene.moving), scene)
+    statics = _near_statics(moving, scene)
+    balls = moving + scene.around(statics)
     low, high = _box(balls)
     size = _longest(low, high)
     own = 2 * median(radius for _, radius in moving) if moving else size
     room = max(STRAY * size, LEGIBLE * own)
-    levels = [copy.pos[2] for copy in _planes(ground)]
+    levels = [copy.pos[2] for copy in _planes(scene)]
     lowest = min(levels) - 0.1 * size if levels else low[2] - size
     within = _rounded((low[0] - room, low[1] - room, lowest)), _rounded(c + room for c in high)
-    frame = {"bodies": [*ground.moving, *statics], "margin": MARGIN, "within": within}
-    frame |= {"direction": _free_direction(ground.moving, ground)}
-    return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, ground)
+    frame = {"bodies": [*scene.moving, *statics], "margin": MARGIN, "within": within}
+    frame |= {"direction": _free_direction(scene.moving, scene)}
+    return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, scene)
 
 
-def derived_decisions(ground: FilmedScene, *, paced: bool, lit: bool) -> dict[str, Any]:
-    """Return what is left to `templates/directing.py`, which knows what was recorded.
+def derived_decisions(scene: FilmedScene, *, paced: bool, lit: bool) -> dict[str, Any]:
+    """Return what `templates/directing.py` decides, which knows what was recorded.
 
     Args:
-        ground: The scene at the start.
+        scene: The scene at the start.
         paced: Whether somebody has said which part of the run is shown, or how quickly.
         lit: Whether somebody has placed lights.
     """
-    statics = [name for name in ground.placed if name not in ground.moving]
-    clear = [name for name, copies in ground.placed.items() if any(has_glass(copy) for copy in copies)]
-    near = _near_statics(_to_the_ground(ground.around(ground.moving), ground), ground)
-    standing = [name for name in statics if not all(_is_plane(copy) for copy in ground.placed[name])]
+    statics = [name for name in scene.placed if name not in scene.moving]
+    clear = [name for name, copies in scene.placed.items() if any(has_glass(copy) for copy in copies)]
+    near = _near_statics(_to_the_ground(scene.around(scene.moving), scene), scene)
+    standing = [name for name in statics if not all(_is_plane(copy) for copy in scene.placed[name])]
     return {
-        "times": not paced, "camera": True, "turn_lights": not lit, "moving": [*ground.moving], "statics": near,
+        "times": not paced, "camera": True, "turn_lights": not lit, "moving": [*scene.moving], "statics": near,
         "standing": standing, "clear": clear,
     }  # fmt: skip
 
 
-def resolve_target(target: Any, ground: FilmedScene) -> Vec:
-    """Return where something is at the start: the middle of all copies, links or regions that are meant."""
+def resolve_target(target: Any, scene: FilmedScene) -> Vec:
+    """Return where a target is at the start: the middle of all copies, links or regions that it names."""
     region = None
     if isinstance(target, BodyPoint):
         target, region = target.body, target.region
     if not isinstance(target, str):
         return target
-    copies, link = select(target, ground.placed)
-    found = [ground.points.in_world(copy, link, region) for copy in copies]
+    copies, link = select(target, scene.placed)
+    found = [scene.points.in_world(copy, link, region) for copy in copies]
     x, y, z = (round(sum(axis) / len(found), 6) for axis in zip(*found, strict=True))
     return (x, y, z)
 
@@ -149,7 +149,7 @@ def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: Bod
         points: Finds points of regions.
     """
     problems = []
-    ground = FilmedScene(placed, (), {}, points, 1.0)
+    scene = FilmedScene(placed, (), {}, points, 1.0)
     render = loaded.case.render
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
         for name, thing in things.items():
@@ -158,48 +158,48 @@ def check_targets(loaded: LoadedCase, placed: dict[str, list[Copy]], points: Bod
                 if not isinstance(target, BodyPoint):
                     continue
                 try:
-                    resolve_target(target, ground)
+                    resolve_target(target, scene)
                 except RegionError as error:
                     where = ("render", section, name, key, "region")
                     problems.append(loaded.problem(where, f"{target.body}: {error}", rule="empty-region"))
     return problems
 
 
-def extent(ground: FilmedScene) -> tuple[Vec, float]:
-    """Return the middle [m] of what a film is about at the start, and the radius [m] of a ball around it."""
-    moving = ground.around(ground.moving)
-    balls = moving + ground.around(_near_statics(moving, ground)) if moving else ground.around(ground.placed)
-    low, high = _box(_to_the_ground(balls, ground))
+def extent(scene: FilmedScene) -> tuple[Vec, float]:
+    """Return the middle [m] of what the film shows at the start, and the radius [m] of a ball around it."""
+    moving = scene.around(scene.moving)
+    balls = moving + scene.around(_near_statics(moving, scene)) if moving else scene.around(scene.placed)
+    low, high = _box(_to_the_ground(balls, scene))
     return _rounded((a + b) / 2 for a, b in zip(low, high, strict=True)), round(dist(low, high) / 2, 4)
 
 
-def ground_planes(ground: FilmedScene) -> list[Copy]:
-    """Return the level grounds of the scene."""
-    return [copy for copy in _planes(ground) if abs(copy.quat[1]) + abs(copy.quat[2]) < 1e-9]
+def ground_planes(scene: FilmedScene) -> list[Copy]:
+    """Return the level planes of the scene."""
+    return [copy for copy in _planes(scene) if abs(copy.quat[1]) + abs(copy.quat[2]) < 1e-9]
 
 
-def _focus(focus: Any, ground: FilmedScene) -> Any:
+def _focus(focus: Any, scene: FilmedScene) -> Any:
     if not isinstance(focus, str):
-        return resolve_target(focus, ground)
-    copies, link = select(focus, ground.placed)
-    if len(copies) > 1 or split(focus)[0] not in ground.moving:
-        return resolve_target(focus, ground)
+        return resolve_target(focus, scene)
+    copies, link = select(focus, scene.placed)
+    if len(copies) > 1 or split(focus)[0] not in scene.moving:
+        return resolve_target(focus, scene)
     return {"body": copies[0].name, "link": link}
 
 
-def _frame(camera: Still | Orbit, ground: FilmedScene) -> dict[str, Any]:
+def _frame(camera: Still | Orbit, scene: FilmedScene) -> dict[str, Any]:
     assert camera.frame is not None
     margin = MARGIN if camera.margin is None else camera.margin
     within = None if camera.within is None else (camera.within.min, camera.within.max)
-    return {"bodies": _plain_names(camera.frame, ground), "margin": margin, "within": within}
+    return {"bodies": _plain_names(camera.frame, scene), "margin": margin, "within": within}
 
 
-def _plain_names(selectors: list[str], ground: FilmedScene) -> list[str]:
-    """Selectors as recorded states know them: a body for all its copies, or copies one by one, and links of them."""
+def _plain_names(selectors: list[str], scene: FilmedScene) -> list[str]:
+    """Selectors as recorded states know them: a body for all its copies, or single copies, and links of either."""
     found = []
     for selector in selectors:
         body, index, part = split(selector)
-        copies, _ = select(selector, ground.placed)
+        copies, _ = select(selector, scene.placed)
         names = [body] if index in (None, "*") else [copy.name for copy in copies]
         found += [name if part is None else f"{name}.{part}" for name in names]
     return found
@@ -209,49 +209,49 @@ def _names(selectors: list[str]) -> list[str]:
     return list(dict.fromkeys(split(selector)[0] for selector in selectors))
 
 
-def _framed(camera: dict[str, Any], balls: list[Ball], ground: FilmedScene) -> dict[str, Any]:
-    """Where the camera stands if nothing moves, in numbers that are pleasant to read."""
-    from text2sim.templates.cameras import framed_balls  # not before it is needed: arrays take a tenth of a second
+def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> dict[str, Any]:
+    """Where the camera stands if nothing moves, in short numbers."""
+    from text2sim.templates.cameras import framed_balls  # here, since importing numpy takes a tenth of a second
 
-    found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], ground.aspect)
+    found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], scene.aspect)
     numbers = {key: round(float(found[key]), 4) for key in ("fov", "radius", "height") if key in found}
     found |= numbers | {key: _rounded(found[key]) for key in ("pos", "look_at") if key in found}
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
 
 
-def _shown(names: list[str], ground: FilmedScene) -> list[Ball]:
-    """Return balls around what a frame is to show, as known at the start: what falls, down to the ground."""
-    moving = ground.around([name for name in names if name in ground.moving])
-    return _to_the_ground(moving, ground) + ground.around([name for name in names if name not in ground.moving])
+def _shown(names: list[str], scene: FilmedScene) -> list[Ball]:
+    """Return balls around what a frame is to show, as known at the start, and around where it will fall."""
+    moving = scene.around([name for name in names if name in scene.moving])
+    return _to_the_ground(moving, scene) + scene.around([name for name in names if name not in scene.moving])
 
 
-def _free_direction(names: Any, ground: FilmedScene) -> Vec:
-    """The way to a camera that sees bodies freely."""
-    balls = _to_the_ground(ground.around(names), ground)
+def _free_direction(names: Any, scene: FilmedScene) -> Vec:
+    """Direction to a camera whose view of the bodies is free."""
+    balls = _to_the_ground(scene.around(names), scene)
     low, high = _box(balls)
-    own = {*ground.moving, *names}
-    statics = [copy for name, copies in ground.placed.items() if name not in own for copy in copies]
+    own = {*scene.moving, *names}
+    statics = [copy for name, copies in scene.placed.items() if name not in own for copy in copies]
     x, y, z = (b - a for a, b in zip(low, high, strict=True))
-    return free_direction([center for center, _ in balls], statics, ground.points, 3 * max(x, y, z), (x, y, z))
+    return free_direction([center for center, _ in balls], statics, scene.points, 3 * max(x, y, z), (x, y, z))
 
 
-def _to_the_ground(balls: list[Ball], ground: FilmedScene) -> list[Ball]:
-    """Balls, and where they fall to if there is ground below, and not too far."""
-    levels = [copy.pos[2] for copy in ground_planes(ground)]
+def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
+    """Return the balls, and where they will land if there is ground not too far below."""
+    levels = [copy.pos[2] for copy in ground_planes(scene)]
     level = max(levels) if levels else None
     fallen = [] if level is None else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < FALL]
     return balls + fallen
 
 
-def _near_statics(moving: list[Ball], ground: FilmedScene) -> list[str]:
+def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:
     """Statics that stand near what moves, and are not too large to be shown with it."""
     if not moving:
-        return [name for name in ground.placed if ground.around([name])]
+        return [name for name in scene.placed if scene.around([name])]
     low, high = _box(moving)
     size = _longest(low, high)
     found = []
-    for name in ground.placed:
-        if name in ground.moving or not (balls := ground.around([name])):
+    for name in scene.placed:
+        if name in scene.moving or not (balls := scene.around([name])):
             continue
         first, last = _box(balls)
         near = all(
@@ -262,8 +262,8 @@ def _near_statics(moving: list[Ball], ground: FilmedScene) -> list[str]:
     return found
 
 
-def _planes(ground: FilmedScene) -> list[Copy]:
-    return [copy for copies in ground.placed.values() for copy in copies if _is_plane(copy)]
+def _planes(scene: FilmedScene) -> list[Copy]:
+    return [copy for copies in scene.placed.values() for copy in copies if _is_plane(copy)]
 
 
 def _is_plane(copy: Copy) -> bool:

@@ -1,4 +1,4 @@
-"""Lights of the render section as numbers; studios in one word; the brightness that goes with them."""
+"""Lights of the render section as numbers, the named studios, and the exposure that fits them."""
 
 from math import cos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
@@ -12,23 +12,23 @@ from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, So
 from text2sim.spec_schema.models.render import Render
 
 FAR = 4.0
-"""Distance of a soft lamp that says none, in radii of the scene."""
+"""Default distance of a softbox, in radii of the scene."""
 SOFT = 0.35
-"""Its side, in distances."""
+"""Default side of a softbox, in units of its distance."""
 ROOM = 8.0
-"""Radius of a cyclorama, in radii of the scene: lamps stand inside, and light the wall as well."""
+"""Radius of a cyclorama, in radii of the scene: lamps stand inside and light the wall too."""
 
 
 class Studio(NamedTuple):
-    """What a word for the light means. Directions are across, ahead and up, as the camera sees them."""
+    """A named lighting. Directions are across, ahead and up, as the camera sees them."""
 
     lights: dict[str, Light]
     backdrop: str
     background: str
     ambient: float
-    """For the preview, which has no light that is thrown back."""
+    """For the preview, which has no indirect light."""
     stops: float = 0.0
-    """Brighter than a white sheet in its light calls for."""
+    """How many stops brighter than the exposure that makes a white sheet white."""
 
 
 def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
@@ -36,8 +36,8 @@ def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
 
 
 STUDIOS = {
-    # One large key beside the camera, a cool edge from behind, a dim wall in front, which flat metal mirrors, and
-    # little else: high fill looks chalky.
+    # One large key beside the camera, a cool edge from behind, a dim wall in front for flat metal to mirror, and
+    # little else: much fill looks chalky.
     "studio": Studio(
         {
             "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
@@ -50,7 +50,7 @@ STUDIOS = {
         0.35,
         0.25,
     ),
-    # Of places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
+    # For places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
     "daylight": Studio(
         {
             "key": _softbox((0.75, 0.5, -1.15), 3.0, "#fff7ee"),
@@ -109,24 +109,24 @@ STUDIOS = {
 }
 
 
-def resolve_light(render: Render, ground: FilmedScene, camera: dict[str, Any]) -> dict[str, Any]:
+def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) -> dict[str, Any]:
     """Return lights, backdrop and brightness as plain data.
 
     Args:
         render: The section.
-        ground: The scene at its start.
+        scene: The scene at its start.
         camera: The first one, as numbers: studios are built around it.
     """
-    place = place_of(render, ground)
+    place = place_of(render, scene)
     studio = STUDIOS[render.lighting if place is None or "lighting" in render.model_fields_set else place.lighting]
-    center, radius = extent(ground)
-    lights = {name: _light(light, ground, center, radius) for name, light in render.lights.items()}
+    center, radius = extent(scene)
+    lights = {name: _light(light, scene, center, radius) for name, light in render.lights.items()}
     if not lights:
-        lights = {name: _light(_turned(light, camera), ground, center, radius) for name, light in studio.lights.items()}
+        lights = {name: _light(_turned(light, camera), scene, center, radius) for name, light in studio.lights.items()}
     elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
         strength = render.ambient if render.ambient is not None else 0.16
         lights["ambient"] = _light(
-            Environment.model_construct(kind="environment", strength=strength), ground, center, radius
+            Environment.model_construct(kind="environment", strength=strength), scene, center, radius
         )
     if render.ambient is not None:
         for light in lights.values():
@@ -134,11 +134,11 @@ def resolve_light(render: Render, ground: FilmedScene, camera: dict[str, Any]) -
                 light["strength"] = render.ambient
     stops = render.exposure + (studio.stops if not render.lights else 0.0)
     background = render.background or (place.behind if place else studio.background)
-    floor = floor_of(place, ground, radius, named=render.setting is not None) if place else None
+    floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
     if floor is not None and not render.lights:
         stops += adapted(floor)
-    planes = [copy for copy in ground_planes(ground) if copy.model.look.color in (None, STAGE)]
-    levels = [copy.pos[2] for copy in ground_planes(ground)]
+    planes = [copy for copy in ground_planes(scene) if copy.model.look.color in (None, STAGE)]
+    levels = [copy.pos[2] for copy in ground_planes(scene)]
     return {
         "background": color_of(background),
         "ambient": studio.ambient if render.ambient is None else render.ambient,
@@ -163,7 +163,7 @@ def color_of(color: Any) -> tuple[float, float, float]:
     return (round(red, 4), round(green, 4), round(blue, 4))
 
 
-def _light(light: Light, ground: FilmedScene, center: Vec, radius: float) -> dict[str, Any]:
+def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict[str, Any]:
     plain: dict[str, Any] = {"kind": light.kind, "strength": light.strength}
     if isinstance(light, Sky):
         return plain | {"direction": light.direction, "turbidity": light.turbidity}
@@ -176,7 +176,7 @@ def _light(light: Light, ground: FilmedScene, center: Vec, radius: float) -> dic
         distance = light.distance or round(FAR * radius, 3)
         return plain | {
             "direction": light.direction,
-            "at": center if light.at is None else resolve_target(light.at, ground),
+            "at": center if light.at is None else resolve_target(light.at, scene),
             "distance": distance,
             "size": light.size or round(SOFT * distance, 3),
         }
@@ -185,14 +185,14 @@ def _light(light: Light, ground: FilmedScene, center: Vec, radius: float) -> dic
     assert isinstance(light, Spot)
     return plain | {
         "pos": light.pos,
-        "look_at": resolve_target(light.look_at, ground),
+        "look_at": resolve_target(light.look_at, scene),
         "angle": round(radians(light.angle_deg), 5),
         "blur": light.blur,
     }
 
 
 def _turned(light: Light, camera: dict[str, Any]) -> Light:
-    """A studio's light, whose direction is across, ahead and up, in the world of a camera."""
+    """A studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light
     assert isinstance(light, Sun | Softbox)
@@ -204,7 +204,7 @@ def _turned(light: Light, camera: dict[str, Any]) -> Light:
 
 
 def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
-    """Where a camera looks at first, on the ground; +y if it looks straight down."""
+    """Horizontal direction in which a camera looks at first; +y if it looks straight down."""
     if camera["kind"] == "orbit":
         x, y = -cos(camera["start"]), -sin(camera["start"])
     elif "offset" in camera:
@@ -219,7 +219,7 @@ def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
 
 
 def _gain(lights: dict[str, Any], center: Vec) -> float:
-    """Return the factor that makes a white sheet white that faces the strongest light, as photographers measure it."""
+    """Return the factor at which a white sheet facing the strongest light is white, as a light meter would have it."""
     white, strongest = 0.0, 0.0
     for light in lights.values():
         power = light["strength"] * (max(light["color"]) if "color" in light else 1.0)

@@ -1,6 +1,6 @@
-"""Places in which a film takes place: a floor, what is behind it, and the light that belongs there.
+"""Settings of a film: a floor, what is behind it, and the light that belongs there.
 
-A place is chosen from the case where nobody has said how it is lit or what is behind it. Nothing here touches physics.
+Where a case names neither light nor background, a place is chosen for it. Nothing here touches physics.
 """
 
 from collections.abc import Collection
@@ -15,13 +15,13 @@ from text2sim.spec_schema.models.render import Render
 
 
 class FilmPlace(NamedTuple):
-    """What a word for a place means."""
+    """A named place."""
 
     lighting: str
-    """The light of it, a row of `film_lights.STUDIOS`."""
+    """Its light, a row of `film_lights.STUDIOS`."""
     backdrop: str
     pattern: str
-    """Of its floor, a row of `rendering/floors.py`."""
+    """Pattern of its floor, a row of `rendering/floors.py`."""
     floor: str
     behind: str
     """Colour of its wall, or of the sky at the horizon."""
@@ -40,18 +40,18 @@ PLACES = {
     "meadow": FilmPlace("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
 }
 DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
-"""What says something about light or about what is behind."""
+"""Fields of `render` that decide about light or background."""
 PAIRS = (
     ("slabs", "#7c8b97", "#d9e6ef"),
     ("slabs", "#968a7b", "#efe6d6"),
     ("slabs", "#6f767d", "#9aa6b1"),
     ("slabs", "#7c756b", "#b9ae9c"),
 )
-"""Floor and wall of a place that nobody chose, the most usual first."""
+"""Pattern and colour of the floor, and colour of the wall, of a place that nobody chose; the most usual first."""
 USUAL = 0.03
 """What each step down that list has to gain in contrast."""
 SMALL = 0.3
-"""Radius [m] of a scene that is as small as what stands on a table: its floor has no joints."""
+"""Radius [m] of a scene small enough for a table, on whose floor joints would look huge: it has none."""
 OF_FINISH = {
     "concrete": "slabs",
     "wood": "boards",
@@ -60,57 +60,57 @@ OF_FINISH = {
     "sand": "sand",
     "smooth": "polished",
 }
-"""Pattern of a ground that was given a finish."""
+"""Pattern of a floor by the finish that the case gives the ground."""
 JOINTS = {"slabs": (0.5, 2.0), "boards": (0.02, 0.2), "tiles": (0.05, 0.5), "asphalt": (0.5, 2.0), "grass": (0.5, 2.0)}
-"""How far apart [m] the joints of a pattern may be, or how large what repeats itself may be."""
+"""Least and greatest distance [m] of the joints of a pattern, or size of what it repeats."""
 SHARE = 0.45
-"""The same, in radii of the scene."""
+"""That distance within these limits, in radii of the scene."""
 MIDDLE, USED_TO, BOUND = 0.33, 0.5, 0.7
-"""Brightness of a floor to which lights belong, which part of the difference of another one is made up for, and most
-stops of that."""
+"""Brightness of the floor that lights are made for, the part of another floor's difference in stops that exposure makes
+up for, and the most stops of that."""
 
 
 def is_chosen(render: Render) -> bool:
-    """Return whether a place is chosen from the case: it says neither how it is lit nor what is behind it."""
+    """Return whether a place is chosen for a case: it decides about neither light nor background."""
     return not render.model_fields_set & DECIDED
 
 
-def place_of(render: Render, ground: FilmedScene) -> FilmPlace | None:
+def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
     """Return where a film takes place; None if the case has its own light or backdrop and names no place."""
     if render.setting is not None:
         return PLACES[render.setting]
     if not is_chosen(render):
         return None
-    green = [rgb(copy.model.look.color) for copy in ground_planes(ground) if isinstance(copy.model.look.color, str)]
+    green = [rgb(copy.model.look.color) for copy in ground_planes(scene) if isinstance(copy.model.look.color, str)]
     if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
         return PLACES["meadow"]
-    colors = _colors(ground)
+    colors = _colors(scene)
     pattern, color, behind = PAIRS[max(range(len(PAIRS)), key=lambda k: _apart(k, colors))]
-    if extent(ground)[1] < SMALL:
+    if extent(scene)[1] < SMALL:
         pattern = "polished"
     return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
 
 
 def adapted(floor: dict[str, Any]) -> float:
-    """Return stops by which a picture is brighter for a dark floor, and darker for a pale one: eyes get used to it."""
+    """Return the stops that brighten a picture with a dark floor and darken one with a pale floor, as eyes adapt."""
     red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in floor["color"])
     bright = 0.2126 * red + 0.7152 * green + 0.0722 * blue
     return round(min(max(USED_TO * log2(MIDDLE / max(bright, 1e-3)), -BOUND), BOUND), 4)
 
 
-def floor_of(place: FilmPlace, ground: FilmedScene, radius: float, *, named: bool) -> dict[str, Any]:
+def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool) -> dict[str, Any]:
     """Return the floor of a place, as plain data.
 
     A place that nobody named keeps the ground of the scene where that was given a colour or a finish.
 
     Args:
         place: The place.
-        ground: The scene at its start.
+        scene: The scene at its start.
         radius: Of the scene [m].
         named: Whether the case names the place.
     """
     pattern, color = place.pattern, place.floor
-    for copy in () if named else ground_planes(ground):
+    for copy in () if named else ground_planes(scene):
         look = copy.model.look
         pattern = OF_FINISH.get(look.finish, pattern)
         if look.color not in (None, STAGE):
@@ -119,17 +119,17 @@ def floor_of(place: FilmPlace, ground: FilmedScene, radius: float, *, named: boo
     return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(SHARE * radius, low), high))}
 
 
-def _colors(ground: FilmedScene) -> dict[Vec, None]:
-    """The different colours, in Oklab, of all that moves; glass counts as white."""
-    moving = (copy for name in ground.moving for copy in ground.placed[name])
+def _colors(scene: FilmedScene) -> dict[Vec, None]:
+    """Return the distinct colours, in Oklab, of all that moves; glass counts as white."""
+    moving = (copy for name in scene.moving for copy in scene.placed[name])
     colors = dict.fromkeys(rgba[:3] for copy in moving for rgba in worn_by(copy))
-    if any(has_glass(copy) for copies in ground.placed.values() for copy in copies):
+    if any(has_glass(copy) for copies in scene.placed.values() for copy in copies):
         colors[1.0, 1.0, 1.0] = None
     return dict.fromkeys(map(oklab, colors))
 
 
 def _apart(k: int, colors: Collection[Vec]) -> float:
-    """How much colours stand out before a floor and its wall."""
+    """How well colours stand out against a floor and its wall."""
     if not colors:
         return -k
     behind = [oklab(rgb(color)) for color in PAIRS[k][1:]]
@@ -138,7 +138,7 @@ def _apart(k: int, colors: Collection[Vec]) -> float:
 
 
 def _pleasant(length: float) -> float:
-    """Return the length of the row 1, 2, 5, 10, … that is nearest below."""
+    """Return the largest of 1, 2, 5, 10, … (times a power of ten) that is not longer."""
     decade = 10.0 ** floor(log10(length))
     return round(next(step for step in (5, 2, 1) if step * decade <= length * 1.0001) * decade, 6)
 

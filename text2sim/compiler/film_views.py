@@ -1,4 +1,4 @@
-"""Choice of the side from which a film is best seen: where the least hides what moves."""
+"""The direction to a camera that nobody placed: where statics hide least of what moves."""
 
 from collections.abc import Iterable
 
@@ -13,8 +13,7 @@ from text2sim.compiler.trees.tree import tree_pieces
 Standing = tuple[Piece, Vec, Quaternion]
 
 DIRECTIONS = (
-    # From the right in front of it, and somewhat above: what people are used to. Then from elsewhere, in the order
-    # in which they are as good.
+    # From the front right and a little above, as people are used to; then the others, the best first.
     (0.55, -1.0, 0.3),
     (-0.55, -1.0, 0.3),
     (0.55, -1.0, 1.0),
@@ -25,11 +24,11 @@ DIRECTIONS = (
     (-1.0, -0.3, 0.3),
     (0.4, -0.7, 1.8),
 )
-"""Ways from the scene to a camera that nobody placed."""
+"""Directions from the scene to the camera."""
 FLAT = 0.3
-"""What is thinner than this part of its width, and at least as tall as that part, is looked at from its broad side."""
+"""What is thinner than this part of its width, and taller than that part, is filmed from its broad side."""
 RAYS = 16
-"""Points of what moves from which is looked along these ways."""
+"""About how many points of what moves are tested in each direction."""
 
 
 def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoints, far: float, size: Vec) -> Vec:
@@ -38,7 +37,7 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
     Args:
         points: Middles of what is to be seen [m].
         statics: What may stand in the way.
-        bodies: Knows the pieces of things.
+        bodies: Finds the pieces of copies.
         far: How far away the camera is, about [m].
         size: Extent of what is to be seen, along x, y and z [m].
     """
@@ -56,7 +55,7 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 
 
 def _broadside(size: Vec) -> tuple[Vec, ...]:
-    """Ways to a camera that sees what stands flat and upright from its broad side; none if nothing does."""
+    """Directions to the broad sides of what stands flat and upright; none of anything else."""
     wide, deep, tall = size
     if deep < FLAT * wide and tall > FLAT * wide:
         return ((0.25, -1.0, 0.3), (-0.25, -1.0, 0.3), (0.25, 1.0, 0.3))
@@ -79,7 +78,7 @@ def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
 
 
 def _meets(standing: Standing, start: Vec, end: Vec) -> bool:
-    """Whether a line goes through a piece: through the box that it is, or else through two thirds of its ball."""
+    """Whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))
     if piece.kind == "box":

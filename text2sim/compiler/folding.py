@@ -1,4 +1,4 @@
-"""Expressions with everything worked out that is the same for all copies."""
+"""Expressions in which everything is evaluated that is the same for all copies."""
 
 import ast
 from collections.abc import Mapping
@@ -11,23 +11,19 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError, Value
 
 
 def folded(text: str, params: Mapping[str, Value]) -> str:
-    """Return a scalar with `${…}` in it that needs no parameters: only what differs from copy to copy is left.
+    """Return a scalar with its parameters filled in: its `${…}` keep only what differs from copy to copy.
 
     Args:
         text: The scalar.
         params: The value of every parameter.
     """
-    rows = [_folded(part, params) if isinstance(part, Expression) else escaped(part) for part in _parts(text)]
-    return "".join(rows)
+    parts = parse_interpolation(text, True).parts
+    return "".join(_folded(part, params) if isinstance(part, Expression) else escaped(part) for part in parts)
 
 
 def escaped(text: str) -> str:
-    """Return text as it is written where `${` would begin an expression."""
+    """Return text with each `${` escaped, so that it begins no expression."""
     return text.replace("${", "$${")
-
-
-def _parts(text: str) -> list[str | Expression]:
-    return parse_interpolation(text, True).parts
 
 
 def _folded(expression: Expression, params: Mapping[str, Value]) -> str:

@@ -1,7 +1,7 @@
-"""The one gate through which values enter a program.
+"""Values as source text of a program.
 
 Every ``{{ }}`` of every template passes `literal`. Data (whatever an author wrote) comes out as a literal that
-cannot execute; source text of our own is a `Code`, and only this module and the compiler's own tables make one.
+cannot execute. A `Code` is source text of our own; only the compiler makes one.
 """
 
 import math
@@ -52,7 +52,7 @@ def _number(value: float) -> str:
 
 
 def identifier(name: str) -> Code:
-    """Return a name as source, or refuse it.
+    """Return a name as source text.
 
     Raises:
         ValueError: if it is not made of letters, digits and underscores.
@@ -65,7 +65,7 @@ def identifier(name: str) -> Code:
 def comment(text: str) -> Code:
     """Return text that is safe inside a comment or a one-line docstring: printable ASCII-ish, no quotes or breaks.
 
-    Anything else is replaced by a blank, never an error: a comment is for reading only.
+    Anything else becomes a blank: a comment must never stop a program from being written.
     """
     safe = "".join(c if c.isprintable() and c not in "\\\"'" else " " for c in text)
     return Code(" ".join(safe.split())[:200])

@@ -18,21 +18,21 @@ from text2sim.spec_schema.models.shapes import Compound, Mesh
 Rgba = tuple[float, float, float, float]
 
 STAGE = "#98a1a9"
-"""What never moves stands back."""
+"""Statics without a colour: grey, so that bodies stand out."""
 STUFF = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
-"""Sand, water and snow look like what they are."""
+"""Bodies that have the colour of their material if they are given none."""
 # Okabe and Ito's palette, which people with every kind of colour vision can tell apart
 # (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
 SOLID = 0.5
-"""What is at least this opaque hides what is behind it,"""
+"""Least opacity at which something hides what is behind it."""
 CLEAR = ("glass", "frosted_glass")
-"""unless it is of glass."""
+"""Finishes that hide nothing, however opaque."""
 
 
 def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return a colour of sRGB, 0 to 1, where distances go with what eyes tell apart: white and black are 1 apart.
+    """Return an sRGB colour (0 to 1) in Oklab, where distances match what eyes tell apart; white is 1 from black.
 
     Björn Ottosson's Oklab, https://bottosson.github.io/posts/oklab/.
     """
@@ -48,7 +48,7 @@ def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
 
 
 def hides(opacity: float, finish: str) -> bool:
-    """Return whether what looks so hides what is behind it."""
+    """Return whether something of this opacity and finish hides what is behind it."""
     return opacity >= SOLID and finish not in CLEAR
 
 
@@ -114,7 +114,7 @@ def dress_of(look: Look) -> dict[str, Any]:
 
 
 def has_glass(copy: Copy) -> bool:
-    """Return whether some of a copy lets what is behind it be seen."""
+    """Return whether some part of a copy can be seen through."""
     own = copy.model.look
     looks = [
         (own.opacity, finish_of_body(copy.model)),
@@ -149,7 +149,7 @@ def _looks_in(model: Any) -> Iterator[Look]:
 
 
 def one_color(shape: Any) -> bool:
-    """Whether everything of a shape has the colour of its body."""
+    """Return whether all of a shape has the colour of its body."""
     if isinstance(shape, Compound):
         return all(part.look is None and not isinstance(part.shape, Mesh) for part in shape.parts.values())
     if isinstance(shape, Sculpt):
@@ -158,7 +158,7 @@ def one_color(shape: Any) -> bool:
 
 
 def colors_of(shape: Any, look: Look, copy: Copy) -> list[Rgba]:
-    """Return the colours of a body and of its parts, as a copy has them.
+    """Return the colours of one copy of a body, and of its parts.
 
     Args:
         shape: Shape of the body.

@@ -1,4 +1,4 @@
-"""Copies of bodies and statics become entities of the engine."""
+"""Turns copies of bodies and statics into entities of the engine."""
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -44,8 +44,8 @@ PLACES = ("pose", "place", "repeat")
 IMMOVABLE = 1e4
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
 
-The solver stops by the mean inertia of the scene: with ten times as much here, the contacts of all other bodies would
-be ten times less exact."""
+The solver's stopping criterion scales with the mean inertia of the scene: ten times as much here would make the
+contacts of all other bodies ten times less exact."""
 
 
 @dataclass
@@ -65,13 +65,13 @@ class Lowering:
     initial: dict[str, dict[str, float]] = field(default_factory=dict)
     mechanisms: Mechanisms = field(default_factory=dict)
     trees: dict[str, Tree] = field(default_factory=dict)
-    """Tree by name of the copy, for lookups of links and joints."""
+    """Trees by copy, in which links and joints are looked up."""
     balls: dict[str, list[Ball]] = field(default_factory=dict)
     """Balls around the pieces of each copy [m], at the start, in the world."""
     alike: dict[tuple[Any, ...], Written] = field(default_factory=dict)
-    """What was made of copies, by all in which they can differ."""
+    """Models already written, by everything in which copies can differ."""
     contents: dict[int, tuple[Any, Any]] = field(default_factory=dict)
-    """What models say, without their place; each kept beside it, so that its id stays its own."""
+    """Contents of models without their place, by id; the model is kept too, so that nothing else gets its id."""
     pieces: int = 0
     """Convex pieces made so far."""
     thinnest: float = 1e9
@@ -193,7 +193,7 @@ class Lowering:
             center, radius = piece_ball(piece)
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius)]
             return self._native(copy, NATIVE[shape.kind], options, material, look, piece.volume())
-        # Copies that differ in nothing but where they are, and perhaps in their one colour, share what is made of them.
+        # Copies that differ only in where they are, and perhaps in a colour of their own, share one model.
         plain = one_color(shape)
         key = (
             copy.body,
@@ -209,7 +209,7 @@ class Lowering:
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
     def _content(self, model: Any) -> Any:
-        """What a model says, without where its copies are."""
+        """The content of a model, without where its copies are."""
         if id(model) not in self.contents:
             there = {field: None for field in PLACES if field in type(model).model_fields}
             self.contents[id(model)] = (model, content_of(model.model_copy(update=there)))
@@ -285,7 +285,7 @@ class Lowering:
             options["visualization"] = False
         look = model.look
         surface = None if look.color is None else Surface(rgba_of(look, copy), look.finish, dress=dress_of(look))
-        # An MJCF file says the friction of every geom, be it by MuJoCo's defaults; a URDF cannot.
+        # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
         said = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
@@ -295,7 +295,7 @@ class Lowering:
         )  # fmt: skip
 
     def held_joints(self) -> dict[str, set[str]]:
-        """Return the joints whose actuators have a stiffness, be it by the case or by a file, by copy."""
+        """Return the joints whose actuators have a stiffness, set by the case or by a file, by copy."""
         found: dict[str, set[str]] = {name: set(joints) for name, joints in self.held_by_files.items()}
         for motor in self.motors:
             found.setdefault(motor.entity, set()).discard(motor.joint)
@@ -326,5 +326,5 @@ class Lowering:
             self.motors.append(Motor(entity, joint, actuator.stiffness, actuator.damping, actuator.max_force))
 
     def _local(self, copy: Copy, axis: Any) -> tuple[float, float, float]:
-        """A world axis in the copy's frame."""
+        """Return a world axis in the frame of a copy."""
         return quat_rotate(quat_conjugate(copy.quat), vector_unit(axis))

@@ -1,4 +1,4 @@
-"""Masses of everything, and the speeds that the case gives it."""
+"""Masses of bodies, and the speeds that the case gives them."""
 
 from collections.abc import Iterable
 from math import hypot
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def masses(resolution: "Resolution") -> dict[str, float]:
-    """Return the mass [kg] of every copy of a body, by its name; of a file's body, what the file says."""
+    """Return the mass [kg] of every copy of a body, by its name; for a body from a file, the mass in the file."""
     copies = (copy for name in resolution.loaded.case.bodies for copy in resolution.placed[name])
     return masses_of(resolution.lowering, resolution.plan.bodies, copies)
 
@@ -35,7 +35,7 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
     volumes: dict[int, tuple[object, float]] = {}
 
     def volume(copy: Copy) -> float:
-        # The shape is kept beside its volume, so that its id stays its own.
+        # The shape is kept beside its volume, so that nothing else gets its id.
         if id(copy.shape) not in volumes:
             pieces = geometry.pieces(copy.shape, lowering.folder)
             volumes[id(copy.shape)] = copy.shape, sum(piece.volume() for piece in pieces)
@@ -59,9 +59,9 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
 def known_speeds(
     lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy], rows: ControlRows
 ) -> dict[str, float]:
-    """Return the largest speed [m/s] that start velocities and blows alone give copies of bodies, by their names.
+    """Return the largest speed [m/s] that start velocities and impulses alone give copies of bodies, by their names.
 
-    A blow J gives a body of mass m the speed J / m, wherever it strikes; blows add up, as if all went one way.
+    An impulse J gives a body of mass m the speed J / m, wherever it strikes; impulses add up, as if in one direction.
 
     Args:
         lowering: What the copies became.
@@ -70,12 +70,12 @@ def known_speeds(
         rows: Controls, lowered.
     """
     speeds = {row.entity: hypot(*row.linear) for row in rows.velocities}
-    blows = [row for row in rows.wrenches if row.start == row.end]
-    if not blows:
+    impulses = [row for row in rows.wrenches if row.start == row.end]
+    if not impulses:
         return speeds
-    struck = {row.entity for row in blows}
+    struck = {row.entity for row in impulses}
     weights = masses_of(lowering, groups, (copy for copy in copies if copy.name in struck))
-    for row in blows:
+    for row in impulses:
         if weights.get(row.entity, 0.0) > 0.0:
             speeds[row.entity] = speeds.get(row.entity, 0.0) + hypot(*row.force) / weights[row.entity]
     return speeds

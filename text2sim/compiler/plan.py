@@ -22,18 +22,18 @@ class Surface:
     picture: str | None = None
     """Path in the program's folder of a picture that takes the place of the colour."""
     mode: str | None = None
-    """How the engine is to draw it, where its own choice costs time; None for its own."""
+    """How the engine is to draw it, where its default would be slow; None for the default."""
     dress: dict[str, Any] = field(default_factory=dict)
-    """Pattern, label, and whether copies are alike, for those who draw them; empty if there is nothing to say."""
+    """Pattern, label, and whether copies are alike, for whoever draws them; empty without any."""
     regions: str | None = None
-    """Of what deforms: path in the program's folder of the regions in which its parts have looks of their own."""
+    """For a deformable body: path in the program's folder of the regions in which parts have looks of their own."""
     parts: "tuple[Surface | None, ...]" = ()
-    """These looks, by number of the part; None where it has that of the body."""
+    """These looks, by number of the part; None where a part has the look of the body."""
 
 
 @dataclass(frozen=True)
 class SoftRecord:
-    """What whoever records a deformable body must know."""
+    """What the recorder needs to know about a deformable body."""
 
     kind: str
     """soft, cloth, granular, liquid or snow."""
@@ -44,7 +44,7 @@ class SoftRecord:
     pos: Vec
     """Where its frame is placed [m]."""
     quat: Quaternion
-    """How its frame is turned; the engine may be given a mesh that is turned already."""
+    """How its frame is turned; the engine may be given a mesh that is already turned."""
     mass: float
     """[kg]"""
 
@@ -62,13 +62,13 @@ class EntityPlan:
     pos: Vec
     quat: Quaternion
     rho: float | None = None
-    """Density [kg/m3]; None where the model file says it."""
+    """Density [kg/m3]; None where the model file gives it."""
     friction: float | None = None
-    """Coefficient; None where the model file says it."""
+    """Coefficient; None where the model file gives it."""
     surface: Surface | None = None
     """None where the model file has its own colours."""
     worn: tuple[Surface, ...] = ()
-    """What its parts wear, where the model file has its own colours: the file knows colours, but no finishes."""
+    """Looks of its parts, where the model file has its own colours: a file has colours, but no finishes."""
     family: str = "rigid"
     """Solver of the engine that holds it: rigid, mpm, pbd or fem."""
     material: str = "Rigid"
@@ -76,7 +76,7 @@ class EntityPlan:
     material_options: dict[str, Any] = field(default_factory=dict)
     """Keyword arguments of the material besides rho and friction; of a deformable body, all of them."""
     soft: SoftRecord | None = None
-    """Of a deformable body."""
+    """None of a rigid body."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ class DriveSegment:
 
 @dataclass(frozen=True)
 class JointDrive:
-    """A joint with the targets that take over from each other."""
+    """A joint, with targets that take over from each other."""
 
     entity: str
     joint: str
@@ -189,7 +189,7 @@ class Weld:
     line: int
     control: str
     event: str | None = None
-    """It is undone at the first time of this event; `at` does not count then."""
+    """The event whose first time undoes it, instead of `at`; None if there is none."""
 
 
 @dataclass(frozen=True)
@@ -225,11 +225,11 @@ class Hold:
     region: Code
     """Constructor of a function that finds the points."""
     count: int | None
-    """How many of them; None for all."""
+    """How many points; None for all."""
     to: tuple[str, ...]
     """Copies that hold them; none for the world."""
     link: str | None
-    """The link of those."""
+    """Their link."""
     stiffness: float | None
     """[N/m] in all; None holds firmly."""
     both_ways: bool
@@ -243,13 +243,13 @@ class Hold:
 
 @dataclass(frozen=True)
 class Push:
-    """A force on points of a deformable body over a span of time [s]; where start and end are equal, a blow."""
+    """A force on points of a deformable body over a span of time [s]; an impulse if start and end are equal."""
 
     entity: str
     pose: tuple[Vec, Quaternion]
     region: Code
     force: Vec
-    """[N], of a blow [N s]."""
+    """[N]; of an impulse [N s]."""
     scale: Code | None
     drag: float
     start: float
@@ -275,7 +275,7 @@ class Field:
 
     @property
     def changes(self) -> bool:
-        """Whether it changes with time, besides being there or not."""
+        """Whether it changes while it lasts."""
         return self.scale is not None or self.drift is not None
 
 
@@ -287,7 +287,7 @@ class Watch:
     make: Code
     """Constructor of what watches for it."""
     after: str | None
-    """An event that has to come first, which is watched for, too."""
+    """An event that has to come first, and is watched for too."""
     line: int
 
 
@@ -325,7 +325,7 @@ class Plan:
     """Time constant [s] and damping ratio of contacts by entity, or by link (`arm.hand`) if it has its own; empty
     unless some body bounces."""
     silent: tuple[str, ...]
-    """Entities without a restitution that bounce as what hits them does."""
+    """Entities without a restitution, which take that of whatever hits them."""
     initial: dict[str, dict[str, float]]
     """Start positions of joints by entity."""
     velocities: tuple[StartVelocity, ...]
@@ -341,11 +341,11 @@ class Plan:
     frictions: tuple[Friction, ...] = ()
     removals: tuple[Removal, ...] = ()
     watches: tuple[Watch, ...] = ()
-    """In an order in which each comes after what it comes `after`."""
+    """Each follows the one that it waits for (`after`)."""
     changes: tuple[JointChange, ...] = ()
     """Of joints that came from files."""
     unpowered: tuple[str, ...] = ()
-    """Entities to whose joints the engine gives gains that nobody asked for."""
+    """Entities whose joints the engine gives gains that nobody asked for."""
     files: Mapping[str, bytes] = field(default_factory=dict)
     """Models and meshes by path inside the program's folder."""
     notes: tuple[str, ...] = ()
@@ -355,12 +355,12 @@ class Plan:
 
     @cached_property
     def sim_digest(self) -> str:
-        """Digest of all that the simulation depends on."""
+        """Digest of everything that the simulation depends on."""
         return digests.sim_digest(self)
 
     @cached_property
     def render_digest(self) -> str:
-        """Digest of all that the film depends on besides."""
+        """Digest of what else the film depends on."""
         return digests.render_digest(self)
 
     @property

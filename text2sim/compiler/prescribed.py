@@ -1,4 +1,4 @@
-"""Prescribed motion: where driven bodies are, how far they get, how fast, and when they set out."""
+"""Prescribed motion: where driven bodies are, how far and how fast they go, and when they set out."""
 
 import math
 from bisect import bisect_right
@@ -23,11 +23,11 @@ from text2sim.spec_schema.models.motion import (
 )
 
 SMOOTH = 1.5
-"""How many times as fast as on average a body is in the middle of a way that begins and ends at rest."""
+"""Peak speed over mean speed of a body on a smooth stretch that begins and ends at rest."""
 LOOKS = 200
-"""Moments at which the speed of a spin is looked at."""
+"""Times at which the speed of a spin is sampled."""
 POSES = 60
-"""Poses of a way or a turn, at most."""
+"""Most poses of a path or a turn."""
 
 Moment = tuple[float, Vec, Quaternion]
 """A time [s], and how a body has moved [m] and turned about its origin by then."""
@@ -59,9 +59,9 @@ def displacements(motion: Motion) -> Bounds:
 
 
 def strokes(motion: Oscillate | Waypoints) -> Iterator[tuple[Vec, Bounds]]:
-    """Yield the highest velocity [m/s] on each straight part of a way, and the box [m] of its displacements.
+    """Yield the highest velocity [m/s] on each straight part of a path, and the box [m] of its displacements.
 
-    Waypoints between which a body stays where it is are left out.
+    Parts on which a body stands still are left out.
     """
     if isinstance(motion, Oscillate):
         axis = vector_unit(motion.axis)
@@ -75,7 +75,7 @@ def strokes(motion: Oscillate | Waypoints) -> Iterator[tuple[Vec, Bounds]]:
 
 
 def top_speed(motion: Oscillate | Waypoints) -> float:
-    """Return a bound of the speed [m/s] along a way: as if the body came to rest at every waypoint."""
+    """Return a bound of the speed [m/s] along a path, as if the body came to rest at every waypoint."""
     if isinstance(motion, Oscillate):
         return 2 * pi * motion.frequency * motion.amplitude
     legs = pairwise(zip(motion.times, motion.positions, strict=True))
@@ -88,7 +88,7 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
     Args:
         motion: The motion.
         duration: Of the run [s].
-        stride: Longest way [m] from one moment to the next, unless there were more than `POSES` of them.
+        stride: Greatest distance [m] between moments, unless that makes more than `POSES` of them.
     """
     if isinstance(motion, Spin):
         yield from _turns(motion, duration)
@@ -105,7 +105,7 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
 
 
 def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float, Vec]]:
-    """Corners of a way within the run: time [s] and displacement [m]. Of an oscillation, those of its first cycle."""
+    """Corners of a path within the run: time [s], displacement [m]. Of an oscillation, those of its first cycle."""
     if isinstance(motion, Oscillate):
         turns = [0.25 / motion.frequency, 0.75 / motion.frequency]
     else:
@@ -115,7 +115,7 @@ def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float
 
 
 def _turns(motion: Spin, duration: float) -> Iterator[Moment]:
-    """Moments of a spin on the way to the largest angles to both sides, each at most one turn away."""
+    """Moments of a spin up to its largest angle either way, at most one turn each."""
     axis = vector_unit(motion.axis)
     low = high = angle = 0.0
     ends = [(0.0, 0.0), (0.0, 0.0)]

@@ -1,12 +1,12 @@
-"""Lookup of the line of the case behind a traceback of its program."""
+"""Finds the line of the case behind a traceback of its program."""
 
 import re
 from pathlib import Path
 
 SECTIONS = ("scene.py", "bodies.py", "actions.py", "render.py")
-"""Modules that are printed from the case; `main.py` and `recorder.py` are the same in every program."""
+"""Modules that are written from the sections of the case."""
 
-# Both the interpreter's own form and that of faulthandler, which has no comma before `in`.
+# The interpreter's form, and that of faulthandler, which has no comma before `in`.
 _FRAME = re.compile(r'^ *File "([^"\n]+)", line (\d+)(?:, in | in |$)', re.MULTILINE)
 _MARK = re.compile(r"# case\.yaml:(\d+)")
 _CRASH = re.compile(r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*most recent call first)", re.MULTILINE)
@@ -15,8 +15,8 @@ _CRASH = re.compile(r"^(?:Fatal Python error|(?:Current thread|Thread) 0x\w+ .*m
 def provenance(program: Path, traceback: str) -> tuple[int, str] | None:
     """Return the line of the case to blame for a traceback, and the program's line of code; None if unknown.
 
-    The last frame in a module that was printed from the case leads upwards to the nearest `# case.yaml:23`,
-    at most to the beginning of its function.
+    From the last frame in a module that was written from the case, the search goes up to the nearest
+    `# case.yaml:23`, at most to the beginning of its function.
 
     Args:
         program: The folder of the program.
@@ -52,7 +52,7 @@ def _nearest_mark(lines: list[str], index: int) -> int | None:
 
 
 def _mark_above(lines: list[str], row: int) -> int | None:
-    # The comment of a function stands right above it; beyond that begins someone else's.
+    # The comment of a function stands right above it; what is farther up belongs to another.
     while row > 0 and lines[row - 1].startswith(("#", "@")):
         row -= 1
         if found := _MARK.search(lines[row]):

@@ -25,9 +25,9 @@ from text2sim.spec_schema.models.shapes import Torus
 ROUND = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
 """Shapes with an axis of their own, z."""
 WAYS = 16
-"""Directions in which what surrounds something must not come away."""
+"""Sideways directions in which what surrounds something must not come off."""
 TIGHT = 1e-4
-"""A pole may be larger by this part of itself than the hole that it fits."""
+"""A pole may be larger than its hole by this part of itself."""
 _Z = (0.0, 0.0, 1.0)
 
 
@@ -137,14 +137,14 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
         way = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
         if sweep(solids, within, way, start=shift) is None:
             raise PlaceError(
-                f"it does not surround `{name}`: it comes away sideways. What is hollow goes around by itself "
-                "(a torus, a tube, a compound with a hole); copies do with `repeat: {kind: ring}`",
+                f"it does not surround `{name}`: it comes off sideways. A hollow shape (a torus, a tube, a "
+                "compound with a hole) goes around by itself, copies with `repeat: {kind: ring}`",
                 "offset" if any(place.offset) else "around",
             )
 
 
 def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str:
-    """What is known of the hole and of what is in it, in words."""
+    """What is known of the width of the hole and of what is in it, in words."""
     low, high = target.bounds(frame)
     wide = [high[k] - low[k] for k in (0, 1)]
     size = f"{wide[0]:.3g} m" if abs(wide[0] - wide[1]) < 1e-6 else f"{wide[0]:.3g} m by {wide[1]:.3g} m"
@@ -180,7 +180,7 @@ def _check_ring(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: 
 
 
 def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedGroup, shift: Vec) -> float:
-    """How far [m] a copy has to go out from the middle of the target."""
+    """How much farther [m] from the middle of the target a copy has to be."""
     middle = target.middle()
     x, y = spot.pos[0] + shift[0] - middle[0], spot.pos[1] + shift[1] - middle[1]
     norm = math.hypot(x, y)

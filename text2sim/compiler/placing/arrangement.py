@@ -27,12 +27,12 @@ from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, Runn
 from text2sim.spec_schema.names.selectors import parse_selector
 
 OWN = ("at", "inset", "direction", "align", "clearance", "offset")
-"""Keys of a place, besides its relation, by which copies are placed one by one if they differ from copy to copy."""
+"""Keys of a place that, like its relation, make copies be placed one by one if they differ from copy to copy."""
 _ROUNDS = 40
 _FACED = 1e-12
 """Largest angle [rad] between where a copy faces and its target."""
 _ROUGHLY = 1e-6
-"""The same where rounding does not allow that, or the bounds are too rough."""
+"""The same where rounding or rough bounds allow no better."""
 
 
 @dataclass(slots=True)
@@ -53,10 +53,10 @@ class PlacementEntry:
 
 
 class PlacementTargets:
-    """What others are placed in relation to: all that is placed already.
+    """What others are placed in relation to: everything that is already placed.
 
     Args:
-        find: Returns the copies that a selector means, or raises PlaceError for the given word of `place`.
+        find: Returns the copies that a selector means, or raises PlaceError for the given key of `place`.
         sizes: Bounds and pieces.
     """
 
@@ -79,7 +79,7 @@ class PlacementTargets:
         return self._groups[selector]
 
     def partner(self, entry: PlacementEntry, index: int) -> PlacedGroup:
-        """Return what one copy is placed in relation to: the copy of its number, if brackets name several.
+        """Return what one copy is placed in relation to: the copy of the same index, if brackets name several.
 
         Raises:
             PlaceError: if brackets name another number of copies than there are.
@@ -112,7 +112,7 @@ def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
     spots = _oriented(entry, targets)
     before, steps = list[float](), list[float]()
     nearest, best = _ROUGHLY, None
-    # Its position decides where it faces, and its rotation may decide its position.
+    # Its position decides which way is towards its target, and its rotation may change its position.
     for _ in range(_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
@@ -131,7 +131,7 @@ def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
 
 
 def _step(off: float, before: float, step: float) -> float:
-    """Return how far [rad] to turn next, from what the last step gained: turning moves the copy, too."""
+    """Return how far [rad] to turn next, from what the last step gained, since turning also moves the copy."""
     gain = (before - off) / step if step else 1.0
     return min(max(off / min(max(gain, 0.2), 5.0), -1.0), 1.0)
 
@@ -185,7 +185,7 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
     if isinstance(repeat, Line) and repeat.start is not None:
         raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
     if repeat is None:
-        return [_moved(spots[0], _shift(place, spots, targets.partner(entry, 0), ORIGIN))]
+        return [_moved(spots[0], settle(place, PlacedGroup(spots, targets.sizes), targets.partner(entry, 0), ORIGIN))]
     if _pairs(entry, place.target):
         spots = [spot._replace(pos=ORIGIN) for spot in spread(repeat, spots, targets.sizes)]
         return _one_by_one(entry, spots, targets)
@@ -194,7 +194,7 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
     spots = spread(repeat, spots, targets.sizes)
     goal, middle = targets.partner(entry, 0), pattern_middle(repeat)
     if place.flush_deg is not None:
-        # The pattern leans with its copies, or all but one of them would hang over the slope.
+        # The pattern leans with its copies: left level, only one copy would rest on the slope.
         lean = quat_between((0.0, 0.0, 1.0), goal.upward())
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
@@ -215,7 +215,7 @@ def _one_by_one(entry: PlacementEntry, spots: list[CopySpot], targets: Placement
 
 
 def _off(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTargets) -> list[float]:
-    """Return the angles [rad] about the vertical by which copies must turn to face their targets; none if nothing."""
+    """Return the angles [rad] about the vertical by which copies must turn to face their targets, if they face any."""
     if entry.model.place is None or entry.model.place.facing is None:
         return []
     if isinstance(entry.repeat, RunningBond):
@@ -232,10 +232,6 @@ def _off(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTarget
             raise PlaceError("its +x axis, which should face it, points straight up or down", "facing")
         found.append(math.remainder(math.atan2(y, x) - math.atan2(ahead[1], ahead[0]), 2 * math.pi))
     return found
-
-
-def _shift(place: Place, spots: list[CopySpot], goal: PlacedGroup, middle: Vec) -> Vec:
-    return settle(place, PlacedGroup(spots, goal.sizes), goal, middle)
 
 
 def _moved(spot: CopySpot, shift: Vec) -> CopySpot:

@@ -26,12 +26,12 @@ class BodyPoints:
 
     def __init__(self, trees: dict[str, Tree], folder: Path) -> None:
         self.trees, self.folder = trees, folder
-        # Copies share their shapes, and controls their regions: objects are kept, so that their ids stay their own.
+        # Copies share shapes, and controls share regions: both are kept here, so that nothing else gets their ids.
         self._skins: dict[int, tuple[Any, SurfaceSkin]] = {}
         self._middles: dict[tuple[int, int], tuple[Any, Any, Vec]] = {}
 
     def on_link(self, copy: Copy, part: str | None, point: Vec | BodyRegion | None) -> Vec | None:
-        """Return a point [m] in the frame of a link (of the first one, if none is named).
+        """Return a point [m] in the frame of a link.
 
         Args:
             copy: The copy.

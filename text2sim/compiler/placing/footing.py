@@ -17,7 +17,7 @@ _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
 _ROUNDS = 20
 _FREE = 1e-6
-"""Gap [m] that is left to a wall, so that it can still fall."""
+"""Gap [m] that is left to a wall, so that what stands there can still fall."""
 
 
 def region_point(target: PlacedGroup, region: BodyRegion, key: str) -> Vec:
@@ -34,7 +34,7 @@ def region_point(target: PlacedGroup, region: BodyRegion, key: str) -> Vec:
     if target.planes:
         raise PlaceError("a plane has neither sides nor corners; say `at: [x, y]`", key)
     if len(target.members) > 1:
-        raise PlaceError("several copies are meant, and a region is one of one body: name one of them", key)
+        raise PlaceError("this means several copies, but a region belongs to one body: name one of them", key)
     (spot,) = target.members
     try:
         middle = region_middle(region, skin_of(target.sizes.pieces(spot)))
@@ -49,7 +49,7 @@ def footing(
     """Return the shift in x and y [m] to a region of the target.
 
     At a side, an edge or a corner the two are flush, but for the inset, by their bounds in the target's own frame;
-    where no side is named, their middles agree. At any other region the subject's own point goes over its middle.
+    along the other axes, their middles agree. At any other region the subject's own point goes over its middle.
 
     Args:
         place: The relation; `at` is a region.
@@ -75,13 +75,13 @@ def footing(
     signs[up] = 1 if axes[up][2] > 0 else -1
     mine, theirs = subject.bounds(frame), target.bounds(frame)
     wanted = _flush(place, mine, theirs, signs)
-    # On top of its uppermost face: where that is flat this is right, level or not.
+    # On top of its uppermost face: right wherever that face is flat, level or not.
     wanted[up] = theirs[1][up] - mine[0][up] if signs[up] > 0 else theirs[0][up] - mine[1][up]
     x, y, z = (sum(w * axis[k] for w, axis in zip(wanted, axes, strict=True)) for k in range(3))
     across = [k for k in range(3) if k != up]
     if all(abs(axes[k][2]) < 1e-12 for k in across):
         return x, y
-    # On anything else that leans, the height changes with the place, and with it the place along the slope.
+    # Elsewhere on a slope, the height changes with the place, and the place along the slope with the height.
     last = math.inf
     for _ in range(_ROUNDS):
         z = height(x, y)
@@ -96,7 +96,7 @@ def footing(
 
 
 def _signs(place: Place, axes: Sequence[Vec], up: int) -> dict[int, int]:
-    """The sides that are named, by axis, without that which the relation means anyhow."""
+    """The sides that are named, by axis, without the one that the relation implies."""
     region = place.at
     assert isinstance(region, BodyRegion)
     signs: dict[int, int] = {}
@@ -148,7 +148,7 @@ def slide(place: Place, subject: PlacedGroup, target: PlacedGroup, start: Vec) -
 
 
 def _pushes(place: Place, target: PlacedGroup) -> list[tuple[Vec, float, str]]:
-    """Level directions in which the subject is pushed, the gap that is left, and the word that says so."""
+    """Return horizontal directions to push the subject in, the gap to leave, and the key of `place` that asks."""
     region = place.at
     if region is None:
         ends = [(k, place.alignment(k)) for k in (0, 1)]

@@ -1,4 +1,4 @@
-"""Copies that are placed, or are placed on, together."""
+"""Copies that are placed together, or that others are placed on."""
 
 import math
 from collections.abc import Iterable
@@ -52,7 +52,7 @@ class PlacedGroup:
         return found
 
     def lowest(self, axis: Vec) -> float:
-        """Return the lowest coordinate [m] along a unit vector at which any copy can touch something."""
+        """Return the lowest coordinate [m] along a unit vector at which a copy can touch something."""
         return min(self._lowest(spot, axis) for spot in self.members)
 
     def _lowest(self, spot: CopySpot, axis: Vec) -> float:

@@ -34,7 +34,7 @@ def letter_rows(model: Any, folder: Path) -> list[tuple[int, int]]:
 
 
 def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
-    """Return how many copies those have whose copies are letters or pieces, and what is wrong there."""
+    """Count the copies of bodies and statics whose copies are letters or pieces, and say what is wrong there."""
     counts: dict[str, int] = {}
     problems: list[Problem] = []
     for root, models in ((("scene", "statics"), loaded.case.scene.statics), (("bodies",), loaded.case.bodies)):
@@ -51,7 +51,7 @@ def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:
 
 
 def lettered(spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:
-    """Return the copies, each with its own part of the shape, where that stands.
+    """Return the copies, each with its own part of the shape, where that part stands.
 
     Raises:
         PatternError: if a copy's shape has not as many parts as there are copies.
@@ -59,7 +59,6 @@ def lettered(spots: Sequence[CopySpot], folder: Path) -> list[CopySpot]:
     """
     from text2sim.compiler.shapes.glyphs import glyph_parts
 
-    # Copies share what does not differ: what is made of a shape is remembered by it.
     found = []
     for index, spot in enumerate(spots):
         shape = spot.shape

@@ -1,11 +1,11 @@
 """Copies at random in a region, without overlap and wholly inside; the same seed gives the same packing.
 
-Copies are put down one after the other, each at the first random place that is free: they are spread
-loosely through the whole region, which costs a contact solver much less than a heap. Where that jams, a
-jittered lattice takes over.
+Copies are placed one after the other, each at the first random place that is free. This spreads them loosely
+through the whole region, which costs a contact solver much less than a heap. Where it jams, a jittered lattice
+takes over.
 
 A sphere is tested as a sphere, everything else as its bounding box in its own frame (and a ball around it,
-which settles most pairs). Other bodies and statics are not looked at: choose a region that is free of them.
+which settles most pairs). Other bodies and statics are ignored: choose a region that is free of them.
 """
 
 import math
@@ -95,7 +95,7 @@ def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion])
 
     Raises:
         PackingError: if not all copies fit.
-        SpaceError: if the region is none.
+        SpaceError: if the region has no volume.
     """
     space = Space(packing.region)
     filled = sum(8 * g.half[0] * g.half[1] * g.half[2] * (math.pi / 6 if g.round else 1.0) for g in grains)
@@ -148,7 +148,7 @@ Spot = tuple[Vec, Quaternion]
 
 
 class _Placed:
-    """Grains that lie, found by their cell."""
+    """Grains already placed, found by their cell."""
 
     def __init__(self, cell: float, gap: float) -> None:
         self.cell, self.gap = cell, gap
@@ -252,7 +252,7 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
 
 
 def _lattice(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
-    """One copy to a cell of the widest lattice that has enough, shifted and turned as its cell allows."""
+    """One copy in each cell of the widest lattice with enough cells, shifted and turned as the cell allows."""
     import numpy as np
 
     rng = np.random.Generator(np.random.PCG64([packing.seed, 1]))

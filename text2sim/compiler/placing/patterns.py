@@ -1,4 +1,4 @@
-"""Patterns of copies: which copies there are, and where each stands in relation to its body's own position.
+"""Patterns of copies: which copies there are, and where each stands relative to the position of its body.
 
 Offsets are along the world's axes, except those of a running bond, which is a wall along its body's x axis.
 Stacks and packings need the size of every copy, and are resolved in `placement.py`.
@@ -85,7 +85,7 @@ def pattern_slots(repeat: Line | Grid | Ring | Spiral) -> list[PatternSlot]:
 
 
 def pattern_middle(repeat: Repeat) -> Vec:
-    """Return what counts as a pattern's middle in x and y [m], from the body's own position."""
+    """Return the middle of a pattern in x and y [m], from the body's own position."""
     if isinstance(repeat, Line):
         x, y, _ = repeat.step
         return ((repeat.count - 1) / 2 * x, (repeat.count - 1) / 2 * y, 0.0)

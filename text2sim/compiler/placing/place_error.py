@@ -2,7 +2,7 @@
 
 
 class PlaceError(ValueError):
-    """A relation that cannot be fulfilled; `key` is the word of `place` at which it fails."""
+    """A relation that cannot be fulfilled; `key` is the key of `place` to blame."""
 
     def __init__(self, message: str, key: str, rule: str = "placement", hint: str | None = None) -> None:
         super().__init__(message)
@@ -10,7 +10,7 @@ class PlaceError(ValueError):
 
 
 class PatternError(ValueError):
-    """A pattern that cannot be made; `where` is the path to the culprit from its body."""
+    """A pattern that cannot be made; `where` is the path from its body to what is wrong."""
 
     def __init__(self, message: str, *where: str) -> None:
         super().__init__(message)
@@ -18,7 +18,7 @@ class PatternError(ValueError):
 
 
 class ReachError(ValueError):
-    """Joints that cannot do what is asked; `key` is the word of the control that is wrong, `index` which target."""
+    """Joints that cannot do what is asked; `key` is the key of the control to blame, `index` the target."""
 
     def __init__(self, message: str, key: str, index: int | None = None):
         super().__init__(message)

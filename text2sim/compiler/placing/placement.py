@@ -1,10 +1,9 @@
 """Placement: poses, relations and patterns become one list of copies for each body and static.
 
-A pattern adds its offsets to its body's own position. If the pose differs from copy to copy, each copy's
-own pose is what its offset is added to (`step: [0, 0, 0]` adds nothing). A `place` moves the pattern as a
-whole, by its bounds; only if what it says of the position differs from copy to copy is each copy placed by
-itself. If its target is given with brackets, `plate[*]`, copies are paired one by one, and of the pattern
-only the turns count.
+A pattern adds its offsets to its body's own position. If the pose differs from copy to copy, each offset is
+added to the pose of its copy (`step: [0, 0, 0]` adds nothing). A `place` moves the pattern as a whole, by its
+bounds, unless what it says about the position differs from copy to copy: then it places each copy by itself. If
+its target has brackets, `plate[*]`, copies are paired one by one, and only the turns of the pattern count.
 """
 
 import graphlib
@@ -55,20 +54,20 @@ class Copy:
 def place_all(
     loaded: LoadedCase, tree_extents: TreeExtents | None = None, tree_pieces: TreePieces | None = None
 ) -> tuple[dict[str, list[Copy]], list[Problem]]:
-    """Return the copies of every static and body by name, and everything that is wrong with their places.
+    """Return the copies of every static and body by name, and what is wrong with their places.
 
     What cannot be placed stays at the origin, so that the rest can still be checked.
 
     Args:
         loaded: The case.
         tree_extents: Bounds of chains, nets, ragdolls and articulated bodies; needed where `place` involves one.
-        tree_pieces: Their pieces; they count as their bounds without.
+        tree_pieces: Their pieces; without them, their bounds are used.
     """
     return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces)).place_all()
 
 
 class _UnplacedError(Exception):
-    """The target has no place itself, which is reported already."""
+    """The target itself has no place, which has already been reported."""
 
 
 class _Placer:
@@ -78,7 +77,7 @@ class _Placer:
         self.problems: list[Problem] = []
         self.copies: dict[str, list[Copy]] = {}
         self.failed: set[str] = set()
-        """What has no place: nothing is said of what is placed in relation to it."""
+        """Names without a place; what is placed in relation to them is not reported too."""
         self.total = 0
         """Copies that are to be placed."""
 
@@ -103,29 +102,27 @@ class _Placer:
     def _entry(self, name: str, root: tuple[str, ...], model: Any, copy: Callable[..., Any]) -> PlacementEntry:
         if model.pose is not None and model.place is not None:
             self._report(root, "give either pose or place, not both", "inconsistent")
+        single = PlacementEntry(name, root, model, None, [SINGLE], [model])
         if model.repeat is None:
-            return PlacementEntry(name, root, model, None, [SINGLE], [model])
+            return single
         try:
             letters = letter_rows(model, self.loaded.folder) if isinstance(model.repeat, Glyphs) else ()
         except (PatternError, AssetError) as error:
             where = error.where if isinstance(error, PatternError) else ("shape",)
             self._report((*root, *where), error, "asset" if isinstance(error, AssetError) else "placement")
-            return PlacementEntry(name, root, model, None, [SINGLE], [model])
+            return single
         count = copy_count(model.repeat, letters)
         if count > MAX_COPIES:
-            self._report(
-                (*root, "repeat"),
-                f"makes {count} copies; at most {MAX_COPIES} are possible",
-                "too-many-copies",
-            )
-            return PlacementEntry(name, root, model, None, [SINGLE], [model])
+            message = f"makes {count} copies; at most {MAX_COPIES} are possible"
+            self._report((*root, "repeat"), message, "too-many-copies")
+            return single
         self.total += count
         if self.total > MAX_PIECES:
-            # Each copy is a piece at least: there is no need to place them all to know it.
+            # Each copy is at least one piece, so this is known before they are placed.
             if self.total - count <= MAX_PIECES:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
                 self.problems.append(self.loaded.problem(root, message, key=True, rule="too-many"))
-            return PlacementEntry(name, root, model, None, [SINGLE], [model])
+            return single
         variables = copy_variables(model.repeat, letters)
         if not self.loaded.varies(root):
             return PlacementEntry(name, root, model, model.repeat, variables, [model] * count)
@@ -142,7 +139,7 @@ class _Placer:
         return PlacementEntry(name, root, model, model.repeat, variables, models, alone)
 
     def _order(self, entries: dict[str, PlacementEntry]) -> Iterator[str]:
-        """Names in such an order that everything comes after what it is placed in relation to, or faces."""
+        """Yield the names, each after those that it is placed in relation to, or faces."""
         needs: dict[str, set[str]] = {}
         for name, entry in entries.items():
             places = [model.place for model in entry.models if model.place is not None] if entry.model.place else []
@@ -200,7 +197,7 @@ class _Placer:
         return spot._replace(model=model)
 
     def _find(self, selector: str, key: str) -> list[CopySpot]:
-        """The copies that a selector means."""
+        """Return the copies that a selector means."""
         chosen = parse_selector(selector)
         name = chosen.body
         if name in self.failed:

@@ -1,8 +1,7 @@
-"""Relative placement: where a body goes that is `on`, `inside` or `left_of` something, from real geometry.
+"""Relative placement: where a body goes that is `on`, `inside` or `left_of` something, by its true geometry.
 
 What is placed is a group: one body, or all copies of a pattern, which move together. `at: [x, y]` is where the
-origin of a body (the middle of a pattern) goes; without it the middles of the two groups' bounds are
-brought over each other.
+origin of a body (the middle of a pattern) goes; without it, the middles of the bounds of the two groups line up.
 """
 
 import math
@@ -22,12 +21,12 @@ from text2sim.spec_schema.models.regions import BodyRegion
 
 _DOWN = (0.0, 0.0, -1.0)
 _ROUND = 16
-"""Level directions in which walls are looked for."""
+"""Number of horizontal directions in which walls are looked for."""
 _LIFT = 1e-5
 """Height [m] above the floor at which walls are looked for."""
 
 Height = Callable[[Place, PlacedGroup, PlacedGroup, float, float], float]
-"""Shift in z [m] of a subject that is shifted by so much in x and y."""
+"""Shift in z [m] of a subject, given its shift in x and y."""
 
 
 def settle(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, *, ringed: bool = False) -> Vec:
@@ -35,9 +34,9 @@ def settle(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec,
 
     Args:
         place: The relation.
-        subject: What is placed, where it is before.
+        subject: What is placed, where it is now.
         target: What it is placed in relation to.
-        middle: The point [m] of the subject that `at` speaks of.
+        middle: The point [m] of the subject that `at` places.
         ringed: With `around`: the subject's copies stand around the target, instead of each going round it.
 
     Raises:
@@ -84,7 +83,7 @@ def _stand_inside(place: Place, subject: PlacedGroup, target: PlacedGroup, middl
 
 
 def _blamed(place: Place) -> str:
-    """The word that says where it should go: that is wrong if it cannot go there."""
+    """Return the key of `place` to blame if something cannot go where it should."""
     return "offset" if any(place.offset[:2]) else "at" if place.at is not None else place.relation
 
 
@@ -113,7 +112,7 @@ def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec)
 
 
 def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap: float, relation: str) -> float:
-    """Shift in z that brings the subject to the plane, from above or (`below`) from below."""
+    """Return the shift in z that brings the subject to the plane, from above or (`below`) from below."""
     nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
     if nz < 1e-6:
         raise PlaceError("the plane does not face upwards", relation)
@@ -155,7 +154,7 @@ def _falls_past(place: Place, subject: PlacedGroup, target: PlacedGroup, x: floa
 
 
 def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
-    """The height over an upright box that is the target's highest part and carries the whole subject."""
+    """The height over an upright box that is the target's highest part and supports the whole subject."""
     low, high = subject.bounds()
     top = target.bounds()[1][2]
     for pos, quat, shape, _ in target.members:
@@ -174,7 +173,7 @@ def _drop(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: fl
     bottom, top = target.bounds()[0][2], target.bounds()[1][2]
     flat = top - subject.bounds()[0][2] + gap
     z = _fall(subject, target, (x, y, flat + max(0.01 * (top - bottom), 1e-3)), gap)
-    # Flat on flat is exact: say so, rather than leave a tenth of a micrometre.
+    # Flat on flat is known exactly: no need to keep the sweep's tolerance.
     return flat if z is not None and abs(z - flat) < 2 * TOLERANCE else z
 
 
@@ -198,9 +197,9 @@ def _below(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y:
 
 
 def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
-    """Whether walls stand round a subject on more than half of its sides: on those it cannot leave on the level.
+    """Return whether walls stop a subject in more than half of the horizontal directions.
 
-    A lone wall, as long as it may be, is on half of them at most.
+    A single wall, however long, stops it in half of them at most.
     """
     movers, others = PlacedGroup(subject.members[:1], subject.sizes).solids(), target.solids()
     x, y, z = there
@@ -209,7 +208,7 @@ def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
     for k in range(_ROUND):
         if blocked + _ROUND - k <= _ROUND / 2:
             return False
-        # Sides that lie far from each other come first, so that it is soon known.
+        # Directions far from each other come first, which decides sooner.
         angle = 2 * math.pi * (k * 5 % _ROUND + 0.5) / _ROUND
         blocked += sweep(movers, others, (math.cos(angle), math.sin(angle), 0.0), start=start) is not None
         if blocked > _ROUND / 2:
@@ -220,15 +219,14 @@ def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
 def _inside(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     """Let the subject fall: from the middle of the target if it is free there, otherwise through its top.
 
-    It falls until it touches, and is lifted by the clearance then: a gap on all sides would keep it out of a narrow
+    It falls until it touches, and is then lifted by the clearance: a gap on all sides would keep it out of a narrow
     cup.
     """
     if target.planes:
         raise PlaceError("a plane has no inside", "inside")
     if len(target.members) == 1 and len(target.solids()) == 1:
-        raise PlaceError(
-            f"`{place.target}` is one solid piece and has no inside; the others are on, below, beside, …", "inside"
-        )
+        message = f"`{place.target}` is one solid piece and has no inside; other relations are on, below, beside, …"
+        raise PlaceError(message, "inside")
     (low, high), (bottom, top) = subject.bounds(), target.bounds()
     across = all(bottom[k] <= low[k] + s and high[k] + s <= top[k] for k, s in enumerate((x, y)))
     if across:
@@ -241,9 +239,6 @@ def _inside(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y
             z = bottom[2] - low[2]
         if low[2] + z + place.clearance < top[2] - 1e-6:
             if not _walled(subject, target, (x, y, z)):
-                raise PlaceError(
-                    f"`{place.target}` has no inside there: nothing is round it; the others are on, below, beside, …",
-                    "inside",
-                )
+                raise PlaceError(f"`{place.target}` has no inside there: no walls surround the place", "inside")
             return z + place.clearance
     raise PlaceError(f"it does not fit into `{place.target}` there", _blamed(place))

@@ -25,21 +25,21 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 CLEAR = 0.02
 """Gap between rope and pulley at the start, as a part of the rope's radius."""
 PITCH = 2.2
-"""From turn to turn along the pulley, in radii of the rope."""
+"""Distance from turn to turn along the pulley, in radii of the rope."""
 FINE = math.radians(2)
 ROUNDS = 60
-"""Tangents between pulleys: each looks for the next one's point, in turn, until nothing moves."""
+"""Passes over the tangents between pulleys, each of which depends on the pulleys next to it."""
 COARSE = 1.0
-"""Length of a link over the radius of a pulley, at most."""
+"""Greatest length of a link over the radius of a pulley."""
 SHORTEST = 1e-6
-"""Length [m] of a link, at least."""
+"""Least length [m] of a link."""
 STRAIGHT = 0.999
-"""Cosine between the axis of a hinge and that of the pulley on it, at least."""
+"""Least cosine between the axis of a hinge and that of the pulley on it."""
 
 
 @dataclass
 class _Wheel:
-    """A pulley as the rope sees it: a circle of `radius` [m] about an axis, gone round in the sense `sense`."""
+    """A pulley as the rope sees it: a circle of `radius` [m] about an axis; `sense` is the way round."""
 
     key: tuple[str, ...]
     name: str
@@ -53,7 +53,7 @@ class _Wheel:
     """Angle [rad] from `side` on, about the axis."""
     leave: float = 0.0
     rise: float = 0.0
-    """Way [m] along the axis from the first turn to the last."""
+    """Distance [m] along the axis from the first turn to the last."""
 
     @property
     def across(self) -> Array:
@@ -65,7 +65,7 @@ class _Wheel:
         return self.center + self.radius * flat + (part - 0.5) * self.rise * self.axis
 
     def tangent(self, point: Array, sign: float) -> float:
-        """Return the angle at which the line to a point leaves (sign 1) the circle, or from it arrives (-1)."""
+        """Return the angle at which a line leaves the circle to a point (sign 1), or arrives from it (-1)."""
         away = point - self.center
         x, y = float(away @ self.side), float(away @ self.across)
         distance = math.hypot(x, y)
@@ -80,7 +80,7 @@ class _Wheel:
 
 @dataclass
 class _Path:
-    """Points and pulleys in turn, in the world [m]."""
+    """Points and pulleys in their order, in the world [m]."""
 
     items: list[Array | _Wheel] = field(default_factory=list)
 
@@ -96,8 +96,8 @@ class _Path:
             before, after = (one.center if isinstance(one, _Wheel) else one for one in (before, after))
             along = float((after - before) @ wheel.across)
             if abs(along) < 1e-9:
-                text = f"comes and goes on one line through the axis of `{wheel.name}`; a point to either side of it"
-                raise PatternError(f"{text}, or another `side`, says which way round", *wheel.key)
+                text = f"comes and goes on one line through the axis of `{wheel.name}`; to say which way round"
+                raise PatternError(f"{text}, move a point to either side of it, or give another `side`", *wheel.key)
             wheel.sense = math.copysign(1.0, along)
         for _ in range(ROUNDS):
             for k, wheel in wheels:
@@ -111,7 +111,7 @@ class _Path:
                 raise PatternError(text, *wheel.key)
 
     def points(self) -> Array:
-        """Return the whole way as points, (n, 3)."""
+        """Return the whole path as points, (n, 3)."""
         found: list[Array] = []
         for item in self.items:
             if not isinstance(item, _Wheel):
@@ -153,7 +153,7 @@ def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[
             more = math.ceil(rope.segments * link / wheel.radius * 2)
             raise PatternError(
                 f"has links of {1e3 * link:.3g} mm, too long to lie round `{wheel.name}` with a radius of "
-                f"{1e3 * wheel.radius:.3g} mm; `segments: {more}` makes them half of it", *wheel.key,
+                f"{1e3 * wheel.radius:.3g} mm; `segments: {more}` makes them half as long as that", *wheel.key,
             )  # fmt: skip
         # The middle of a link is nearer to the axis than its ends are.
         wheel.radius = math.hypot(wheel.radius, link / 2)
@@ -179,7 +179,7 @@ def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str]
     side = np.array(vector_unit(item.side))
     side -= (side @ axis) * axis
     if np.linalg.norm(side) < 1e-3:
-        raise PatternError(f"has `side` along the axis of `{item.round}`, which is its own z; take one across", *key)
+        raise PatternError(f"has `side` along the axis of `{item.round}`, its own z; take one across", *key)
     rise = PITCH * thick * item.turns
     height = getattr(spot.shape, "height", None)
     if height is not None and rise + 2 * thick > height:
@@ -206,7 +206,7 @@ def _chords(points: Array, count: int) -> tuple[list[Array], float]:
 
 
 def _walk(points: Array, count: int, length: float) -> tuple[list[Array], bool]:
-    """Step along a way with chords of one length; return the places, and whether the end came before the last."""
+    """Step along a path in equal chords; return the places, and whether the path ended before the last chord."""
     here, k, nodes = points[0], 0, [points[0]]
     for _ in range(count):
         while k + 1 < len(points) and np.linalg.norm(points[k + 1] - here) < length:

@@ -1,4 +1,4 @@
-"""Beside something, and touching it."""
+"""Placement beside something, or touching it."""
 
 import math
 
@@ -13,9 +13,9 @@ from text2sim.spec_schema.models.regions import BodyRegion
 
 
 def stand_beside(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
-    """Return the shift [m] to a side: the planes across the direction that just hold the two are `clearance` apart.
+    """Return the shift [m] to a side: `clearance` is the gap between the bounds of the two along the direction.
 
-    Across, their middles agree, in height their lowest points, unless `align` says otherwise.
+    Across it their middles line up, and in height their lowest points, unless `align` says otherwise.
 
     Args:
         place: The relation, with `direction`, `clearance` [m] and `align`.
@@ -44,7 +44,7 @@ def stand_beside(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec
 
 
 def lined_up(subject: PlacedGroup, target: PlacedGroup, axis: int, end: End) -> float:
-    """Return the shift [m] along an axis of the world that brings two ends, or the middles, to the same level.
+    """Return the shift [m] along an axis of the world that lines up two ends, or the middles.
 
     Args:
         subject: What is moved.
@@ -76,7 +76,7 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     there = region_point(target, place.at, "at") if isinstance(place.at, BodyRegion) else target.middle()
     if not target.members and place.align is not None:
         raise PlaceError("a plane has no ends to align with", "align")
-    # A distance at which the balls around the two are apart.
+    # So far apart that the balls around the two do not overlap.
     far = place.clearance + sum(math.dist(*group.bounds()) / 2 for group in (subject, target) if group.members) * 1.01
     far += math.dist(there, target.middle())
     best = math.inf

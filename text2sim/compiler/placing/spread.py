@@ -1,4 +1,4 @@
-"""Copies take their places in their body's pattern."""
+"""Puts copies at their places in the pattern of their body."""
 
 from collections.abc import Sequence
 from itertools import repeat as again
@@ -49,7 +49,7 @@ def _turned(turn: Quaternion, quat: Quaternion) -> Quaternion:
 
 
 def _stacked(stack: Stack, spots: Sequence[CopySpot], sizes: Sizes) -> list[CopySpot]:
-    """Each copy keeps its own x and y; the first one its own height, too."""
+    """Stack copies: each keeps its own x and y, and the first one its height."""
     found: list[CopySpot] = []
     top = None
     for spot in spots:
