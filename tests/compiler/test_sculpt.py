@@ -152,7 +152,7 @@ def test_limits_hold_before_anything_is_made() -> None:
     with pytest.raises(AssetError, match=r"part `plinth` is 0\.2 m thin, .* it would be lost"):
         sculpted(plinth)  # took 18 s: the grid had 14,000 nodes along it
     assert math.prod(grid_of(sculpt(ball=BALL), placed_parts(sculpt(ball=BALL))).counts) < MAX_NODES
-    with pytest.raises(AssetError, match="in 2 pieces: .* of part `far`"):
+    with pytest.raises(AssetError, match="in 2 pieces: .* to part `far`"):
         sculpted(sculpt(ball=BALL, far={**BALL, "radii": [0.03, 0.03, 0.03], "pose": {"pos": [0.5, 0, 0]}}))
     with pytest.raises(AssetError, match="nothing left"):
         sculpted(sculpt(ball=BALL, all={"kind": "box", "op": "cut", "size": [1, 1, 1]}))

@@ -109,7 +109,7 @@ def test_each_event_has_its_words():
     [
         ("heavy", "it sees position, displacement, velocity, speed, distance and joint_position"),
         ("rests", "it sees contact between bodies of links, enters, leaves, and threshold"),
-        ("slap", "whose contacts the engine does not tell"),
+        ("slap", "whose contacts the engine does not report"),
         ("hard", "leave out min_impulse"),
     ],
 )

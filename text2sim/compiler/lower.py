@@ -13,7 +13,6 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.piece import piece_ball, piece_thickness
 from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
@@ -189,8 +188,8 @@ class Lowering:
             if joint is None:
                 options["fixed"] = True
             (piece,) = geometry.pieces(shape, self.folder)
-            self.thinnest = min(self.thinnest, piece_thickness(piece))
-            center, radius = piece_ball(piece)
+            self.thinnest = min(self.thinnest, piece.thickness)
+            center, radius = piece.ball
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius)]
             return self._native(copy, NATIVE[shape.kind], options, material, look, piece.volume())
         # Copies that differ only in where they are, and perhaps in a colour of their own, share one model.
@@ -267,7 +266,7 @@ class Lowering:
         tree = mechanism_tree(mechanism, model)
         self._take_in(copy, tree, tree_balls(tree), count_pieces(tree))
         touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
-        self.thinnest = min([self.thinnest, *(piece_thickness(piece) for piece in touching)])
+        self.thinnest = min([self.thinnest, *(piece.thickness for piece in touching)])
         self.motors += file_motors(mechanism, model, copy.name)
         self.held_by_files[copy.name] = {
             j.name for j in mechanism.joints if j.motor is not None and j.motor.stiffness > 0
@@ -318,7 +317,7 @@ class Lowering:
         return made
 
     def _take_in_thickness(self, geoms: Iterable[TreeGeom]) -> None:
-        self.thinnest = min(self.thinnest, *(piece_thickness(geom.piece) for geom in geoms))
+        self.thinnest = min(self.thinnest, *(geom.piece.thickness for geom in geoms))
 
     def _motor(self, entity: str, joint: str, mount: Any) -> None:
         actuator = getattr(mount, "actuator", None)

@@ -1,7 +1,7 @@
-"""Where the end of an arm is to be becomes targets of its joints: inverse kinematics.
+"""Inverse kinematics: where the end of an arm is to be becomes targets of its joints.
 
-Damped least squares (Wampler 1986), from the joint positions of the target before, so that an arm with joints to spare
-turns them no more than it has to. Where that gets stuck it is tried again from other positions, always the same ones.
+Damped least squares (Wampler 1986), from the joint positions of the previous target, so that a redundant arm turns its
+joints no more than it has to. Where this gets stuck, it starts again from other positions, always the same ones.
 """
 
 import math
@@ -35,7 +35,7 @@ STEP = 0.4
 """Largest change of a joint in one iteration [rad or m]."""
 ITERATIONS, TRIES = 120, 24
 TINY = 1e-6
-"""Change of a joint by which slopes are taken [rad or m]."""
+"""Change of a joint for the differences that give slopes [rad or m]."""
 
 
 class Arm:
@@ -96,13 +96,13 @@ class Arm:
         return q
 
     def _change(self, slopes: Array, miss: Array, q: Array) -> Array:
-        """How joints move next: those at an end of their range that want to go on leave it to the others."""
+        """Return how joints move next: one that would leave its range stays, and the others make up for it."""
         free = np.ones(len(q), bool)
         while True:
             own = slopes * free
             try:
                 change = own.T @ np.linalg.solve(own @ own.T + DAMPING**2 * np.eye(len(miss)), miss)
-            except np.linalg.LinAlgError:  # so far out that its damping is rounded away: nothing comes nearer
+            except np.linalg.LinAlgError:  # so far away that the damping is lost to rounding
                 return np.zeros_like(q)
             stuck = free & (((q <= self.low) & (change < 0)) | ((q >= self.high) & (change > 0)))
             if not stuck.any():
@@ -116,7 +116,7 @@ class Arm:
         if goal.quat is None:
             return left
         w, *axis = quat_multiply(goal.quat, quat_conjugate(quat))
-        axis = np.array(axis) if w >= 0 else -np.array(axis)  # the short way
+        axis = np.array(axis) if w >= 0 else -np.array(axis)  # the shorter turn
         return np.concatenate([left, axis * 2 * np.arctan2(size := np.linalg.norm(axis), abs(w)) / max(size, 1e-12)])
 
 
@@ -128,7 +128,7 @@ class Goal(NamedTuple):
     point: Vec
     """[m], in the link's frame"""
     quat: Quaternion | None
-    """How the link is to be turned; None for anyhow."""
+    """Orientation of the link; None for any."""
 
 
 def _chain(roots: Iterable[TreeLink], name: str) -> list[TreeLink]:
@@ -159,7 +159,7 @@ def reach_targets(
         link: The link.
         tree: The body's links.
         held: Joints whose actuators have a stiffness.
-        before: Where joints are before, as far as other targets of this kind say it [rad or m].
+        before: Where earlier position targets leave joints [rad or m].
         line: Of the control.
         name: Of the control.
 

@@ -1,6 +1,6 @@
-"""Events on which something is released become functions of the program, which has to see them come.
+"""Events on which something is released, as functions of the program, which must detect them while it runs.
 
-What is found in the recording later (`evidence/events.py`) is found by the same rules, so that both agree.
+`evidence/events.py` finds them in the recording by the same rules, so that both agree.
 """
 
 from collections.abc import Iterable
@@ -24,13 +24,13 @@ AXIS = {"x": 0, "y": 1, "z": 2}
 
 
 class UnseenError(ValueError):
-    """An event that the program cannot see; the message says why."""
+    """An event that the program cannot detect; the message says why."""
 
 
 def lower_watches(
     loaded: LoadedCase, copies: dict[str, list[Copy]], soft: SoftControls | None
 ) -> tuple[list[Watch], list[Problem]]:
-    """Return the rows for all events that something is released on, each after what it comes after.
+    """Return the rows for all events that something is released on, each behind the one that it waits for.
 
     Args:
         loaded: The case.
@@ -60,7 +60,7 @@ def lower_watches(
 
 
 class _Writer:
-    """Writes constructors: what a function of the program is given is the source of another."""
+    """Writes calls of the program's functions, with further calls as their arguments."""
 
     def __init__(self, loaded: LoadedCase, copies: dict[str, list[Copy]], soft: SoftControls | None) -> None:
         self.loaded, self.copies, self.soft = loaded, copies, soft
@@ -76,7 +76,7 @@ class _Writer:
             return self._touch(name, event)
         if isinstance(event, events.RegionEvent):
             if event.region.moves_with is not None:
-                raise UnseenError(f"`{name}` is of a region that a body carries, which is known only afterwards")
+                raise UnseenError(f"`{name}` watches a region that moves with a body, known only after the run")
             depths = [self._depth(place, event.region) for place in self._places(event.of)]
             if event.kind == "leaves":
                 depths = [Code(f"outside({depth})") for depth in depths]
@@ -93,18 +93,16 @@ class _Writer:
 
     def _touch(self, name: str, event: events.ContactEvent) -> Code:
         if event.min_impulse > 0.0:
-            raise UnseenError(
-                f"`{name}` counts from its impulse, which is known only afterwards; leave out min_impulse"
-            )
+            raise UnseenError(f"`{name}` depends on an impulse, known only after the run; leave out min_impulse")
         if contact_model(self.loaded.case.bodies.values(), self.scene) in ("sap", "ipc"):
-            raise UnseenError(f"the engine does not tell of contacts in this contact model, so `{name}` is not seen")
+            raise UnseenError(f"the engine reports no contacts in this contact model, so `{name}` cannot be seen")
         sets = []
         for selector in event.between:
             chosen, part = self._chosen(selector)
             if is_soft(chosen[0].model):
                 raise UnseenError(
-                    f"`{name}` is of a body that deforms, whose contacts the engine does not tell; a threshold of a "
-                    "distance or position does"
+                    f"`{name}` is about a deformable body, whose contacts the engine does not report; use a "
+                    "threshold of a distance or position"
                 )
             sets.append(_list([_call("links", _body(copy), part) for copy in chosen]))
         return _call("Touch", Code("scene"), *sets)
@@ -115,9 +113,7 @@ class _Writer:
             return self._whole(name, measure)
         if measure.change_from in ("start", 0.0):
             return _call("since_start", self._whole(name, measure))
-        raise UnseenError(
-            f"a program cannot see `{name}`, whose change it counts from a later time; from the start it can"
-        )
+        raise UnseenError(f"a program cannot see `{name}`, a change from a later time; it sees a change from the start")
 
     def _whole(self, name: str, measure: measures.Measure) -> Code:
         if isinstance(measure, measures.Distance):
@@ -150,7 +146,7 @@ class _Writer:
         if measure.stat is None:
             return values[0]
         if measure.stat == "count":
-            raise UnseenError(f"a program cannot see how many there are of `{name}`; use another stat")
+            raise UnseenError(f"a program cannot see the count of `{name}`; use another stat")
         return _call("reduce", measure.stat, _list(values))
 
     def _chosen(self, selector: str) -> tuple[list[Copy], str | None]:
@@ -201,7 +197,7 @@ def _list(items: Iterable[Code]) -> Code:
 
 
 def _call(function: str, *arguments: object) -> Code:
-    """Source of a call; what is left out at its end is not printed."""
+    """Return the source of a call, without arguments at its end that are None."""
     given = list(arguments)
     while given and given[-1] is None:
         given.pop()

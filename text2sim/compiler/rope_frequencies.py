@@ -1,8 +1,8 @@
-"""How fast ropes and chains shake when they are taut, which bounds the time step.
+"""Frequencies at which taut ropes and chains shake, which bound the time step.
 
-A chain of links of mass m and length l under the tension T swings across from link to link at 2 sqrt(T / (m l)), the
-highest frequency of a string of beads. The engine takes that pull explicitly: a rope that carries a load and is struck
-diverges from a substep of 1.5 over this frequency on (measured with 2 to 40 kg on links of 2.5 g; 1.4 holds).
+A chain of links of mass m and length l under the tension T swings sideways from link to link at 2 sqrt(T / (m l)), the
+highest frequency of a string of beads. The engine integrates that pull explicitly: a rope that carries a load and is
+struck diverges at substeps of 1.5 over this frequency or more (measured with 2 to 40 kg on links of 2.5 g; 1.4 holds).
 """
 
 import math
@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.generators import link_of
 
 SWING = 2.0
-"""Tension over weight that is reckoned with: a load that swings up to the horizontal pulls three times as hard."""
+"""Assumed tension over weight; a load that swings down from the horizontal would pull with three times its weight."""
 
 
 def taut_frequencies(
@@ -51,5 +51,5 @@ def taut_frequencies(
 
 
 def _hangs(copy: Copy) -> bool:
-    """Whether nothing else carries a body."""
+    """Return whether nothing else carries a body."""
     return getattr(getattr(copy.model, "mount", None), "kind", "free") == "free" and copy.model.kind != "driven"

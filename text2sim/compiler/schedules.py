@@ -69,16 +69,16 @@ def extremes(schedule: Schedule) -> tuple[float, float]:
 
 
 LOOKS = 200
-"""Moments at which a schedule is looked at for its largest value."""
+"""Times at which a schedule is sampled for its largest value."""
 
 
 def largest(schedule: Schedule, duration: float) -> float:
-    """Return the largest size of a schedule's value within a run [s]."""
+    """Return the largest absolute value of a schedule within a run of this duration [s]."""
     return max(abs(value_at(schedule, duration * k / LOOKS)) for k in range(LOOKS + 1))
 
 
 def slopes(times: list[float], values: list[float]) -> list[float]:
-    """Return the slopes of a cubic through values that exceeds none of them (Fritsch and Butland 1984); 0 at both ends.
+    """Return the slopes of a cubic through values that does not overshoot (Fritsch and Butland 1984); 0 at both ends.
 
     Between two lines of slopes p and q and lengths g and h it is their harmonic mean, weighted by 2 h + g and h + 2 g;
     0 where p and q differ in sign.

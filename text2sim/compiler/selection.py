@@ -3,6 +3,7 @@
 import re
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.spec_schema.names.selectors import parse_selector
 
 SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>[\w*]+))?\Z")
 
@@ -21,15 +22,8 @@ def select(selector: str, copies: dict[str, list[Copy]]) -> tuple[list[Copy], st
         KeyError: if the body does not exist.
         IndexError: if no copy has that index.
     """
-    body, index, part = split(selector)
-    found = copies[body]
-    if index is None or index == "*":
-        return found, part
-    if ":" in index:
-        first, last = (int(x) for x in index.split(":"))
-        chosen = found[first:last]
-    else:
-        chosen = found[int(index) : int(index) + 1]
-    if not chosen:
-        raise IndexError(f"{body} has {len(found)} copies, counted from 0")
-    return chosen, part
+    chosen = parse_selector(selector)
+    found = copies[chosen.body][chosen.first : chosen.last]
+    if not found:
+        raise IndexError(f"{chosen.body} has {len(copies[chosen.body])} copies, counted from 0")
+    return found, chosen.part

@@ -7,20 +7,20 @@ from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.spec_schema.models.scene import Scene
 
 CROWD = 100
-"""More loose bodies than this and the Newton solver is 20 to 60 times slower than CG."""
+"""With more loose bodies than this, the Newton solver is 20 to 60 times slower than CG."""
 CRISPNESS = 0.25
 """Substep times angular frequency of a contact that bounces. Restitution then scatters by some hundredths with the
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
 RIGID_SUBSTEPS = 50
-"""Most substeps that rigid bodies get without being asked for."""
+"""Most substeps that are derived for rigid bodies."""
 SPRING_STEP = 0.8
-"""Substep times angular frequency of a rope's springs, which the engine takes explicitly: at 2 they explode."""
+"""Substep times angular frequency of a rope's springs, which the engine integrates explicitly: at 2 they explode."""
 TAUT_STEP = 1.0
 """Substep times angular frequency of a taut rope: 1.4 still holds, 1.5 does not."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
 TIMECONST = 0.002
-"""Shortest time constant [s] of contacts that is chosen; shorter ones are given."""
+"""Shortest time constant [s] of contacts that is derived; an author may give a shorter one."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Traits:
     loose: int
     """Bodies that can touch each other freely."""
     geoms: int
-    """Convex pieces of everything."""
+    """Convex pieces in the scene."""
     chains: int
     """Links on ball joints."""
     loops: int
@@ -50,7 +50,7 @@ class Traits:
     slopes: bool = False
     """Whether something may rest on a slope, or lean."""
     tautest: float = 0.0
-    """Largest angular frequency [rad/s] of ropes and chains across, under what hangs on them."""
+    """Largest angular frequency [rad/s] of ropes and chains that sway sideways under what hangs on them."""
     swiftest: float = 0.0
     """Largest angular frequency [rad/s] of springs that keep ropes straight."""
     wound: bool = False
@@ -119,10 +119,9 @@ def restitution_of(ratio: float) -> float:
 
 
 def damping_ratio(restitution: float) -> float:
-    """Return the damping ratio of a contact that returns `restitution` of the speed; 1 for none, as in other contacts.
+    """Return the damping ratio of a contact that returns `restitution` of the speed; 1 if it returns none.
 
-    At most 2: from there on the damping would undo more than the whole speed within a step. That is a restitution of
-    0.05.
+    At most 2, a restitution of 0.05: with more, the damping would reverse the speed within a step.
     """
     if restitution <= 0.0:
         return 1.0
@@ -194,26 +193,21 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
 
 
 def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, why: dict[str, str]) -> str:
-    """The exact cone where something rests on a slope or leans, and where it is known to hold.
+    """Choose the exact cone where something rests on a slope or leans, and where it is known to be stable.
 
     With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s), and
     with newton a tree of links that is hit hard ends in nan; free bodies do not, up to 30 m/s and 250 kg.
     """
-    sound = solver == "newton" and soft is None and not (traits.linked or traits.loops or traits.bounciest > 0)
-    if (traits.slopes or traits.rolls) and sound and not scene.solver.noslip_iterations:
+    sound = soft is None and traits.bounciest == 0 and not scene.solver.noslip_iterations
+    single = solver == "newton" and not (traits.linked or traits.loops)
+    if sound and single and (traits.slopes or traits.rolls):
         why["friction_cone"] = (
             "the pyramidal one lets what rests on a slope or leans creep, and what rolls roll too far"
             if traits.rolls
             else "what rests on a slope or leans creeps with the pyramidal one"
         )
         return "elliptic"
-    if (
-        traits.wound
-        and solver == "cg"
-        and soft is None
-        and traits.bounciest == 0
-        and not scene.solver.noslip_iterations
-    ):
+    if sound and solver == "cg" and traits.wound:
         why["friction_cone"] = "light ropes round something fly apart with the pyramidal one"
         return "elliptic"
     why["friction_cone"] = "survives hard impacts; elliptic does not creep on slopes"

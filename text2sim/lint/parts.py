@@ -9,7 +9,7 @@ from typing import NamedTuple
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds, apart
 from text2sim.compiler.shapes.meshfile import MeshFile
-from text2sim.compiler.shapes.piece import Piece, piece_thickness
+from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
@@ -49,7 +49,7 @@ class StandingPart:
     @cached_property
     def thickness(self) -> float:
         """Smallest thickness [m]."""
-        return piece_thickness(self.piece)
+        return self.piece.thickness
 
     def normals(self) -> list[Vec]:
         """Return unit vectors across the faces of a hull, in the world; of more than `FACES`, the axes of its frame."""

@@ -1,4 +1,4 @@
-"""Upright boxes: around points, moved, grown, swept, and whether they are apart."""
+"""Boxes along the axes: around points, moved, grown, swept, and whether they are apart."""
 
 from collections.abc import Iterable
 
@@ -22,7 +22,7 @@ def moved(box: Bounds, by: Vec) -> Bounds:
 
 
 def grown(box: Bounds, by: float) -> Bounds:
-    """Return a box with so much more [m] on every side."""
+    """Return a box that reaches farther by so much [m] on every side."""
     (a, b, c), (d, e, f) = box
     return (a - by, b - by, c - by), (d + by, e + by, f + by)
 

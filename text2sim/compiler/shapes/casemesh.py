@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 WHOLE = (".obj", ".stl", ".ply")
 """Files whose shape needs no others."""
 OTHERS = (b"mtllib", b"TextureFile")
-"""What stands in those of them whose looks do."""
+"""Words in such a file that name others, for its looks."""
 Key = tuple[Path, Path, int, int]
-"""File, folder of all that it refers to, time and size, by which it is known here."""
+"""File, folder that it may refer to, time of its last change, and size."""
 
 
 def load_mesh(file: str, folder: Path) -> MeshFile:
@@ -117,7 +117,7 @@ def _told(key: Key) -> list[MeshPaint]:
 
 
 def _part(row: Any) -> MeshPaint | None:
-    """A part as it was kept, or None if that is none."""
+    """Return a part from the cache, or None if it is damaged."""
     try:
         points, net, slopes, places, drawn, rgba = row
         vertices, faces = _net(points, net)
@@ -136,7 +136,7 @@ def _part(row: Any) -> MeshPaint | None:
 
 
 def _net(points: str, net: str) -> "tuple[np.ndarray | None, np.ndarray | None]":
-    """Points and triangles as they were kept; no triangles if they are not of these points."""
+    """Return points and triangles from the cache; None for triangles that do not fit the points."""
     vertices, faces = unpacked(points, "f8", 3), unpacked(net, "i8", 3)
     return vertices, faces if vertices is not None and meets(faces, vertices) else None
 

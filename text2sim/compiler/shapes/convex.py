@@ -1,11 +1,11 @@
-"""Convex pieces of a sculpted shape, for contact: of each part, as few as follow the surface."""
+"""Convex pieces of a sculpted shape, for contact: as few of each part as follow the surface."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from text2sim.compiler.shapes.distances import Array
+from text2sim.compiler.shapes.distances import Array, spread_directions
 from text2sim.spec_schema.models.sculpts import Sculpt
 
 if TYPE_CHECKING:
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 MOST = 40
 """Pieces of a shape; beyond that they follow the surface less closely."""
 OFF, CELLS = 0.012, 1.2
-"""How far a piece may stand out of the surface: a part of the longest side, or some cells."""
+"""How far a piece may stand out of the surface: the larger of this part of the longest side and so many cells."""
 WAYS = 80
-"""Directions in which a piece has a corner, at most."""
+"""Directions in which a piece may have a corner, besides the axes."""
 
 
 def convex_pieces(
@@ -50,7 +50,7 @@ def convex_pieces(
             for atom in atoms:
                 kept = atom[field(atom) < 0.5 * cell] if cut else atom
                 if cut and len(kept) < len(atom):
-                    # What the cut has left of it: the surface of the cut within it, too.
+                    # The surface of the cut inside the atom bounds what is left of it.
                     low, high = atom.min(0) - cell / 2, atom.max(0) + cell / 2
                     inside = vertices[((vertices >= low) & (vertices <= high)).all(axis=1)]
                     if len(inside):
@@ -97,9 +97,5 @@ def _stays(points: Array, field: Callable[[Array], Array], off: float) -> bool:
 
 
 def _corners(points: Array) -> Array:
-    """The points that lie farthest in directions spread over the sphere."""
-    k = np.arange(WAYS) + 0.5
-    z, turn = 1 - 2 * k / WAYS, k * np.pi * (1 + np.sqrt(5))
-    ring = np.sqrt(1 - z * z)
-    ways = np.concatenate([np.stack([ring * np.cos(turn), ring * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
-    return points[np.unique((points @ ways.T).argmax(axis=0))]
+    """Return the points that lie farthest in directions spread over the sphere."""
+    return points[np.unique((points @ spread_directions(WAYS).T).argmax(axis=0))]

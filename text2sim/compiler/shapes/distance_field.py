@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 MARGIN = 0.2
 """Part of the longest side by which the grid is longer than the mesh, along each axis."""
 LEAST_NODES, COARSE, FINE = 16, 96, 128
-"""Nodes along a side: the fewest that the engine makes; those along the longest side, where nothing else is said."""
+"""Nodes along a side: the fewest that the engine makes, and the limits along the longest one without `cell`."""
 MOST_NODES = 4_000_000
 """Nodes of one field: 80 MB in a run, 0.7 GB while it is made."""
 MOST_TRIANGLES = 50_000
-"""From here on, the engine says, a field may take ten minutes and 20 GB."""
+"""With more, the engine warns, a field may take ten minutes and 20 GB."""
 BYTES = 20
-"""Of a node in a run: distance, its gradient and the nearest corner."""
+"""Bytes of a node in a run: distance, its gradient and the nearest corner."""
 RAYS = 250
-"""Rays through the walls."""
+"""About how many rays measure the walls."""
 QUARTER = 0.25
-"""Part of the surface whose walls may be thinner than what is called their thickness."""
+"""Part of the surface with walls thinner than the thickness that is given for them."""
 PAIRS = 1_000_000
-"""Rays times triangles that are worked on together."""
+"""Rays times triangles that are tested at once."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class DistanceField:
     cell: float
     """Largest distance [m] of neighbouring nodes."""
     sides: tuple[float, float, float]
-    """Of the grid [m]."""
+    """Lengths of the grid [m]."""
     wall: float
     """Thickness [m] of the walls of the mesh: a quarter of its surface has thinner ones."""
 
@@ -97,13 +97,13 @@ def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) ->
         x, y, z = made.nodes
         raise AssetError(
             f"with a `cell` of {cell:.3g} m needs a field of {x:,} x {y:,} x {z:,} nodes, and {MOST_NODES:,} are "
-            f"possible: take {_above(least):g} m or more"
+            f"possible: take {rounded_up(least):g} m or more"
         )
     return made
 
 
-def _above(value: float) -> float:
-    """A number with two digits that is no smaller."""
+def rounded_up(value: float) -> float:
+    """Return a value rounded up to two digits."""
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{math.ceil(value / digit) * digit:.2g}")
 

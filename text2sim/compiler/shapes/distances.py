@@ -1,7 +1,7 @@
 """Signed distances [m] to the parts of a sculpt, negative inside: exact, or exact to first order near the surface.
 
-Formulas of round cone and box after Inigo Quilez (https://iquilezles.org/articles/distfunctions/); that of an ellipsoid
-and of a cross-section is f / |grad f|, which has the true surface and, on it, the slope of a distance.
+Formulas of round cone and box after Inigo Quilez (https://iquilezles.org/articles/distfunctions/); those
+of an ellipsoid and of a cross-section are f / |grad f|, which has the true surface and, on it, the slope of a distance.
 """
 
 import math
@@ -23,7 +23,7 @@ Array = np.ndarray
 SPAN = 4
 """Pieces of a curve from one of its points to the next."""
 ENDS = 0.35
-"""Thinner than this part of its thickest, a bar or loft runs out: what is lost of its tip is no feature."""
+"""A tip of a bar or loft thinner than this part of its thickest place is no feature: a coarse grid may lose it."""
 TABLE = 192
 """Points of a table of distances to a profile, along its longer side."""
 Curve = Callable[[Array], Array]
@@ -49,29 +49,29 @@ class PartUnion:
     thin: float
     """Thickness of its thinnest feature."""
     atoms: list[Array]
-    """Points (k, 3) of convex pieces of it; of neighbours, neighbours in the list."""
+    """Points (k, 3) of its convex pieces; neighbours follow each other in the list."""
 
 
 def form_of(part: SculptEllipsoid | SculptBox | SculptLimb | SculptRevolve | SculptLoft) -> PartUnion:
     """Return the geometry of a part."""
     if isinstance(part, SculptEllipsoid):
         radii = np.array(part.radii)
-        ball = _ball() * radii
+        ball = spread_directions() * radii
         return PartUnion([Bit(lambda p: _ellipsoid(p, radii), -radii, radii)], 2 * float(radii.min()), [ball])
     if isinstance(part, SculptBox):
         half, rounding = np.array(part.size) / 2, part.rounding
         corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (half - rounding)
-        atom = (corners[:, None] + rounding * _ball()[None]).reshape(-1, 3) if rounding else corners
+        atom = (corners[:, None] + rounding * spread_directions()[None]).reshape(-1, 3) if rounding else corners
         return PartUnion([Bit(lambda p: _box(p, half, rounding), -half, half)], 2 * float(half.min()), [atom])
     if isinstance(part, SculptLimb):
         return _limb(part)
     return _revolve(part) if isinstance(part, SculptRevolve) else _loft(part)
 
 
-def _ball() -> Array:
-    """Points spread over the unit ball's surface, those of the axes among them (Fibonacci's lattice)."""
-    k = np.arange(60) + 0.5
-    z, turn = 1 - 2 * k / 60, k * math.pi * (1 + math.sqrt(5))
+def spread_directions(count: int = 60) -> Array:
+    """Return unit vectors (count + 6, 3) spread over the sphere by Fibonacci's lattice, and those of the axes."""
+    k = np.arange(count) + 0.5
+    z, turn = 1 - 2 * k / count, k * math.pi * (1 + math.sqrt(5))
     ring = np.sqrt(1 - z * z)
     return np.concatenate([np.stack([ring * np.cos(turn), ring * np.sin(turn), z], 1), np.eye(3), -np.eye(3)])
 
@@ -91,15 +91,14 @@ def _box(p: Array, half: Array, rounding: float) -> Array:
 
 
 def curve(points: Array, values: Array, *, smooth: bool, closed: bool = False) -> tuple[Array, Array]:
-    """Return the points (n, k) of a line through others, finely divided, and values (n,) along it.
+    """Return the points (n, k) of a finely divided line through given ones, and values (n,) along it.
 
-    Smooth: a Catmull-Rom spline, its parameter by the square root of distances, which makes no loops; values follow
-    monotone cubics.
+    A smooth line is a centripetal Catmull-Rom spline, which makes no loops; values follow monotone cubics.
 
     Args:
         points: (n, k).
         values: (n,).
-        smooth: Whether it is a spline; else it stays as it is.
+        smooth: Whether it is a spline; otherwise the points stay as they are.
         closed: Whether it comes back to its first point.
     """
     if not smooth:
@@ -130,11 +129,11 @@ def _mix(a: Array, b: Array, ta: float, tb: float, t: Array) -> Array:
 
 
 def monotone(at: Array, values: Array) -> Curve:
-    """Return a curve through values (n,) or (n, k) without further ups and downs (Fritsch and Butland, 1984).
+    """Return a curve through values (n,) or (n, k) that adds no maxima or minima (Fritsch and Butland, 1984).
 
     Args:
-        at: Where they are, growing.
-        values: What they are.
+        at: Their parameters, increasing.
+        values: The values.
     """
     wide = np.diff(at).reshape(-1, *([1] * (values.ndim - 1)))
     rise = np.diff(values, axis=0) / wide
@@ -160,7 +159,7 @@ def _limb(part: SculptLimb) -> PartUnion:
     points = np.array(part.points)
     radii = np.array(part.radii) if isinstance(part.radii, list) else np.full(len(points), part.radii)
     line, bar = curve(points, radii, smooth=part.smooth and len(points) > 2)
-    ball, bits, atoms = _ball(), [], []
+    ball, bits, atoms = spread_directions(), [], []
     for a, b, r, s in zip(line, line[1:], bar, bar[1:], strict=False):
         low, high = np.minimum(a - r, b - s), np.maximum(a + r, b + s)
         bits.append(Bit(lambda p, a=a, b=b, r=float(r), s=float(s): round_cone(p, a, b, r, s), low, high))
@@ -208,7 +207,7 @@ def _revolve(part: SculptRevolve) -> PartUnion:
     ring = line[:-1] if (line[0] == line[-1]).all() else line
     low, high = ring.min(0), ring.max(0)
     step = float((high - low).max()) / TABLE
-    # The table reaches a little beyond the profile; farther away the distance from its box does.
+    # The table reaches a little beyond the profile; farther away, the distance from its box is added.
     start = low - 8 * step
     start[0] = 0.0
     counts = np.ceil((high + 8 * step - start) / step).astype(int) + 1
@@ -225,7 +224,7 @@ def _revolve(part: SculptRevolve) -> PartUnion:
     area = abs(float((ring[:, 0] * ahead[:, 1] - ahead[:, 0] * ring[:, 1]).sum())) / 2
     sides = np.linalg.norm(ahead - ring, axis=1)[(ring[:, 0] > 0) | (ahead[:, 0] > 0)].sum()
     wide = float(high[0])
-    # Of a wall of thickness t, twice the area over its outline is t.
+    # For a wall of thickness t, twice the area over the length of the outline is t.
     thin = min(2 * area / float(sides), 2 * wide, float(high[1] - low[1]))
     turns = 2 * math.pi * np.arange(24) / 24
     circle = np.stack([np.cos(turns), np.sin(turns)], 1)

@@ -1,4 +1,4 @@
-"""Exact bounds of shapes and bodies, from how far a shape reaches along a direction."""
+"""Exact bounds of shapes and bodies, from their support functions: how far they reach along a direction."""
 
 import math
 from collections.abc import Callable

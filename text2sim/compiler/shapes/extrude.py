@@ -1,6 +1,6 @@
-"""Flat forms with holes that become solids: upright, drawn in x and z, thick along y.
+"""Solids from flat forms with holes: upright, drawn in x and z, thick along y.
 
-Front and back are one net, whose triangles are of about one size; its outline keeps every corner of the form.
+Front and back have the same triangles, of about one size; their outline keeps every corner of the form.
 """
 
 import math
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 SMOOTH = 0.05
-"""How far outlines may be from the form's own, in edges: a net has no finer details than its triangles."""
+"""How far outlines may be from the form's own, in edges: nothing finer than the triangles can be shown."""
 ROUNDS = 12
-"""How often edges of an outline are halved that the net does not have."""
+"""How often edges of the outline are halved that no triangle has."""
 NEAR = 0.62
 """Distance of inner points from the outline, in edges."""
 ROW = math.sqrt(3) / 2
@@ -82,14 +82,14 @@ def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tupl
 def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, list[np.ndarray]]":
     """Cut a polygon into triangles with edges of about `edge`.
 
-    Its outline is divided, points are strewn over its inside, and the triangles are those of Delaunay. Where these
-    do not have an edge of the outline, it is halved, until they have all.
+    Its outline is divided, points are spread over its inside, and Delaunay makes the triangles. Edges of the outline
+    that no triangle has are halved until there are none.
 
     Returns:
         Points (n, 2), triangles (m, 3) counterclockwise, and the points of each ring in their order.
 
     Raises:
-        AssetError: if that does not come to an end.
+        AssetError: if some are left after all rounds.
     """
     import numpy as np
     import shapely
@@ -120,7 +120,7 @@ def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, li
             done.append(index)
             first += len(ring)
         if not any(lacks.any() for lacks in missing):
-            # Each edge of the outline is of one triangle, and every other is of two: the net is whole.
+            # Each edge of the outline belongs to one triangle, and every other edge to two: nothing is missing.
             return points, net, done
         rings = [_halved(ring, lacks) for ring, lacks in zip(rings, missing, strict=True)]
     raise AssetError("has a part that is too thin to be cut into triangles")
@@ -134,7 +134,7 @@ def _edges(net: "np.ndarray", count: int) -> "np.ndarray":
 
 
 def _divided(ring: "np.ndarray", edge: float) -> "np.ndarray":
-    """The points of a ring with more between them."""
+    """Return the points of a ring with more between them."""
     import numpy as np
 
     ahead = np.roll(ring, -1, axis=0)
@@ -152,7 +152,7 @@ def _halved(ring: "np.ndarray", chosen: "np.ndarray") -> "np.ndarray":
 
 
 def _strewn(polygon: "Polygon", edge: float) -> "np.ndarray":
-    """Points inside a polygon in rows of a net of equal triangles, not too near to its outline."""
+    """Return points of a triangular lattice inside a polygon, not too near to its outline."""
     import numpy as np
     import shapely
 
@@ -188,7 +188,7 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
     for k, cell in cells.items():
         for a, b in zip(cell, cell[1:] + cell[:1], strict=True):
             owner[a, b] = k
-    # Long seams first: what lies on both sides of one is wide.
+    # Long seams first, since what they join is wide.
     seams = sorted(((a, b) for a, b in owner if (b, a) in owner and a < b), key=lambda seam: (-math.dist(*seam), seam))
     for a, b in seams:
         left, right = owner[a, b], owner[b, a]
@@ -217,7 +217,7 @@ def _turns_left(cell: "list[tuple[float, float]]", at: int) -> bool:
 
 
 def _tidy(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
-    """Leave out corners that are none."""
+    """Drop corners at which the outline goes straight on."""
     kept = list(cell)
     for point in cell:
         at = kept.index(point)

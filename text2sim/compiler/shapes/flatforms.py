@@ -1,11 +1,11 @@
-"""Letters and drawings for contact and for pictures: convex prisms, and surfaces that are smooth where outlines are."""
+"""Letters and drawings: convex prisms for contact, and surfaces to draw that are smooth where outlines are."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import whole
-from text2sim.compiler.shapes.lettering import areas
+from text2sim.compiler.shapes.lettering import areas, signed_area
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -14,29 +14,29 @@ from text2sim.spec_schema.models.shapes import Sketch, Text
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
     import numpy as np
-    from shapely import MultiPolygon, Polygon
+    from shapely import Polygon
 
 ROUGH = 0.01
 """How far prisms may be from the true outline, as a part of the height of a letter or drawing."""
 SLIVER = 1e-4
-"""Prisms that are smaller than this part of the whole are left out: the engine refuses bodies without volume."""
+"""Prisms smaller than this part of the whole are left out: the engine refuses bodies without volume."""
 SHARP_DEG = 40.0
-"""Corners of an outline above this angle are drawn as edges."""
+"""Corners of an outline sharper than this angle are drawn as edges."""
 
 
 def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
     """Return letters or a drawing as convex prisms, a few for each.
 
     Raises:
-        AssetError: if there is nothing of the shape.
+        AssetError: if the shape has no part of that number, or its font or picture cannot be used.
     """
     form = whole(shape, folder)
-    low, high = _heights(form)
+    _, low, _, high = form.bounds
     rough = areas(form.simplify(ROUGH * min(shape.height, high - low)))
     half, least = shape.depth / 2, SLIVER * form.area
     found = []
     for cell in convex_parts(rough):
-        if _area(cell) < least:
+        if abs(signed_area(cell)) < least:
             continue
         n = len(cell)
         corners = [*((x, -half, z) for x, z in cell), *((x, half, z) for x, z in cell)]
@@ -46,14 +46,6 @@ def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
             faces += [(k, n + j, j), (k, n + k, n + j)]
         found.append(Piece("hull", vertices=tuple(corners), faces=tuple(faces)))
     return found
-
-
-def _heights(form: "Polygon | MultiPolygon") -> tuple[float, float]:
-    return form.bounds[1], form.bounds[3]
-
-
-def _area(cell: list[tuple[float, float]]) -> float:
-    return abs(sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(cell, cell[1:] + cell[:1], strict=True))) / 2
 
 
 def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
@@ -71,10 +63,10 @@ def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
 
 
 def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
-    """Return letters or a drawing as they are drawn: round where the outline is, with edges at front and back.
+    """Return the surface to draw for letters or a drawing: smooth where the outline is, with edges front and back.
 
     Raises:
-        AssetError: if there is nothing of the shape.
+        AssetError: if the shape has no part of that number, or its font or picture cannot be used.
     """
     import numpy as np
 
@@ -92,7 +84,7 @@ def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
 
 
 def _caps(polygon: "Polygon", half: float) -> "list[tuple[np.ndarray, np.ndarray, np.ndarray]]":
-    """Front and back: vertices, normals and triangles of each."""
+    """Return vertices, normals and triangles of the front and of the back."""
     import numpy as np
     import shapely
 
@@ -108,7 +100,7 @@ def _caps(polygon: "Polygon", half: float) -> "list[tuple[np.ndarray, np.ndarray
 
 
 def _walls(ring: "np.ndarray", half: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """The wall along an outline, the solid on its left; smooth where it turns little."""
+    """Return the wall along an outline with the solid on its left; it is smooth where the outline turns little."""
     import numpy as np
 
     ahead = np.roll(ring, -1, axis=0)

@@ -24,15 +24,15 @@ from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Poly
 
 _MEMORY = 4096
 _KNOWN: dict[Any, tuple[Piece, ...]] = {}
-"""Pieces of shapes: copies, and bodies that are alike, share them, and what was worked out of them."""
+"""Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
 _DRAWN: dict[Any, VisualMesh] = {}
-"""The same of drawn surfaces."""
+"""Drawn surfaces, likewise."""
 
 
 def pieces(shape: Any, folder: Path) -> list[Piece]:
     """Return the convex pieces with which a shape touches others, in the body's frame.
 
-    Hollow shapes become staves (see `piece.wall_pieces`), a ring capsules, a cone a pyramid; a mesh stays
+    Hollow shapes become staves (see `piece.wall_pieces`), a torus becomes capsules, a cone a pyramid; a mesh stays
     one piece, which the engine makes convex. Equal shapes have the same pieces.
 
     Args:
@@ -52,7 +52,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
 
 
 def key_of(shape: Any, folder: Path) -> Any:
-    """Return what two shapes with the same pieces have in common; files are known by their content.
+    """Return a key that is equal for shapes with the same pieces; files count by their content.
 
     Raises:
         AssetError: if a file cannot be used.
@@ -66,7 +66,7 @@ def key_of(shape: Any, folder: Path) -> Any:
 
 
 def _content(shape: Any, folder: Path) -> Any:
-    """What was read from a shape's file; equal only to itself."""
+    """Return what was read from the file of a shape, an object that is equal only to itself."""
     if isinstance(shape, Mesh):
         return load_mesh(shape.file, folder)
     if isinstance(shape, Text | Sketch):
@@ -138,8 +138,8 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
     if shape.collision == "exact":
         if not mesh.closed:
             raise AssetError(
-                f"mesh file `{shape.file}` is open, or its triangles look to different sides: it has no inside, and so "
-                "no exact contact; close it, or take another `collision`"
+                f"mesh file `{shape.file}` is open, or its triangles face different ways: without an inside it "
+                "cannot have exact contact; close it, or use another `collision`"
             )
         try:
             field = field_of(mesh.vertices * scale, mesh.faces, shape.cell)
@@ -223,7 +223,7 @@ def volume(shape: Any, folder: Path) -> float:
         inner = shape.radius - shape.thickness
         return math.pi * (shape.radius**2 * shape.height - inner**2 * (shape.height - shape.thickness))
     if kind == "funnel":
-        # The integral of pi ((r + t)^2 - r^2) over the height, r growing evenly.
+        # The integral of pi ((r + t)^2 - r^2) over the height, with r linear in it.
         t = shape.thickness
         return math.pi * shape.height * t * (shape.top_radius + shape.bottom_radius + t)
     if isinstance(shape, Text | Sketch):
@@ -271,7 +271,7 @@ class InnerFloor(NamedTuple):
     """The bottom of a hollow, in the body's frame."""
 
     height: float
-    """Height [m] of the floor; of an open shape, of its lower end."""
+    """Height [m] of the floor, or of the lower end of an open shape."""
     radius: float
     """Radius [m] of the free circle at the floor."""
     center: tuple[float, float]
@@ -283,11 +283,8 @@ def inner_floor(shape: Any) -> InnerFloor | None:
     if isinstance(shape, Compound):
         floors = []
         for part in shape.solids.values():
-            floor, upright = (
-                inner_floor(part.shape),
-                quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9,
-            )
-            if floor is not None and upright:
+            floor = inner_floor(part.shape)
+            if floor is not None and quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9:
                 x, y, z = part.pose.pos
                 floors.append(InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1])))
         return min(floors, default=None)

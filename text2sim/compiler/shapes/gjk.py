@@ -1,6 +1,6 @@
-"""The distance of convex solids (GJK), with a plane that proves it.
+"""The distance between convex solids (GJK), with a separating plane that proves it.
 
-Arithmetic is written out: a check of a scene with many bodies spends most of its time here.
+Vector arithmetic is written out, since a check of many bodies spends most of its time here.
 """
 
 import math
@@ -12,7 +12,7 @@ TOLERANCE = 1e-7
 """Gap [m] that counts as touching."""
 
 _Found = tuple[Vec, list[Vec]]
-"""The point of a simplex that is nearest to the origin, and the corners that carry it."""
+"""The point of a simplex that is nearest to the origin, and the corners that span it."""
 
 
 def distance(a: Solid, b: Solid, shift: Vec = (0.0, 0.0, 0.0)) -> float:
@@ -28,7 +28,7 @@ def distance(a: Solid, b: Solid, shift: Vec = (0.0, 0.0, 0.0)) -> float:
 
 
 def separation(a: Solid, b: Solid, shift: Vec, guess: Vec | None = None) -> tuple[float, Vec]:
-    """Return a lower bound of the distance [m] of two cores, `a` moved by `shift`, and the way from `a` to `b`.
+    """Return a lower bound of the distance [m] of two cores, `a` moved by `shift`, and the direction from `a` to `b`.
 
     Args:
         a: One solid.
@@ -65,7 +65,7 @@ def separation(a: Solid, b: Solid, shift: Vec, guess: Vec | None = None) -> tupl
 
 
 def _closest(simplex: list[Vec]) -> _Found:
-    """The nearest point of a simplex whose last corner is new: the origin is not behind the others."""
+    """Return the nearest point of a simplex whose last corner is new: the origin is not behind the other corners."""
     if len(simplex) == 1:
         return simplex[0], simplex
     if len(simplex) == 2:

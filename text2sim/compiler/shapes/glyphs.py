@@ -1,11 +1,11 @@
-"""Texts and sketches: their letters or pieces, where each stands, and what they are together."""
+"""Letters of texts and pieces of sketches: each with its place, and all together."""
 
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.lettering import letters
+from text2sim.compiler.shapes.lettering import areas, letters
 from text2sim.compiler.shapes.sketching import strokes
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Sketch, Text
@@ -34,7 +34,7 @@ class Glyph:
 def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
     """Return all letters of a text, blanks left out, or all pieces of a sketch, in reading order.
 
-    What the shape's `part` says makes no difference.
+    The `part` of the shape is ignored.
 
     Raises:
         AssetError: if the font or picture cannot be used, or there is nothing in it.
@@ -45,7 +45,7 @@ def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
     if known is None:
         if len(_KNOWN) >= _MEMORY:
             _KNOWN.clear()
-        # Letters are kept beside what is made of them, so that their ids stay their own.
+        # Letters are kept beside what is made of them, so that nothing else gets their ids.
         known = _KNOWN[key] = (found, _scaled(found, shape.height))
     return list(known[1])
 
@@ -94,8 +94,6 @@ def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
 def _together(glyphs: tuple[Glyph, ...]) -> "Polygon | MultiPolygon":
     from shapely import unary_union
     from shapely.affinity import translate
-
-    from text2sim.compiler.shapes.lettering import areas
 
     forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
     return forms[0] if len(forms) == 1 else areas(unary_union(forms))

@@ -1,4 +1,4 @@
-"""Convex hulls of points: of very many that of the outermost ones, of flat ones a thin one."""
+"""Convex hulls of points; flat points get a thin hull, and very many are reduced to the outermost ones."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     import numpy as np
 
 MANY_VERTICES = 20_000
-"""Vertices from which on the hull is that of the outermost of them."""
+"""With more vertices, only the outermost ones are used."""
 FLAT = 1e-6
-"""Thickness over length of what is flat."""
+"""Thickness over length below which points count as flat."""
 
 
 def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
     """Return the convex hull of points as a mesh of trimesh, and whether they are flat.
 
-    That of flat ones is a little thicker than they are.
+    The hull of flat points is a little thicker than they are.
 
     Raises:
         AssetError: if they lie on a line.
@@ -34,7 +34,7 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
     try:
         if size.min() > FLAT * size.max():
             return trimesh.Trimesh(points, process=False).convex_hull, False
-    except Exception:  # what is flat, but along no axis, has no hull
+    except Exception:  # flat, but along no axis
         pass
     middle = points.mean(axis=0)
     _, lengths, axes = np.linalg.svd(points - middle, full_matrices=False)
@@ -68,7 +68,7 @@ def corners_and_sides(points: Sequence[Vec3]) -> "tuple[np.ndarray, np.ndarray]"
 def _outermost(points: "np.ndarray") -> "np.ndarray":
     """Return the farthest of many points in each of some six thousand directions from their middle.
 
-    Their hull is that of all to a thousandth of the size, and takes a tenth of the time.
+    Their hull is that of all points to a thousandth of the size, in a tenth of the time.
     """
     import numpy as np
 

@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".ttf", ".otf")
 MAX_BYTES = 8 * 1024 * 1024
-"""Of a font. One with all of Chinese has more; then a subset of it will do."""
+"""Size of a font. One with all of Chinese is larger; a subset of it will do."""
 MAX_POINTS = 4_000
-"""Points of the outline of a letter."""
+"""Most points in the outline of a letter."""
 PATH_UNITS = 64
-"""The reader takes the font's units for 64ths of pixels, and gives outlines in pixels."""
+"""FreeType takes the font's units for 64ths of pixels, and returns outlines in pixels."""
 STEPS = 6
-"""Straight pieces of a curve."""
+"""Straight pieces that a curve becomes."""
 LEADING = 1.5
-"""From one line to the next, in heights of a capital letter."""
+"""Distance between lines, in heights of a capital letter."""
 MODEL_LETTERS = "HEIZ"
-"""Flat capitals, whose height is that of the font's; a font without them is measured by its own letters."""
+"""Flat capitals, which measure a font; one without them is measured by the letters of the text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,10 +46,10 @@ def letters(text: str, font: str | None, folder: Path) -> "list[Letter]":
         folder: Folder of the case, for the font file.
 
     Raises:
-        AssetError: if the font cannot be used, or lacks a letter, or there is nothing but blanks.
+        AssetError: if the font cannot be used or lacks a letter, or the text is blank.
     """
     if not text.strip():
-        raise AssetError("the text has nothing but blanks in it: there is no letter to make a body of")
+        raise AssetError("the text has nothing but blanks: there is no letter to make a body of")
     if font is None:
         try:
             return list(_set(text, None, 0, 0))
@@ -72,29 +72,29 @@ def _set(text: str, path: Path | None, _mtime: int, _size: int) -> "tuple[Letter
     found, forms = [], {}
     for row, line in enumerate(text.split("\n")):
         pen, column, before = 0.0, 0, None
-        for sign in line.rstrip("\r"):
-            if sign == "\t":
+        for char in line.rstrip("\r"):
+            if char == "\t":
                 pen += 4 * face.advance(" ")
                 continue
-            if sign not in forms:
-                forms[sign] = None if sign.isspace() else face.form(sign)
+            if char not in forms:
+                forms[char] = None if char.isspace() else face.form(char)
             if before is not None:
-                pen += face.kerning(before, sign)
-            form = forms[sign]
+                pen += face.kerning(before, char)
+            form = forms[char]
             if form is not None and not form.is_empty:
                 scale = 1 / high
                 moved = affine_transform(form, [scale, 0, 0, scale, pen * scale, -LEADING * row])
                 found.append(Letter(moved, row, column))
                 column += 1
-            pen += face.advance(sign)
-            before = sign
+            pen += face.advance(char)
+            before = char
     if not found:
         raise AssetError("has no outline for anything in this text")
     return tuple(found)
 
 
 class _Face:
-    """A font, read by FreeType, in units of its own."""
+    """A font, read by FreeType, in its own units."""
 
     def __init__(self, path: Path | None) -> None:
         try:
@@ -110,54 +110,54 @@ class _Face:
         except Exception as error:  # readers of foreign files fail in every way there is
             raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
         if not scalable:
-            raise AssetError("has no outlines, but pictures of letters: take one that can be scaled")
+            raise AssetError("has pictures of letters, not outlines: take a scalable font")
         self._known: dict[str, Any] = {}
 
-    def advance(self, sign: str) -> float:
-        """From this letter to the next."""
-        return float(self._load(sign)[2])
+    def advance(self, char: str) -> float:
+        """Distance from this letter to the next."""
+        return float(self._load(char)[2])
 
-    def kerning(self, before: str, sign: str) -> float:
+    def kerning(self, before: str, char: str) -> float:
         """How much nearer or farther two letters stand."""
-        return float(self.font.get_kerning(self._index(before), self._index(sign), self.unfitted))
+        return float(self.font.get_kerning(self._index(before), self._index(char), self.unfitted))
 
     def capital(self, text: str) -> float:
         """Height of a capital letter."""
-        for sign in MODEL_LETTERS:
-            if self.font.get_char_index(ord(sign)):
-                form = self.form(sign)
+        for char in MODEL_LETTERS:
+            if self.font.get_char_index(ord(char)):
+                form = self.form(char)
                 if not form.is_empty:
                     return form.bounds[3] - form.bounds[1]
-        heights = [form.bounds[3] for sign in text if not sign.isspace() and not (form := self.form(sign)).is_empty]
+        heights = [form.bounds[3] for char in text if not char.isspace() and not (form := self.form(char)).is_empty]
         if not heights or max(heights) <= 0:
             raise AssetError("has no outline for anything in this text")
         return max(heights)
 
-    def _index(self, sign: str) -> Any:
-        return self.font.get_char_index(ord(sign))
+    def _index(self, char: str) -> Any:
+        return self.font.get_char_index(ord(char))
 
-    def _load(self, sign: str) -> Any:
-        if sign not in self._known:
-            if not self._index(sign) and not sign.isspace():
-                raise AssetError(f"has no letter `{sign}` (U+{ord(sign):04X}); take another font, or leave it out")
+    def _load(self, char: str) -> Any:
+        if char not in self._known:
+            if not self._index(char) and not char.isspace():
+                raise AssetError(f"has no letter `{char}` (U+{ord(char):04X}); take another font, or leave it out")
             try:
-                glyph = self.font.load_char(ord(sign), flags=self.flags)
+                glyph = self.font.load_char(ord(char), flags=self.flags)
                 points, codes = self.font.get_path()
-                self._known[sign] = points * PATH_UNITS, codes, glyph.horiAdvance
+                self._known[char] = points * PATH_UNITS, codes, glyph.horiAdvance
             except Exception as error:
-                raise AssetError(f"has a letter `{sign}` that cannot be read ({str(error)[:80]})") from error
-        return self._known[sign]
+                raise AssetError(f"has a letter `{char}` that cannot be read ({str(error)[:80]})") from error
+        return self._known[char]
 
-    def form(self, sign: str) -> "Polygon | MultiPolygon":
-        """Return what a letter covers."""
-        points, codes, _ = self._load(sign)
+    def form(self, char: str) -> "Polygon | MultiPolygon":
+        """Return the area that a letter covers."""
+        points, codes, _ = self._load(char)
         if len(points) > MAX_POINTS:
-            raise AssetError(f"has a letter `{sign}` of {len(points)} points; at most {MAX_POINTS} are possible")
+            raise AssetError(f"has a letter `{char}` of {len(points)} points; at most {MAX_POINTS} are possible")
         return filled(_contours(points.tolist(), codes.tolist()))
 
 
 def _contours(points: list[list[float]], codes: list[int]) -> list[list[tuple[float, float]]]:
-    """Return outlines as polygons. Codes are those of matplotlib: 1 begins, 2 draws a line, 3 and 4 draw curves."""
+    """Return outlines as polygons. Codes are those of matplotlib: 1 starts one, 2 is a line, 3 and 4 are curves."""
     found: list[list[tuple[float, float]]] = []
     k = 0
     while k < len(points):
@@ -171,7 +171,7 @@ def _contours(points: list[list[float]], codes: list[int]) -> list[list[tuple[fl
             found[-1] += ends if code == 2 else _curve([found[-1][-1], *ends])
             k += count
         else:
-            k += 1  # 79 closes an outline, which polygons are anyway
+            k += 1  # 79 closes an outline; polygons are always closed
     return found
 
 
@@ -180,7 +180,7 @@ def _pair(point: list[float]) -> tuple[float, float]:
 
 
 def _curve(control: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Points on a curve of Bézier, its beginning left out."""
+    """Return points on a Bézier curve, without its start."""
     n = len(control) - 1
     found = []
     for step in range(1, STEPS + 1):
@@ -194,10 +194,10 @@ def _curve(control: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def filled(contours: list[list[tuple[float, float]]]) -> "Polygon | MultiPolygon":
-    """Return what outlines cover: those that turn like the largest one fill, the others cut holes."""
+    """Return what outlines cover: those that run the same way round as the largest one fill, the others cut holes."""
     from shapely import Polygon, make_valid, unary_union
 
-    rings = [(_signed(ring), ring) for ring in contours if len(ring) > 2]
+    rings = [(signed_area(ring), ring) for ring in contours if len(ring) > 2]
     if not rings:
         return Polygon()
     way = max(rings, key=lambda row: abs(row[0]))[0]
@@ -207,12 +207,13 @@ def filled(contours: list[list[tuple[float, float]]]) -> "Polygon | MultiPolygon
 
 
 def areas(form: Any) -> "Polygon | MultiPolygon":
-    """Return what of a form has an area."""
+    """Return the polygons of a form; its lines and points are left out."""
     from shapely import MultiPolygon, Polygon
 
     parts = [part for part in getattr(form, "geoms", [form]) if isinstance(part, Polygon) and part.area > 0]
     return parts[0] if len(parts) == 1 else MultiPolygon(parts)
 
 
-def _signed(ring: list[tuple[float, float]]) -> float:
+def signed_area(ring: list[tuple[float, float]]) -> float:
+    """Return the area of a polygon; negative if it runs clockwise."""
     return sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)) / 2

@@ -1,7 +1,7 @@
 """Sculpted shapes as closed meshes: a field of signed distances on a grid, and its zero level.
 
-The grid is counted before it is made. Its level is a marching-cubes surface (Lewiner et al., 2003), cut along the
-borders of looks, then made simpler within a part of a cell by `manifold3d`, which also answers for its being closed.
+Nodes are counted before the grid is made. The surface is that of marching cubes (Lewiner et al., 2003), cut along the
+borders of looks, then simplified within a part of a cell by `manifold3d`, which also guarantees that it is closed.
 """
 
 import math
@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from text2sim.compiler.shapes.distance_field import rounded_up
 from text2sim.compiler.shapes.distances import Bit, PartUnion, form_of
 from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
 from text2sim.spec_schema.errors import AssetError
@@ -18,23 +19,23 @@ from text2sim.spec_schema.models.sculpts import AnySculptPart, Sculpt
 
 Array = np.ndarray
 MAX_NODES = 1_500_000
-"""Nodes of the grid."""
+"""Most nodes of the grid."""
 MAX_ALONG = 1_500
-"""Nodes along a side: to melt the triangles of what is long and flat together costs the square of its length."""
+"""Most nodes along a side: merging the triangles of a long flat shape costs the square of its length."""
 MAX_WORK = 15_000_000
-"""Distances that are computed: of every bit of a part, at the nodes in its box. Two seconds; an
-elephant takes 2.4 million."""
+"""Most distances that are computed, of every bit of a part at the nodes in its box: two seconds of work. An elephant
+takes 2.4 million."""
 THROUGH = 5
-"""Cells through the thinnest part, where nothing else is said; at least `LEAST`."""
+"""Cells through the thinnest part if `detail` is not given; with it, at least `LEAST`."""
 LEAST = 1.6
 ALONG = 56
-"""Cells along the longest side, at least."""
+"""Least number of cells along the longest side."""
 PAD = 2
 """Cells around everything."""
 SLAB = 150_000
-"""Nodes that are worked on at once."""
+"""Most nodes that are computed at once."""
 SIMPLER = 0.1
-"""How far the surface may move when it is made simpler, in cells."""
+"""How far the surface may move when it is simplified, in cells."""
 FAR = 1e30
 
 
@@ -49,7 +50,7 @@ class PlacedPart:
 
     @cached_property
     def frames(self) -> list[tuple[Array, Array, Array]]:
-        """Of the part and of its mirror image: position, columns of the frame, signs of the axes before that."""
+        """Frames of the part and of its mirror image: position, columns, and signs of the axes before that."""
         turn = np.array(quat_to_rows(quat_of(self.part.pose)))
         own = (np.array(self.part.pose.pos), turn, np.ones(3))
         if self.part.mirror is None:
@@ -90,7 +91,7 @@ def placed_parts(shape: Sculpt) -> list[PlacedPart]:
 
 @dataclass(frozen=True)
 class LevelSetGrid:
-    """Nodes on which the field lives."""
+    """Nodes at which the field is computed."""
 
     low: Array
     """First node [m]."""
@@ -117,7 +118,7 @@ class LevelSetGrid:
 
 
 def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
-    """Choose the grid of a shape, as fine as its thinnest part wants it and the limits allow.
+    """Choose the grid of a shape, as fine as its thinnest part needs and the limits allow.
 
     Raises:
         AssetError: if there would be too many nodes, or a part would be lost between them.
@@ -133,7 +134,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
         nodes = float(counts.prod())
         if nodes > MAX_NODES or counts.max() > MAX_ALONG:
             return LevelSetGrid(low, cell, (0, 0, 0)), math.inf, 0.0
-        # Not on round numbers, where flat sides would lie on nodes.
+        # Shifted off round numbers, so that flat sides do not lie on nodes.
         grid = LevelSetGrid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
         work = sum(_size(grid.box(bit.low, bit.high, blend + PAD * cell)) for bit, blend in boxes)
         return grid, nodes, float(work)
@@ -148,38 +149,30 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     if shape.detail is not None and finest > cell:
         raise AssetError(
             f"is made on a grid of at most {MAX_NODES:,} nodes, {MAX_ALONG:,} along a side: with a size of "
-            f"{size:.3g} m, `detail` can be {_up(finest):g} m or more (got {cell:g})"
+            f"{size:.3g} m, `detail` can be {rounded_up(finest):g} m or more (got {cell:g})"
         )
     lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < LEAST * grid.cell))
     if lost:
         way = (
             f"take a `detail` of {thinnest.form.thin / LEAST:.2g} m"
             if shape.detail is not None
-            else "make a body of its own of it, or the rest smaller"
+            else "make it a body of its own, or the rest smaller"
         )
         too = "".join(f", `{name}`" for name in lost if name != thinnest.name)
         raise AssetError(
             f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thin, and the cells of the grid are {grid.cell:.3g} "
-            f"m: it would be lost{too and f', as would{too[1:]}'}; make it {_up(LEAST * grid.cell):g} m or thicker, "
-            f"or {way}"
+            f"m: it would be lost{too and f', as would{too[1:]}'}; make it {rounded_up(LEAST * grid.cell):g} m or "
+            f"thicker, or {way}"
         )
     return grid
 
 
 def _size(box: tuple[slice, slice, slice]) -> int:
-    found = 1
-    for one in box:
-        found *= one.stop - one.start
-    return found
-
-
-def _up(value: float) -> float:
-    digits = 10.0 ** (np.floor(np.log10(value)) - 1)
-    return float(np.ceil(value / digits) * digits)
+    return math.prod(one.stop - one.start for one in box)
 
 
 def fillet(a: Array, b: Array, radius: float) -> Array:
-    """Join two fields with a fillet: of that radius where their surfaces meet at right angles.
+    """Join two fields with a fillet, which has that radius where their surfaces meet at right angles.
 
     Args:
         a: Signed distances [m], any shape.
@@ -192,7 +185,7 @@ def fillet(a: Array, b: Array, radius: float) -> Array:
 
 
 def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
-    """Return the distances at the nodes: exact near the surface, some large number far from every part."""
+    """Return the distances at the nodes: exact near the surface, a large number far from every part."""
     field = np.full(grid.counts, FAR)
     for one in [one for one in parts if one.part.op == "add"] + [one for one in parts if one.part.op == "cut"]:
         bits = list(one.bits())
@@ -216,7 +209,7 @@ def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class SculptMesh:
-    """A shape that was made."""
+    """The mesh of a shape."""
 
     vertices: Array
     """(n, 3) float [m]"""
@@ -244,7 +237,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     grid = grid_of(shape, parts)
     field = field_of(parts, grid)
     if not (field < 0).any():
-        raise AssetError("has nothing left: its cuts take all of it")
+        raise AssetError("has nothing left after its cuts")
     if any((field.take((0, -1), axis=k) < 0).any() for k in range(3)):
         raise AssetError("is blended far beyond all of its parts; take a smaller `blend`")
     # Nodes on the surface would make triangles without area.
@@ -260,7 +253,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
 
 
 def _sampled(values: Array, grid: LevelSetGrid, p: Array) -> Array:
-    """The field at points (n, 3), between its nodes; beyond them, large."""
+    """Return the field at points (n, 3), interpolated between nodes; it is large beyond them."""
     from scipy.ndimage import map_coordinates
 
     return map_coordinates(values, ((p - grid.low) / grid.cell).T, order=1, mode="constant", cval=8 * grid.cell)
@@ -277,7 +270,7 @@ def _slopes(values: Array, grid: LevelSetGrid, p: Array) -> Array:
 def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: LevelSetGrid) -> tuple[Array, Array, Array]:
     """Cut triangles along the borders of looks; return vertices, the look of each triangle, triangles.
 
-    A border goes where two parts are equally near, or where what paints or cuts ends.
+    A border runs where two parts are equally near, or where a part that paints or cuts ends.
     """
     groups: list[list[int]] = [[]]
     known = {"": 0}
@@ -313,7 +306,7 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     la, lb = label[a], label[b]
     top = np.maximum(la, lb)
     low = np.minimum(la, lb)
-    # What lies over the rest ends at its own surface; parts that are joined share the middle.
+    # Parts that paint or cut end at their own surface; between joined parts, the border is half way.
     fa = np.where(over[top], away[top, a], away[top, a] - away[low, a])
     fb = np.where(over[top], away[top, b], away[top, b] - away[low, b])
     t = np.clip(fa / np.where(fa == fb, 1.0, fa - fb), 0.1, 0.9)
@@ -345,7 +338,7 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
 def _simpler(
     vertices: Array, faces: Array, looks: Array, cell: float, parts: list[PlacedPart]
 ) -> tuple[Array, Array, Array]:
-    """Melt triangles together where the surface is flat; borders of looks stay."""
+    """Merge triangles where the surface is flat, without crossing borders of looks."""
     from manifold3d import Manifold, Mesh64
 
     order = np.argsort(looks, kind="stable")
@@ -359,7 +352,7 @@ def _simpler(
     )
     whole = Manifold(mesh)
     if whole.is_empty():
-        raise AssetError(f"made no closed surface ({whole.status()}): move a part a little, or take another `detail`")
+        raise AssetError(f"made no closed surface ({whole.status()}): move a part a little, or use another `detail`")
     apart = [one for one in whole.decompose() if one.volume() > 0]
     if len(apart) > 1:
         least = min(apart, key=lambda one: one.volume())
@@ -367,8 +360,8 @@ def _simpler(
         added = [one for one in parts if one.part.op == "add"]
         near = min(added, key=lambda one: float(one.distance(box.mean(0)[None])[0]))
         raise AssetError(
-            f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, is of part `{near.name}`; move it "
-            "to the rest, or make a body of its own of it"
+            f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, belongs to part `{near.name}`; "
+            "move it to the rest, or make it a body of its own"
         )
     made = whole.simplify(SIMPLER * cell).to_mesh64()
     ends = np.asarray(made.run_index, np.int64) // 3
@@ -376,7 +369,7 @@ def _simpler(
     for k, name in enumerate(made.run_original_id):
         found[ends[k] : ends[k + 1]] = int(name) - 1
     points, net = np.asarray(made.vert_properties)[:, :3], np.asarray(made.tri_verts, np.int64)
-    # Along borders a vertex may stand several times: one is enough.
+    # Along borders a vertex may occur several times: one is enough.
     same, back = np.unique(points, axis=0, return_inverse=True)
     return same, back.reshape(-1)[net], found
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".obj", ".stl", ".ply", ".glb", ".gltf")
 MAX_BYTES = 64 * 1024 * 1024
 MAX_FACES = 200_000
-"""What MuJoCo reads of a mesh."""
+"""Most triangles of a mesh that MuJoCo reads."""
 MAX_COORDINATE = 1e9
-"""In the file's unit: micrometres of a kilometre. With larger ones, areas and volumes are no longer exact."""
+"""In the file's unit: a kilometre in micrometres. With larger ones, areas and volumes lose precision."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
     try:
         path = (root / source.file).resolve()
         path.is_file()
-    except (OSError, RuntimeError, ValueError) as error:  # a name too long, links in a circle
+    except (OSError, RuntimeError, ValueError) as error:  # the name is too long, or links form a circle
         raise AssetError(f"{what} file `{file[:80]}` cannot be read ({type(error).__name__})") from None
     if not path.is_relative_to(root):
         raise AssetError(f"{what} file `{file}` is outside {source.name}")
@@ -100,7 +100,7 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
 
 
 def open_mesh(path: Path, root: Path, **options: Any) -> Any:
-    """Return what trimesh makes of a file; whatever that refers to must lie in the folder `root`.
+    """Read a file with trimesh; everything that it refers to must lie in the folder `root`.
 
     Args:
         path: The file.
@@ -113,7 +113,7 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     import trimesh
 
     if not trimesh.util.log.handlers:
-        trimesh.util.log.addHandler(logging.NullHandler())  # what is wrong with a file is said by errors
+        trimesh.util.log.addHandler(logging.NullHandler())  # errors say what is wrong with a file
     suffix = path.suffix.lower()
     with foreign(), path.open("rb") as stream:
         if suffix in (".glb", ".gltf"):
@@ -137,7 +137,7 @@ def turn_upright(vectors: "np.ndarray", path: Path) -> "np.ndarray":
 
 
 def read_mesh(path: Path, root: Path) -> MeshFile:
-    """Return a mesh as it stands in a file, whatever that takes; see `casemesh`.
+    """Read a mesh without limits of time and memory; see `casemesh`.
 
     Raises:
         AssetError: if it cannot be used.
@@ -156,7 +156,7 @@ def _judged(loaded: Any, path: Path) -> MeshFile:
     # A point cloud, a path or a scene has neither.
     vertices, faces = turn_upright(np.asarray(loaded.vertices, float), path), np.asarray(loaded.faces, np.int64)
     if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        raise AssetError("has triangles of vertices that it does not have")
+        raise AssetError("has triangles with vertices that are not in the file")
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise AssetError("has no triangles" if len(faces) == 0 else "has vertices that are not finite")
     if len(faces) > MAX_FACES:

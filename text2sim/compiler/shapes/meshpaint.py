@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MAX_SMOOTHED = 60_000
 MAX_PATCHES = 10_000
-"""Round parts of a surface. With more it is so jagged that nothing in it is round."""
+"""Smooth patches of a surface. With more, it is so jagged that nothing in it is round."""
 SMOOTH = 0.6
 """Edges [rad] below this angle are drawn round, where the file has no texture."""
 MAX_PICTURE = 2048
@@ -36,11 +36,11 @@ class MeshPaint:
     picture: bytes | None
     """A .png that `uvs` refer to."""
     rgba: tuple[float, float, float, float] | None
-    """Colour, each channel in 0..1; None where the file says none."""
+    """Colour, each channel in 0..1; None where the file gives none."""
 
 
 def read_both(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
-    """Return shape and looks of a file, whatever that takes; in place of looks that cannot be read, why.
+    """Read shape and looks of a file without limits of time and memory; for looks that cannot be read, say why.
 
     Raises:
         AssetError: if the shape cannot be used.
@@ -53,7 +53,7 @@ def read_both(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
 
 
 def read_paint(path: Path, root: Path) -> list[MeshPaint]:
-    """Return what a file looks like, whatever that takes.
+    """Read the looks of a file without limits of time and memory.
 
     Raises:
         AssetError: if it cannot be used.
@@ -61,7 +61,7 @@ def read_paint(path: Path, root: Path) -> list[MeshPaint]:
     try:
         scene = open_mesh(path, root, force="scene")
     except AssetError:
-        # A material that is missing, or not in the case's folder, is no reason not to have the shape.
+        # The shape can be used without a material that is missing or outside the case's folder.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
     with foreign():
         return _parts(scene, path)
@@ -85,7 +85,7 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
 
 
 def _least_patches(mesh: Any) -> int:
-    """Return how many round parts a surface has at least: each triangle is one, but for those that edges join."""
+    """Return the least number of smooth patches of a surface: its triangles, less the smooth edges that join them."""
     return len(mesh.faces) - int((mesh.face_adjacency_angles < SMOOTH).sum())
 
 

@@ -1,4 +1,4 @@
-"""Looks of the parts of a body that deforms: which part gives each triangle of its surface its look."""
+"""Looks of the parts of a deformable body: which part gives each triangle of its surface its look."""
 
 from collections.abc import Callable, Iterator
 from io import BytesIO
@@ -20,13 +20,13 @@ FINER = 0.5
 
 
 def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: float) -> Callable[[], bytes]:
-    """Return what makes an .npz file of whose look each triangle has.
+    """Return a function that makes an .npz file with the part whose look each triangle has.
 
-    It holds `centers` (f, 3) [m] of triangles, and their `parts` (f,). A check does without: only to load what makes it
-    takes a quarter of a second.
+    It holds `centers` (f, 3) [m] of triangles, and their `parts` (f,). A check does not call it: its imports alone take
+    a quarter of a second.
 
-    A part is told by its number in the shape's order; -1 stands for the body itself. Whoever draws the surface finds
-    its triangles by their centers, as solvers may number them otherwise.
+    Parts are numbered in the shape's order; -1 stands for the body itself. Whoever draws the surface finds its
+    triangles by their centers, since solvers may number them differently.
 
     Args:
         shape: The shape, some parts of which have a look of their own.

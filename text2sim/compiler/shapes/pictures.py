@@ -1,4 +1,4 @@
-"""Pictures of a case: found, checked and limited, whoever made them."""
+"""Pictures of a case: found, checked and limited, since they may come from anybody."""
 
 import warnings
 from functools import lru_cache
@@ -16,7 +16,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg")
 MAX_BYTES = 16 * 1024 * 1024
 MAX_PIXELS, MAX_SIDE = 25_000_000, 20_000
 ENOUGH = 2400
-"""Pixels of the longer side that make no visible difference any more."""
+"""Pixels of the longer side beyond which more make no visible difference."""
 
 PREVIEW = 512
 """Pixels of the longer side of a picture as `show` draws it."""
@@ -26,13 +26,13 @@ def picture_path(file: str, folder: Path) -> Path:
     """Return where a picture of a case is.
 
     Raises:
-        AssetError: if it is not in the case's folder, is too large, or no .png or .jpg.
+        AssetError: if it is not in the case's folder, is too large, or is not a .png or .jpg.
     """
     return case_path(file, folder, "picture", SUFFIXES, MAX_BYTES)[0]
 
 
 def open_picture(path: Path) -> "Image":
-    """Read a picture, turned as its camera says.
+    """Read a picture, turned upright by its EXIF data.
 
     Raises:
         AssetError: if it cannot be read, or has too many pixels; a file of a few kilobytes can have billions.
@@ -56,13 +56,13 @@ def open_picture(path: Path) -> "Image":
     except Image.DecompressionBombError:
         raise AssetError(f"has too many pixels, {advice}") from None
     except UnidentifiedImageError:
-        raise AssetError("cannot be read: it is no picture, whatever its name says; a .png or .jpg is needed") from None
+        raise AssetError("cannot be read: it is not a picture, despite its name; a .png or .jpg is needed") from None
     except Exception as error:  # readers of foreign files fail in every way there is
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 
 
 def pixels_of(path: Path) -> int:
-    """Return how many pixels a picture has, by its head; 0 where that cannot be read."""
+    """Return how many pixels a picture has, from its header; 0 if that cannot be read."""
     from PIL import Image
 
     try:
@@ -98,5 +98,5 @@ def _thumbnail(path: Path, side: int, _mtime: int, _size: int) -> bytes:
     image = open_picture(path).convert("RGB")
     image.thumbnail((side, side))
     stream = BytesIO()
-    image.save(stream, "PNG", compress_level=1)  # read again at once: time counts, not size
+    image.save(stream, "PNG", compress_level=1)  # read again at once: speed matters, not size
     return stream.getvalue()

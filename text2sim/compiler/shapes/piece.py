@@ -1,4 +1,4 @@
-"""Pieces, convex but for exact meshes: what every shape becomes for contact."""
+"""Pieces, which every shape becomes for contact: convex, except exact meshes."""
 
 import math
 from collections.abc import Iterator
@@ -47,7 +47,7 @@ class Piece:
     file: str | None = None
     """Of a mesh: path inside the case's folder."""
     enclosed: float = 0.0
-    """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, and its convex hull counts."""
+    """Of a mesh: volume [m3] that its surface encloses; 0 if it is open, so that its convex hull counts."""
     collision: str = "hull"
     """Of a mesh: `hull`, `decompose` (touches by several convex pieces) or `exact` (by its surface)."""
     field: DistanceField | None = None
@@ -58,11 +58,24 @@ class Piece:
     @cached_property
     def ball(self) -> tuple[Vec, float]:
         """Centre [m] and radius [m] of a ball around the piece, in the body's frame."""
-        return _ball(self)
+        size = self.size
+        if self.kind in ("hull", "mesh"):
+            n = len(self.vertices)
+            sx, sy, sz = (sum(axis) / n for axis in zip(*self.vertices, strict=True))
+            center = (sx, sy, sz)
+            radius = max(math.dist(center, v) for v in self.vertices)
+            return frame_apply(self.pos, self.quat, center), radius
+        if self.kind == "box":
+            return self.pos, math.hypot(*size) / 2
+        if self.kind == "cylinder":
+            return self.pos, math.hypot(size[0], size[1] / 2)
+        if self.kind == "capsule":
+            return self.pos, size[0] + size[1] / 2
+        return self.pos, max(size)
 
     @cached_property
     def turned(self) -> dict[Quaternion, Any]:
-        """What others work out of the piece in an orientation of its body: copies share their pieces."""
+        """What other modules derive from the piece by orientation of its body, kept here since copies share pieces."""
         return {}
 
     def at(self, pos: Vec, quat: Quaternion, part: str | None = None) -> "Piece":
@@ -81,13 +94,24 @@ class Piece:
         return replace(self, pos=frame_apply(pos, quat, self.pos), quat=quat_multiply(quat, self.quat), part=part)
 
     def volume(self) -> float:
-        """Return the volume [m3] of the piece, as it counts for the mass."""
+        """Return the volume [m3] of the piece, from which the mass follows."""
         return self._volume
 
     @cached_property
     def thickness(self) -> float:
-        """Smallest thickness [m] of the piece: what a fast body may jump over."""
-        return _thickness(self)
+        """Smallest thickness [m] of the piece, which a fast body may jump over."""
+        if self.kind == "box":
+            return min(self.size)
+        if self.kind == "cylinder":
+            return min(2 * self.size[0], self.size[1])
+        if self.field is not None:
+            return self.field.wall
+        if self.kind == "mesh":
+            # The edges of a scanned hull say nothing about how thick it is.
+            return min(max(axis) - min(axis) for axis in zip(*self.vertices, strict=True))
+        if self.kind == "hull":
+            return min(_widths(self), default=0.0)
+        return 2 * min(self.size[:1] if self.kind == "capsule" else self.size)
 
     @cached_property
     def _volume(self) -> float:
@@ -114,9 +138,9 @@ class Piece:
 def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:
     """Return the radius [m] of the corners of a wall's outer polygon.
 
-    The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies
-    in the outer circle, so that the body never grows. Only where that would leave less than half the
-    thickness in the middle of a stave does the outer polygon grow, and then just enough.
+    The inner polygon goes round the inner circle, so that the free space never shrinks; the outer one lies in the
+    outer circle, so that the body never grows. Only where a stave would have less than half the thickness in its
+    middle does the outer polygon grow, and then just enough.
 
     Args:
         outer: Outer radius of the wall [m].
@@ -157,7 +181,7 @@ def wall_pieces(
 
 
 def cone_piece(radius: float, height: float) -> Piece:
-    """Return a cone half way up its axis, as a pyramid in it; tip up."""
+    """Return a cone about the middle of its axis, tip up, as a pyramid inside it."""
     n = CONE_SIDES
     rim = [
         (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2) for k in range(n)
@@ -191,28 +215,6 @@ def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:
     return pieces
 
 
-def piece_ball(piece: Piece) -> tuple[Vec, float]:
-    """Return centre [m] and radius [m] of a ball around the piece, in the body's frame."""
-    return piece.ball
-
-
-def _ball(piece: Piece) -> tuple[Vec, float]:
-    size = piece.size
-    if piece.kind in ("hull", "mesh"):
-        n = len(piece.vertices)
-        sx, sy, sz = (sum(axis) / n for axis in zip(*piece.vertices, strict=True))
-        center = (sx, sy, sz)
-        radius = max(math.dist(center, v) for v in piece.vertices)
-        return frame_apply(piece.pos, piece.quat, center), radius
-    if piece.kind == "box":
-        return piece.pos, math.hypot(*size) / 2
-    if piece.kind == "cylinder":
-        return piece.pos, math.hypot(size[0], size[1] / 2)
-    if piece.kind == "capsule":
-        return piece.pos, size[0] + size[1] / 2
-    return piece.pos, max(size)
-
-
 def piece_reach(piece: Piece, direction: Vec) -> float:
     """Return the reach [m] of a piece along a direction of its body's frame: the largest `direction . x` in it.
 
@@ -236,26 +238,6 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
     else:
         own = size[0]
     return own + sum(p * c for p, c in zip(piece.pos, direction, strict=True))
-
-
-def piece_thickness(piece: Piece) -> float:
-    """Return the smallest thickness [m] of a piece: what a fast body may jump over."""
-    return piece.thickness
-
-
-def _thickness(piece: Piece) -> float:
-    if piece.kind == "box":
-        return min(piece.size)
-    if piece.kind == "cylinder":
-        return min(2 * piece.size[0], piece.size[1])
-    if piece.field is not None:
-        return piece.field.wall
-    if piece.kind == "mesh":
-        # The edges of a scanned hull say nothing about how thick it is.
-        return min(max(axis) - min(axis) for axis in zip(*piece.vertices, strict=True))
-    if piece.kind == "hull":
-        return min(_widths(piece), default=0.0)
-    return 2 * min(piece.size[:1] if piece.kind == "capsule" else piece.size)
 
 
 def _widths(piece: Piece) -> Iterator[float]:

@@ -1,4 +1,4 @@
-"""Regions on bodies, resolved: which vertices they mean, and where their middle is."""
+"""Regions on bodies: which vertices lie in them, and where their middle is."""
 
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     import numpy as np
 
 THIN = 1e-3
-"""What lies within this part of a body's length of a side belongs to it."""
+"""A side reaches this part of the body's length inwards."""
 FLAT = 1e-6
-"""A body that is thinner than this part of its longest side is flat."""
+"""A body thinner than this part of its longest side is flat."""
 
 
 class RegionError(ValueError):
@@ -28,7 +28,7 @@ def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
         vertices: (n, 3) float [m], in the body's own frame, before it is turned or bent.
 
     Returns:
-        Their indices, growing; at least one.
+        Their indices in increasing order, at least one.
 
     Raises:
         RegionError: if there are none.
@@ -47,11 +47,11 @@ def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
 def region_middle(region: BodyRegion, skin: SurfaceSkin) -> Vec:
     """Return the middle [m] of a region of a surface, in the body's own frame.
 
-    Of a side, an edge or a corner it lies on that side, half way along what there is of it; of a box or a ball it is
-    that of all the surface in it; of a nearest point it is the point.
+    For a side, an edge or a corner it lies there, half way along; for a box or a ball it is the centroid of the surface
+    inside; for a nearest point it is that point.
 
     Raises:
-        RegionError: if there are none.
+        RegionError: if nothing lies in the region.
     """
     import numpy as np
 
@@ -77,13 +77,13 @@ def region_middle(region: BodyRegion, skin: SurfaceSkin) -> Vec:
 
 
 def _vec(point: "np.ndarray") -> Vec:
-    """A point without the dust of rounding, which would stand in the program."""
+    """Return a point rounded, for the program to print."""
     x, y, z = (round(c, 9) + 0.0 for c in point.tolist())
     return (x, y, z)
 
 
 def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
-    """How far [m] each vertex is from the region; 0 inside."""
+    """Return how far [m] each vertex is from the region; 0 inside."""
     import numpy as np
 
     if region.sphere is not None:

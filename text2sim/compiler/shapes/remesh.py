@@ -1,4 +1,4 @@
-"""Meshes from files in triangles of a wanted size: large ones are divided, small ones melted together."""
+"""Meshes from files in triangles of a wanted size: large ones are divided, small ones merged."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -20,23 +20,21 @@ if TYPE_CHECKING:
     import numpy as np
 
 LONG = 4 / 3
-"""Edges that are longer than this many wanted ones are divided: halves are then as near to the wanted length."""
+"""Edges longer than this many wanted ones are halved: the halves are then no farther from the wanted length."""
 FINE = 0.6
-"""Triangles are melted together if their edges are shorter than this many wanted ones in the mean."""
+"""Triangles are merged if the mean of their edges is shorter than this many wanted ones."""
 SHARP = 0.17
 """Angle [rad], ten degrees: where tetgen begins to put many tetrahedra around a corner."""
 TRIES = ((4, 1.0), (8, 1.0), (4, 0.7), (4, 0.5), (8, 0.5))
-"""What is tried in turn: times as many triangles as wanted, from which on most are taken away in a rough way first, and
-a factor of the wanted edge. Thin parts need shorter edges."""
+"""Attempts in turn: with how many times the wanted triangles a rough simplification comes first, and a factor of the
+wanted edge. Thin parts need shorter edges."""
 EDGE_DEG, EDGES = 60.0, 0.002
 """A surface has sharp edges if more than this part of its edges are bent by more than this."""
 KEPT = 0.06
-"""Part of the volume that may be lost where triangles are melted together."""
+"""Part of the volume that merging triangles may lose."""
 PASSES = 40
 CLOSED_BY = 1e-9
-"""Two places of a vertex in a picture that are nearer than this are one."""
-
-Surface = "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]"
+"""Two places of a vertex in a picture count as one if they are nearer than this."""
 
 
 def file_surface(
@@ -48,7 +46,7 @@ def file_surface(
         shape: The mesh.
         folder: The case's folder.
         edge: Wanted length [m].
-        coarsen: Whether small triangles are melted together.
+        coarsen: Whether small triangles are merged.
         most: How many triangles there may be.
 
     Raises:
@@ -78,15 +76,15 @@ def file_surface(
 def divided(
     vertices: "np.ndarray", faces: "np.ndarray", edge: float, uvs: "np.ndarray | None" = None
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
-    """Halve edges until none is longer than 4/3 of `edge`; the surface stays where it is, and whole.
+    """Halve edges until none is longer than 4/3 of `edge`; the surface keeps its form and stays closed.
 
-    In every pass a triangle has its longest edge halved first, which keeps angles from becoming small (Rivara, 1984).
+    Every pass halves the longest edge of a triangle first, which keeps angles from becoming small (Rivara, 1984).
 
     Args:
         vertices: (n, 3) [m].
         faces: (m, 3).
         edge: Wanted length [m].
-        uvs: (n, 2), which are halved alike.
+        uvs: (n, 2), places in the picture, which are halved likewise.
     """
     import numpy as np
 
@@ -99,7 +97,7 @@ def divided(
         keys = np.minimum(faces, ahead) * len(vertices) + np.maximum(faces, ahead)
         keys, of = np.unique(keys, return_inverse=True)
         of, edges = of.reshape(-1, 3), np.stack([keys // len(vertices), keys % len(vertices)], axis=1)
-        # Both triangles of an edge see the same length, whichever way they go along it.
+        # Measured once for each edge, so that rounding is the same for both of its triangles.
         own = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[of]
         wanted = np.zeros(len(edges), bool)
         wanted[of[(own >= 0.999 * own.max(axis=1, keepdims=True)) & (own > LONG * edge)]] = True
@@ -115,10 +113,10 @@ def divided(
 
 
 def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np.ndarray":
-    """Divide triangles at the middles of their edges (-1: it has none); edge k goes from corner k to the next."""
+    """Divide triangles at the middles of their edges (-1: none); edge k goes from corner k to the next."""
     import numpy as np
 
-    # Turned so that its longest edge with a middle is the first one.
+    # Each triangle is turned so that its longest edge with a middle comes first.
     rank = np.where(middle >= 0, length, -1.0)
     turn = (np.argmax(rank, axis=1)[:, None] + np.arange(3)) % 3
     row = np.arange(len(faces))[:, None]
@@ -126,7 +124,7 @@ def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np
     found = [faces[p < 0]]
     for second, third in ((False, False), (True, False), (False, True), (True, True)):
         k = (p >= 0) & ((q >= 0) == second) & ((r >= 0) == third)
-        # Both halves, each again if its edge of the whole has a middle.
+        # Both halves, each divided again if its other edge has a middle.
         left = [(a, p, r), (r, p, c)] if third else [(a, p, c)]
         right = [(p, b, q), (p, q, c)] if second else [(p, b, c)]
         found += [np.stack([x[k], y[k], z[k]], axis=1) for x, y, z in (*left, *right)]
@@ -161,7 +159,7 @@ def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) 
 
     low = vertices.min(axis=0)
     size = float((vertices.max(axis=0) - low).max())
-    # On a surface with edges, edges stay; on one without, what looks like one after simplification is none.
+    # A surface with edges keeps them; on one without, what simplification makes look like an edge is none.
     bends = trimesh.Trimesh(vertices, faces, process=False).face_adjacency_angles
     feature = EDGE_DEG if np.mean(bends > np.radians(EDGE_DEG)) > EDGES else 180.0
     for many, finer in TRIES:
@@ -179,13 +177,13 @@ def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) 
 def _remeshed(
     vertices: "np.ndarray", faces: "np.ndarray", edge: float, feature: float
 ) -> "tuple[np.ndarray, np.ndarray]":
-    """Isotropic remeshing as the engine does it for its own bodies (Botsch and Kobbelt, 2004).
+    """Remesh isotropically, as the engine does for its own bodies (Botsch and Kobbelt, 2004).
 
     Edges that are bent by more than `feature` [deg] stay.
     """
     from importlib import import_module
 
-    pymeshlab = import_module("pymeshlab")  # whose names come to be as it is loaded
+    pymeshlab = import_module("pymeshlab")  # its names are created when it is loaded
 
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertex_matrix=vertices, face_matrix=faces))
@@ -195,7 +193,7 @@ def _remeshed(
 
 
 def _sharpest(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
-    """Smallest angle [rad] of each triangle, by the law of cosines."""
+    """Return the smallest angle [rad] of each triangle, by the law of cosines."""
     import numpy as np
 
     corners = vertices[faces]
@@ -218,7 +216,7 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
 
 
 def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
-    """Return the place of each vertex in the picture, or None and how many have several."""
+    """Return the place of each vertex in the picture, or else None and how many have several."""
     path, root = mesh_path(file, folder)
     stat = path.stat()
     return _read_places(path, root, stat.st_mtime_ns, stat.st_size, FileVertices(vertices))
@@ -226,7 +224,7 @@ def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarra
 
 @dataclass(frozen=True, eq=False)
 class FileVertices:
-    """Vertices of a file that was read: for the same file they are the same."""
+    """Vertices of a file, as a key of a cache: equal if they are the same array."""
 
     vertices: "np.ndarray"
 
@@ -257,7 +255,7 @@ def _read_places(
 
 
 def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
-    """Return where in its picture vertices lie, (n, 2), if each has one place, and else how many have several."""
+    """Return the places (n, 2) of vertices in the picture if each has one, or else None and how many have several."""
     import numpy as np
 
     try:
@@ -276,7 +274,7 @@ def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.nd
 
 
 def _matched(points: "np.ndarray", uvs: "np.ndarray", vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
-    """Find the vertices among the file's points, of which one may stand for each place in the picture."""
+    """Match vertices to the points of the file, which has a point for each place of a vertex in the picture."""
     import numpy as np
     from scipy.spatial import KDTree
 

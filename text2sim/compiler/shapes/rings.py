@@ -1,6 +1,6 @@
 """Closed surfaces of round solids in triangles of about one size.
 
-They are rings around an axis, each with as many points as its length needs, and what lies between two rings.
+They consist of rings around an axis, each with as many points as its length needs, and triangles between them.
 """
 
 import math
@@ -8,16 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.extents import wall_radii
+
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
     import numpy as np
 
 SIDES = 20
-"""Points around the widest ring at least: a polygon with so many corners lacks 1.6 % of its circle."""
+"""Least number of points around the widest ring: a polygon with so many corners lacks 1.6 % of its circle."""
 LEAST = 5
-"""Points around the narrowest ring."""
+"""Least number of points around any ring."""
 ROW = math.sqrt(3) / 2
-"""Distance of rows over the edge in a net of equal triangles."""
+"""Distance of rows over the edge in a lattice of equal triangles."""
 
 Point = tuple[float, float]
 """Distance from the axis, and height [m]."""
@@ -38,7 +40,7 @@ class Arc:
 
     @property
     def length(self) -> float:
-        """At most so long [m]."""
+        """Upper bound of the length [m]."""
         return abs(self.end - self.start) * max(self.across, self.along)
 
     def point(self, angle: float) -> Point:
@@ -47,7 +49,7 @@ class Arc:
         return (0.0 if abs(r) < 1e-12 * self.across else r, self.height + self.along * math.sin(angle))
 
     def points(self, edge: float) -> list[Point]:
-        """Return the points with equal distances, ends included: rows of a net with the given edge [m]."""
+        """Return points at equal distances, ends included: one for each row of triangles with this edge [m]."""
         fine = 256
         angles = [self.start + (self.end - self.start) * k / fine for k in range(fine + 1)]
         spots = [self.point(angle) for angle in angles]
@@ -67,7 +69,7 @@ class Arc:
 
 
 def _straight(a: Point, b: Point, edge: float) -> list[Point]:
-    """Points from `a` to `b`, both included: rows of a net with the given edge [m]."""
+    """Return points from `a` to `b`, both included: one for each row of triangles with this edge [m]."""
     rows = max(round(math.dist(a, b) / (edge * ROW)), 1)
     return [*((a[0] + (b[0] - a[0]) * k / rows, a[1] + (b[1] - a[1]) * k / rows) for k in range(rows)), b]
 
@@ -85,7 +87,7 @@ def profile_of(parts: Sequence[Part], edge: float) -> list[Point]:
 
 
 def profile(shape: Any) -> tuple[list[Part], bool]:
-    """Return the parts of a round shape's profile, the solid on their left, and whether its end is its beginning.
+    """Return the parts of a round shape's profile, the solid on their left, and whether it is closed.
 
     A profile that is not closed begins and ends on the axis.
     """
@@ -105,11 +107,7 @@ def profile(shape: Any) -> tuple[list[Part], bool]:
     if kind == "cup":
         r, t = shape.radius, shape.thickness
         return _polyline((0.0, -h), (r, -h), (r, h), (r - t, h), (r - t, t - h), (0.0, t - h)), False
-    if kind == "tube":
-        low = high = (shape.inner_radius, shape.outer_radius)
-    else:
-        low = (shape.bottom_radius, shape.bottom_radius + shape.thickness)
-        high = (shape.top_radius, shape.top_radius + shape.thickness)
+    low, high = wall_radii(shape)
     return _polyline((low[0], -h), (low[1], -h), (high[1], h), (high[0], h), (low[0], -h)), True
 
 
@@ -125,8 +123,8 @@ def turned(
     Args:
         points: The profile, the solid on its left; if it is `closed`, the last point is the first one.
         edge: Wanted distance [m] of points along a ring.
-        closed: Whether the profile ends where it began.
-        stretch: Length [m] of a ring over that of the circle of its radius: of rings that become ellipses.
+        closed: Whether the profile is closed.
+        stretch: Length of a ring over that of a circle, for rings that become ellipses.
 
     Returns:
         Vertices (n, 3) [m] and faces (m, 3), counterclockwise from outside.
@@ -154,7 +152,7 @@ def turned(
 
 
 def _between(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
-    """Triangles between two rings: of each edge of either, to the point of the other that it passes."""
+    """Return triangles between two rings: one from each edge of either ring to a point of the other."""
     import numpy as np
 
     if n == 1 or m == 1:
@@ -163,8 +161,8 @@ def _between(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> 
         if n == 1:
             return np.stack([np.full(m, a), b + ahead, b + around], axis=1)
         return np.stack([a + around, a + ahead, np.full(n, b)], axis=1)
-    # Each step goes from one point to the next on one of the rings; in the order of the middles of these edges, so
-    # that a triangle's edge lies opposite to its third corner.
+    # Each step follows an edge of one of the rings, in the order of their middles, so that this edge lies opposite to
+    # the third corner of its triangle.
     middles = np.concatenate([(np.arange(n) + 0.5) / n + shift_a, (np.arange(m) + 0.5) / m + shift_b])
     order = np.argsort(np.round(middles, 12), kind="stable")
     on_a = order < n

@@ -1,4 +1,4 @@
-"""Rotations as unit quaternions (w, x, y, z), in plain floats: thousands of poses need no arrays.
+"""Rotations as unit quaternions (w, x, y, z), in plain floats, which are fast enough for thousands of poses.
 
 A quaternion turns vectors of the body's frame into the world's: `world = quat_rotate(q, local)`. Products
 apply the right factor first. Angles are radians, except in `quat_from_euler_deg`.
@@ -142,7 +142,7 @@ def vector_dot(a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def vector_plus(a: Sequence[float], b: Sequence[float]) -> Vec:
-    """Sum of two vectors."""
+    """Return the sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 

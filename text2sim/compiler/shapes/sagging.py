@@ -1,4 +1,4 @@
-"""Sheets that are bent at the start: that hang between two edges, a parabola as long as the sheet, or over a bar."""
+"""Sheets that are bent at the start: hanging between two edges as a parabola, or over a bar."""
 
 from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import Any
@@ -9,9 +9,9 @@ from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Sheet
 
 SHEET = 1e-3
-"""Thickness [m] that a sheet has where bodies are placed and compared; its solver has its own."""
+"""Thickness [m] of a sheet when bodies are placed and compared; its solver has its own."""
 BOXES = 12
-"""As many flat pieces stand for one that hangs."""
+"""Flat pieces that stand for a bent sheet."""
 STEPS = 400
 """Pieces into which a parabola is cut to find points along it: lengths are right to 1e-5 of them."""
 
@@ -34,7 +34,7 @@ def span_of(sheet: Sheet) -> float:
 
 
 def _curve(sheet: Sheet) -> list[tuple[float, float]]:
-    """Points (x, z) [m] of a sheet that is not flat, from its left edge to its right one."""
+    """Return points (x, z) [m] of a bent sheet, from its left edge to its right one."""
     if sheet.over is None:
         span = span_of(sheet)
         xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
@@ -65,12 +65,12 @@ def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
 
 
 def is_bent(sheet: Sheet) -> bool:
-    """Whether a sheet is not flat at the start."""
+    """Return whether a sheet is bent at the start."""
     return bool(sheet.sag) or sheet.over is not None
 
 
 def _outline(sheet: Sheet) -> list[tuple[float, float]]:
-    """Points (x, z) [m] between which a sheet is nearly straight."""
+    """Return points (x, z) [m] between which a sheet is nearly straight."""
     if sheet.over is None:
         return along(sheet, BOXES if sheet.sag else 1)
     first, *turn, last = _curve(sheet)
@@ -78,7 +78,7 @@ def _outline(sheet: Sheet) -> list[tuple[float, float]]:
 
 
 def sheet_pieces(sheet: Sheet) -> list[Piece]:
-    """Return the boxes that stand for a sheet where bodies are placed and compared."""
+    """Return the boxes that stand for a sheet when bodies are placed and compared."""
     if not is_bent(sheet):
         return [Piece("box", size=(*sheet.size, SHEET))]
     points = _outline(sheet)
@@ -97,7 +97,7 @@ def sheet_reach(sheet: Sheet, u: Vec) -> float:
 
 
 def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:
-    """Return a region; of a sheet over a bar, the box of its hem for an edge or corner at its left or right.
+    """Return a region; for the left or right end of a sheet over a bar, the box around the hem that hangs there.
 
     Args:
         shape: Shape of the body.

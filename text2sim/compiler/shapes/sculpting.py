@@ -1,4 +1,4 @@
-"""Sculpted shapes as the rest of the compiler asks for them; what was made is kept, here and in the user's cache."""
+"""Sculpted shapes for the rest of the compiler, kept in memory and in the user's cache."""
 
 from collections import OrderedDict
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 MARK = "sculpt:"
-"""Before the digest of a shape, where a piece names a file."""
+"""Prefix of the digest of a shape that a piece names as its file."""
 _MEMORY = 64
 _KNOWN: "OrderedDict[str, Sculpted]" = OrderedDict()
 _BY_DIGEST: "dict[str, Sculpted]" = {}
@@ -27,7 +27,7 @@ _BY_DIGEST: "dict[str, Sculpted]" = {}
 
 @dataclass(frozen=True, eq=False)
 class Sculpted:
-    """A sculpted shape that was made."""
+    """The mesh of a sculpted shape, with its convex pieces."""
 
     vertices: "np.ndarray"
     """(n, 3) float [m]"""
@@ -38,9 +38,9 @@ class Sculpted:
     looks: "np.ndarray"
     """(m,) int: number of the part that gives a triangle its look; -1, the body"""
     hulls: "list[tuple[np.ndarray, np.ndarray]]"
-    """Of each convex piece: corners (k, 3) float [m], and triangles (l, 3) int, counterclockwise from outside"""
+    """For each convex piece: corners (k, 3) float [m], and triangles (l, 3) int, counterclockwise from outside"""
     names: tuple[str, ...]
-    """Of the parts."""
+    """Names of the parts."""
 
     @cached_property
     def digest(self) -> str:
@@ -64,7 +64,7 @@ class Sculpted:
 
     @cached_property
     def _moments(self) -> tuple[float, Vec, tuple[float, float, float, float, float, float]]:
-        """By tetrahedra from the middle of the bounds to every triangle (Mirtich, 1996)."""
+        """Volume, centre and inertia, by tetrahedra from the middle of the bounds to every triangle (Mirtich, 1996)."""
         import numpy as np
 
         middle = (self.vertices.min(0) + self.vertices.max(0)) / 2
@@ -73,7 +73,7 @@ class Sculpted:
         volume = float(six.sum() / 6)
         total = corners.sum(axis=1)
         center = (six[:, None] * total).sum(0) / 24 / volume
-        # Second moment of a tetrahedron with a corner at the origin: V/20 (sum of corners' products + that of sums).
+        # Second moment of a tetrahedron with corners 0, a, b, c: V/20 (aa + bb + cc + ss), with s = a + b + c.
         second = np.einsum("i,ija,ijb->ab", six, corners, corners) + np.einsum("i,ia,ib->ab", six, total, total)
         second = second / 120 - volume * np.outer(center, center)
         tensor = np.eye(3) * np.trace(second) - second
@@ -86,7 +86,7 @@ class Sculpted:
         return obj_text(self.vertices, self.faces)
 
     def visuals(self) -> list[VisualMesh]:
-        """Return the surface as it is drawn: a mesh for each look, with the name of a part that has it."""
+        """Return the surface to draw: a mesh for each look, with the name of a part that has it."""
         import numpy as np
 
         found = []
@@ -98,7 +98,7 @@ class Sculpted:
 
 
 def sculpted(shape: Sculpt) -> Sculpted:
-    """Return a shape, made.
+    """Return the mesh of a shape.
 
     Raises:
         AssetError: if it cannot be made within the limits, or is in several pieces.
@@ -115,12 +115,12 @@ def sculpted(shape: Sculpt) -> Sculpted:
 
 
 def sculpted_obj(file: str) -> str:
-    """Return the surface that a piece names as its file."""
+    """Return the .obj text of the surface that a piece names as its file."""
     return _BY_DIGEST[file.removeprefix(MARK)].obj()
 
 
 def pieces_of(shape: Sculpt) -> list[Piece]:
-    """Return the convex pieces with which a shape touches others; for `decompose`, the whole.
+    """Return the convex pieces with which a shape touches others; for `decompose`, one mesh.
 
     Raises:
         AssetError: if it cannot be made.
@@ -140,7 +140,7 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
 
 
 def _hull(points: "np.ndarray") -> "tuple[np.ndarray, np.ndarray]":
-    """Corners of the convex hull of points, and its triangles among them, counterclockwise from outside."""
+    """Return the corners and triangles of the convex hull of points, counterclockwise from outside."""
     import numpy as np
     from scipy.spatial import ConvexHull
 
@@ -173,7 +173,7 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
 
     found = cached(question, members, ask)
     made = _unpacked(found, tuple(shape.parts))
-    if made is None:  # what was kept is damaged
+    if made is None:  # the cache is damaged
         made = _unpacked(ask(), tuple(shape.parts))
     assert made is not None
     return made
@@ -189,8 +189,7 @@ def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
     vertices, faces, normals, looks, corners, nets = arrays
     if vertices is None or faces is None or normals is None or looks is None or corners is None or nets is None:
         return None
-    fits = meets(faces, vertices) and len(normals) == len(vertices) and len(looks) == len(faces)
-    if not fits:
+    if not meets(faces, vertices) or len(normals) != len(vertices) or len(looks) != len(faces):
         return None
     split = []
     for rows, ends in ((corners, found["corner_ends"]), (nets, found["net_ends"])):

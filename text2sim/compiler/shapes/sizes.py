@@ -1,4 +1,4 @@
-"""Bounds and pieces of bodies and statics, worked out once for each orientation."""
+"""Bounds and pieces of bodies and statics, computed once for each orientation."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_a
 from text2sim.compiler.shapes.solid import Solid, solids
 
 MAX_PIECES = 20_000
-"""Convex pieces of a scene. The engine keeps a table of all pairs of them: here it takes 1.6 GB."""
+"""Most convex pieces of a scene. The engine keeps a table of all pairs of them, 1.6 GB for so many."""
 
 TreePieces = Callable[[Any, Path], list[tuple[Piece, Vec, Quaternion]]]
 """Pieces of a body that is a tree of links, each with the pose [m] of its link in the body's frame."""
@@ -30,7 +30,7 @@ class CopySpot(NamedTuple):
 
 
 class SizeError(ValueError):
-    """Something whose size is needed has none."""
+    """Something has no size, or too many pieces, where its size is needed."""
 
 
 class Sizes:
@@ -41,7 +41,7 @@ class Sizes:
     ) -> None:
         self.folder = folder
         self._tree_extents, self._tree_pieces = tree_extents, tree_pieces
-        # The object is kept beside what is known of it, so that its id stays its own.
+        # The object is kept beside what is known of it, so that nothing else gets its id.
         self._known: dict[tuple[int, Quaternion], tuple[Any, Bounds]] = {}
         self._lowest: dict[tuple[int, Quaternion, Vec], tuple[Any, float]] = {}
         self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
@@ -50,7 +50,7 @@ class Sizes:
         """Return the bounds [m] about the copy's origin, turned by its orientation (or by `quat`).
 
         Raises:
-            SizeError: for a plane, and for a tree of links that nobody can measure.
+            SizeError: for a plane, and for a tree of links if `tree_extents` is missing.
             AssetError: if a mesh file cannot be used.
         """
         thing = spot.model if spot.shape is None else spot.shape
@@ -81,7 +81,7 @@ class Sizes:
     def pieces(self, spot: CopySpot) -> list[tuple[Piece, Vec, Quaternion]]:
         """Return the convex pieces of a copy, each with the pose [m] of its frame in the copy's frame.
 
-        A tree of links whose pieces nobody knows counts as its bounds.
+        Without `tree_pieces`, a tree of links counts as its bounds.
         """
         if spot.shape is not None:
             return [(piece, (0.0, 0.0, 0.0), IDENTITY) for piece in pieces(spot.shape, self.folder)]

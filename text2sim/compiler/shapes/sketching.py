@@ -1,4 +1,4 @@
-"""Drawings in a picture as flat forms: strokes and filled shapes that are darker than the paper."""
+"""Drawings in a picture as flat forms: strokes and filled areas that are darker than the paper."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached, packed, unpacked
 from text2sim.assets.confined import confined
+from text2sim.compiler.shapes.lettering import areas
 from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -16,26 +17,26 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
 LARGER = 4.0
-"""How many times pictures are enlarged at most before forms are traced."""
+"""Greatest factor by which a picture is enlarged before forms are traced."""
 BLUR = 0.8
 """Width [pixels of the picture] over which grain and steps are smoothed."""
 SIMPLE = 0.3
-"""How far [pixels of the picture] an outline may be from what was traced."""
+"""How far [pixels of the picture] an outline may be from the traced one."""
 CONTRAST = 24
-"""Steps of grey, of 255, between ink and paper at least."""
+"""Least difference of grey, of 255 levels, between ink and paper."""
 MOST_INK = 0.9
 """Part of the picture that may be ink."""
 SPECK = 1e-3
-"""What is smaller than this part of the largest piece is dirt."""
+"""Pieces smaller than this part of the largest one are specks of dirt."""
 MAX_PIECES = 500
 MAX_POINTS = 400_000
-"""Points of all outlines as they are traced."""
+"""Most points of all traced outlines."""
 LARGE = 1_000_000
-"""Pixels of a picture that is looked at in a process of its own."""
+"""Pictures with more pixels than this are traced in a process of their own."""
 SEEN = 4
-"""How many times as many may be traced, most of which are dirt."""
+"""How many times as many pieces may be traced, since most of them may be dirt."""
 PACKED = ("points", "rings", "forms", "places")
-"""What is kept of a picture's strokes: points, where rings and forms begin among them, row and column of each."""
+"""What the cache keeps of strokes: points, where rings and forms begin among them, row and column of each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,7 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
 
 @lru_cache(maxsize=32)
 def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
-    """Return the strokes of a picture, from memory if it was traced before."""
+    """Return the strokes of a picture, from the cache if it was traced before."""
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
 
@@ -72,7 +73,7 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
         return _packed(confined(trace, path, large=pixels_of(path) > LARGE))
 
     found = _unpacked(cached((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(PACKED, str), ask))
-    if found is None:  # what was kept is damaged
+    if found is None:  # the cache is damaged
         found = _unpacked(ask())
     assert found is not None
     return found
@@ -88,7 +89,7 @@ def _packed(found: tuple[Stroke, ...]) -> dict[str, str]:
 
 
 def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
-    """The strokes that were kept, or None if that is not what they are."""
+    """Return strokes from the cache, or None if it is damaged."""
     import shapely
 
     columns = {"points": ("f8", 2), "rings": ("i8", 1), "forms": ("i8", 1), "places": ("i8", 2)}
@@ -105,25 +106,23 @@ def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
 
 
 def _splits(offsets: "np.ndarray", count: int) -> bool:
-    """Whether offsets (n, 1) part so many things into groups, none of which is empty."""
+    """Return whether offsets (n, 1) divide so many things into groups, none of them empty."""
     return (
         len(offsets) > 0 and offsets[0, 0] == 0 and offsets[-1, 0] == count and bool((offsets[1:] > offsets[:-1]).all())
     )
 
 
 def trace(path: Path) -> tuple[Stroke, ...]:
-    """Return the pieces of a drawing, whatever that takes; see `strokes`.
+    """Return the pieces of a drawing without limits of time and memory; see `strokes`.
 
     Raises:
         AssetError: if the picture cannot be used, or nothing is drawn in it.
     """
-    gray = _gray(path)
-    pieces = _pieces(gray)
-    low_x, low_z = min(p.bounds[0] for p in pieces), min(p.bounds[1] for p in pieces)
-    height = max(p.bounds[3] for p in pieces) - low_z
     from shapely.affinity import affine_transform
 
-    scale = 1 / height
+    pieces = _pieces(_gray(path))
+    low_x, low_z = min(p.bounds[0] for p in pieces), min(p.bounds[1] for p in pieces)
+    scale = 1 / (max(p.bounds[3] for p in pieces) - low_z)
     forms = [affine_transform(p, [scale, 0, 0, scale, -low_x * scale, -low_z * scale]) for p in pieces]
     return tuple(_in_rows(forms))
 
@@ -149,8 +148,6 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     from contourpy import FillType, contour_generator
     from shapely import Polygon, make_valid
 
-    from text2sim.compiler.shapes.lettering import areas
-
     tall, wide = gray.shape
     factor = min(ENOUGH / max(tall, wide), LARGER)
     gray = cv2.GaussianBlur(gray, (0, 0), BLUR * max(1.0, 1 / factor))
@@ -158,12 +155,12 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     big = cv2.resize(gray, size, interpolation=cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA)
     big = np.clip(big, 0, 255)
     if float(big.max() - big.min()) < CONTRAST:
-        raise AssetError("has nothing in it: it is as dark everywhere; draw dark on light")
+        raise AssetError("has nothing in it: it is equally dark everywhere; draw dark on light")
     level, _ = cv2.threshold(big.astype(np.uint8), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     ink = float((big <= level).mean())
     if ink > MOST_INK:
         raise AssetError(f"is dark on {100 * ink:.0f} % of it: draw dark on light, with paper around it")
-    # White all around, so that what touches the border of the picture is closed there.
+    # White all around closes what touches the border of the picture.
     big = np.pad(big, 1, constant_values=255.0)
     filled: Any = contour_generator(z=255.0 - big, fill_type=FillType.OuterOffset).filled(254.5 - level, 1e6)
     if len(filled[0]) > SEEN * MAX_PIECES:
@@ -186,14 +183,14 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     largest = max((form.area for form in found), default=0.0)
     kept = [_without_pinholes(form) for form in found if form.area >= max(SPECK * largest, 6.0)]
     if not kept:
-        raise AssetError("has nothing in it that is larger than a speck: draw dark on light, with thick strokes")
+        raise AssetError("has nothing in it larger than a speck: draw dark on light, with thick strokes")
     if len(kept) > MAX_PIECES:
         raise AssetError(f"has {len(kept)} pieces; at most {MAX_PIECES} are possible")
     return kept
 
 
 def _without_pinholes(form: "Polygon") -> "Polygon":
-    """Leave out holes that are as small as specks."""
+    """Leave out holes as small as specks."""
     from shapely import Polygon
 
     return Polygon(
@@ -204,8 +201,8 @@ def _without_pinholes(form: "Polygon") -> "Polygon":
 def _in_rows(forms: "list[Polygon]") -> list[Stroke]:
     """Put pieces into reading order.
 
-    The tallest pieces make the rows: a piece belongs to a row if its middle is within the row's height, as the
-    pieces before it left it. What lies between rows, such as a dot, goes to the nearest.
+    The tallest pieces make the rows. A piece belongs to a row if its middle is within the row's height, or the row's
+    middle within the piece's. What lies between rows, such as a dot, goes to the nearest.
     """
     tall = sorted(forms, key=lambda form: (form.bounds[1] - form.bounds[3], form.bounds))
     typical = sorted(form.bounds[3] - form.bounds[1] for form in forms)[len(forms) // 2]

@@ -1,4 +1,4 @@
-"""The surface of convex pieces, as triangles and as points spread over them."""
+"""The surface of convex pieces, as triangles and as points spread over these."""
 
 import math
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SIDES = 64
 RINGS = 32
 FINENESS = 24
-"""Points along the longest side of a body."""
+"""About how many points lie along the longest side of a body."""
 
 _BOX = (
     (0, 3, 2), (0, 1, 3), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5),
@@ -79,7 +79,7 @@ def skin_of(pieces: Iterable[tuple[Piece, Vec, Quaternion]]) -> SurfaceSkin:
 
 
 def _triangles(piece: Piece) -> "np.ndarray":
-    """Triangles (n, 3, 3) [m] of a piece in its own frame."""
+    """Return triangles (n, 3, 3) [m] of a piece in its own frame."""
     import numpy as np
 
     size = piece.size
@@ -102,7 +102,7 @@ def _triangles(piece: Piece) -> "np.ndarray":
 
 
 def _turned(profile: list[tuple[float, float]]) -> "np.ndarray":
-    """Triangles of a profile (radius, height) that is turned about z."""
+    """Return triangles of a profile (radius, height) turned about z."""
     import numpy as np
 
     angles = 2 * math.pi * np.arange(SIDES + 1) / SIDES
@@ -120,7 +120,7 @@ def _turned(profile: list[tuple[float, float]]) -> "np.ndarray":
 
 
 def _nearest(triangles: "np.ndarray", p: "np.ndarray") -> "np.ndarray":
-    """The point of every triangle that is nearest to `p`: inside it, or on one of its sides."""
+    """Return the point of every triangle that is nearest to `p`: inside it, or on one of its sides."""
     import numpy as np
 
     a, b, c = (triangles[:, k] for k in range(3))

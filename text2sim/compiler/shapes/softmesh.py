@@ -1,7 +1,7 @@
-"""Surfaces of what deforms: closed ones of solids, open ones of cloth, in triangles of a wanted size.
+"""Surfaces of deformable bodies: closed ones of solids, open ones of cloth, in triangles of a wanted size.
 
-What is round is made of rings (`rings.py`), letters and drawings of a net in their plane (`extrude.py`); meshes from
-files have their edges divided, or their triangles melted together (`remesh.py`). Equal shapes give equal bytes.
+Round shapes are made of rings (`rings.py`), letters and drawings of triangles in their plane (`extrude.py`); triangles
+of meshes from files are divided or merged (`remesh.py`). Equal shapes give equal bytes.
 """
 
 import math
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from manifold3d import Manifold
 
 DIGITS = 8
-"""Digits [m] behind the point of every coordinate."""
+"""Decimals of every coordinate [m]."""
 _MEMORY = 64
 _KNOWN: dict[Any, "SoftMesh"] = {}
-"""Surfaces of shapes: copies, and those who only look, share them."""
+"""Surfaces by shape, shared by copies and by all who only read them."""
 FINE = 40
 """Edges along the longest side of a part, when its union with the others is made."""
 ROWS, ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
-"""Triangles around shapes that are thinner than an edge: a round one keeps its form."""
+"""Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)
 class SoftMesh:
-    """Triangles in the shape's own frame, welded: no vertex stands twice in one place."""
+    """Triangles in the shape's own frame, without duplicate vertices."""
 
     vertices: "np.ndarray"
     """(n, 3) float64 [m]"""
@@ -57,11 +57,11 @@ def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True)
     """Return the surface of a shape in triangles whose edges are about `edge` [m] long.
 
     Args:
-        shape: Any solid shape, of a compound the union of its parts, or a sheet. A mesh that is open is taken for
-            cloth, and keeps its `uvs`.
+        shape: Any solid shape (a compound is the union of its parts), or a sheet. An open mesh is taken for cloth,
+            and keeps its `uvs`.
         folder: The case's folder.
         edge: Wanted length [m]. Round shapes have shorter edges where they would lose their form.
-        coarsen: Whether the triangles of a mesh that are smaller than wanted are melted together.
+        coarsen: Whether triangles of a mesh that are smaller than wanted are merged.
 
     Raises:
         AssetError: if a file cannot be used, or there would be too many triangles.
@@ -116,7 +116,7 @@ def _joined(
         shape: The shape.
         folder: The case's folder.
         edge: Wanted length [m].
-        coarsen: Whether triangles that are smaller are melted together.
+        coarsen: Whether triangles that are smaller are merged.
         most: How many triangles there may be.
 
     Raises:
@@ -146,10 +146,10 @@ def _joined(
 
 
 def union(shape: Compound, folder: Path) -> "Manifold":
-    """Return all solid parts of a compound as one: what several of them hold counts once.
+    """Return the union of the solid parts of a compound.
 
     Raises:
-        AssetError: if a part is no closed solid, or parts do not touch.
+        AssetError: if a part is not a closed solid, or parts do not touch.
     """
     import numpy as np
     from manifold3d import Manifold, Mesh64, OpType
@@ -166,14 +166,12 @@ def union(shape: Compound, folder: Path) -> "Manifold":
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
         solid = Manifold(Mesh64(made.vertices @ turn + np.array(part.pose.pos), made.faces.astype(np.uint64)))
         if solid.is_empty():
-            raise AssetError(f"part `{name}` is no closed solid, and cannot be part of a body that deforms")
+            raise AssetError(f"part `{name}` is not a closed solid, so it cannot be part of a deformable body")
         solids.append(solid)
     whole = Manifold.batch_boolean(solids, OpType.Add)
     apart = [one for one in whole.decompose() if one.volume() > 0]
     if len(apart) > 1:
-        raise AssetError(
-            f"is in {len(apart)} pieces: parts of a body that deforms must overlap, as they are joined into one volume"
-        )
+        raise AssetError(f"is in {len(apart)} pieces: parts of a deformable body must overlap, to make one volume")
     if len(_UNIONS) >= _MEMORY:
         _UNIONS.popitem(last=False)
     _UNIONS[key] = whole
@@ -181,14 +179,14 @@ def union(shape: Compound, folder: Path) -> "Manifold":
 
 
 def solid_volume(shape: Any, folder: Path) -> float:
-    """Return the volume [m3] of what deforms: of a compound, that of the union of its parts."""
+    """Return the volume [m3] of a deformable shape; for a compound, that of the union of its parts."""
     return float(union(shape, folder).volume()) if isinstance(shape, Compound) else volume(shape, folder)
 
 
 def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
     import numpy as np
 
-    # As they will stand in a file: tetgen answers to every digit. Nobody may change what others share.
+    # Rounded as in a file, since tetgen reacts to every digit; read-only, since the arrays are shared.
     found = [
         np.ascontiguousarray(np.round(np.asarray(vertices, np.float64), DIGITS) + 0.0),
         np.ascontiguousarray(faces, np.int32),
@@ -201,7 +199,7 @@ def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" 
 
 
 def _area(shape: Any, folder: Path) -> float:
-    """Area [m2] of a surface, about: enough to know how many triangles it takes."""
+    """Return roughly the area [m2] of a surface, from which the number of triangles follows."""
     if isinstance(shape, Sheet):
         return shape.size[0] * shape.size[1]
     if isinstance(shape, Box):
@@ -225,7 +223,7 @@ def _area(shape: Any, folder: Path) -> float:
 
 
 def _longest(shape: Any, folder: Path) -> float:
-    """Longest side [m] of a shape."""
+    """Return the longest side [m] of a shape."""
     if isinstance(shape, Sheet):
         return max(shape.size)
     low, high = extents(shape, IDENTITY, folder)
@@ -233,7 +231,7 @@ def _longest(shape: Any, folder: Path) -> float:
 
 
 def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
-    """A grid, row by row along x; its diagonals alternate, so that it bends alike to both sides."""
+    """Return a grid, row by row along x; its diagonals alternate, so that it bends the same both ways."""
     import numpy as np
 
     nx, ny = (max(1, round(side / edge)) for side in sheet.size)
@@ -258,7 +256,7 @@ def grid_faces(nx: int, ny: int) -> "np.ndarray":
 
 
 def _box(size: tuple[float, float, float], edge: float) -> "tuple[np.ndarray, np.ndarray]":
-    """Six grids that share their edges."""
+    """Return six grids that share their edges."""
     import numpy as np
 
     counts = [max(1, round(side / edge)) for side in size]
@@ -279,11 +277,11 @@ def _box(size: tuple[float, float, float], edge: float) -> "tuple[np.ndarray, np
 
 
 def _ellipsoid(shape: Ellipsoid, edge: float) -> "tuple[np.ndarray, np.ndarray]":
-    """Rings about its longest axis, scaled to ellipses."""
+    """Return rings about the longest axis, scaled to ellipses."""
     axis = max(range(3), key=lambda k: shape.radii[k])
     a, b = shape.radii[(axis + 1) % 3], shape.radii[(axis + 2) % 3]
     mean = (a + b) / 2
-    # Perimeter of an ellipse over that of a circle of the mean radius: Ramanujan's second formula.
+    # Perimeter of an ellipse over that of the circle with the mean radius, by Ramanujan's second formula.
     h = ((a - b) / (a + b)) ** 2
     stretch = 1 + 3 * h / (10 + math.sqrt(4 - 3 * h))
     arc = Arc(0.0, 0.0, mean, shape.radii[axis], -math.pi / 2, math.pi / 2)
@@ -307,5 +305,5 @@ def write_obj(mesh: SoftMesh, quat: Quaternion = IDENTITY) -> bytes:
 
 
 def _rows(form: str, table: "np.ndarray") -> str:
-    """A line for each row: all at once, which takes half the time of one by one."""
+    """Return a line for each row, formatted all at once in half the time."""
     return (form * len(table)) % tuple(table.ravel().tolist())

@@ -1,7 +1,7 @@
 """Convex pieces somewhere in the world, known by their support points.
 
-What depends on a piece and on how its body is turned, but not on where that is, is worked out once: the copies of a
-body share their pieces.
+What depends on a piece and on the orientation of its body, but not on its position, is computed once, since copies of
+a body share their pieces.
 """
 
 import math
@@ -23,9 +23,9 @@ Support = Callable[[Vec], Vec]
 Span = tuple[float, float]
 
 ARRAYS_FROM = 64
-"""Corners from which on arrays are quicker than a loop."""
+"""With more corners, arrays are faster than a loop."""
 _MEMORY = 256
-"""Orientations of a piece that are remembered."""
+"""Orientations of a piece, and axes of each, that are remembered."""
 
 
 class _Turned:
@@ -48,7 +48,7 @@ class _Turned:
         self.spans: dict[Vec, Span] = {}
 
     def span(self, axis: Vec) -> Span:
-        """How far the piece reaches along an axis: lowest and highest."""
+        """Return the lowest and the highest coordinate [m] along an axis."""
         found = self.spans.get(axis)
         if found is None:
             found = _span(self.support, self.rounding, axis)

@@ -8,7 +8,6 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.piece import piece_thickness
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
@@ -95,7 +94,7 @@ def thickness(shape: Any, folder: Path) -> float:
         from text2sim.compiler.shapes.distances import form_of
 
         return min(form_of(part).thin for part in shape.parts.values() if part.op == "add")
-    return min(piece_thickness(piece) for piece in geometry.pieces(shape, folder))
+    return min(piece.thickness for piece in geometry.pieces(shape, folder))
 
 
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:

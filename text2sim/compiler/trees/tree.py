@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from text2sim.compiler.shapes.piece import Piece, piece_ball, piece_reach
+from text2sim.compiler.shapes.piece import Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     frame_apply,
     quat_conjugate,
@@ -212,7 +212,7 @@ def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
     """Return centre [m] and radius [m] of a ball around every piece at the start, in the tree's frame."""
     found = []
     for piece, pos, quat, _ in tree_pieces(tree, drawn=True):
-        center, radius = piece_ball(piece)
+        center, radius = piece.ball
         found.append((frame_apply(pos, quat, center), radius))
     return found
 

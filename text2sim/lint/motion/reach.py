@@ -8,7 +8,6 @@ can get anywhere. A pair that can never meet makes no contact, and a place out o
 from math import dist, inf
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.piece import piece_ball
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
 from text2sim.lint.facts import Facts
@@ -98,7 +97,7 @@ def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, 
                 center, reach, before = state
                 state = (center, reach + dist(before, anchor) + 2 * slack, anchor)
         moved[link.name] = state
-        points = [(frame_apply(pos, quat, c), r) for c, r in (piece_ball(g.piece) for g in link.geoms if g.touches)]
+        points = [(frame_apply(pos, quat, c), r) for c, r in (g.piece.ball for g in link.geoms if g.touches)]
         if state is None:
             far = max((dist(pos, p) + r for p, r in points), default=0.0)
             found[link.name] = ((pos, far), (pos, 0.0))
