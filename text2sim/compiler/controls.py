@@ -28,6 +28,7 @@ from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
+    FOREVER,
     WORLD,
     SoftControls,
     ends_of,
@@ -53,8 +54,6 @@ from text2sim.spec_schema.models.controls import (
 )
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
-
-FOREVER = 1e9
 
 
 @dataclass

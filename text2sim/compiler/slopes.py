@@ -10,14 +10,14 @@ from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.shapes import Compound
 
 LEVEL = 0.0087
-"""Tilt [rad], half a degree, up to which a face is level."""
+"""Largest tilt [rad] of a level face: half a degree."""
 ROUND = ("sphere", "ellipsoid", "torus")
 TURNED = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
 """Shapes of revolution about z."""
 
 
 def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:
-    """Whether flat faces are neither level nor upright: of grounds, statics, and bodies that are not strewn."""
+    """Return whether there are flat faces, except of packed bodies, that are neither level nor upright."""
     return next(tilted(copies, gravity), None) is not None
 
 
@@ -31,7 +31,7 @@ def tilted(copies: Iterable[Copy], gravity: Vec) -> Iterator[Copy]:
 
 
 def _is_placed(copy: Copy) -> bool:
-    """Whether its tilt is meant, not that of things that are strewn."""
+    """Return whether its tilt is intended, not that of a packing."""
     repeat = getattr(copy.model, "repeat", None)
     return copy.shape is not None and copy.shape.kind not in ROUND and getattr(repeat, "kind", "") != "packing"
 
@@ -43,11 +43,11 @@ def _is_tilted(copy: Copy, up: Vec) -> bool:
 
 
 def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
-    """Whether a shape's faces are neither level nor upright."""
+    """Return whether a shape's faces are neither level nor upright."""
     if shape.kind in ROUND:
         return False
     if shape.kind == "polyhedron":
-        return True  # it is there for its slanted faces
+        return True  # slanted faces are what a polyhedron is used for
     z = _sine(quat, "z", up)
     if shape.kind in TURNED:
         return LEVEL < z < cos(LEVEL)
@@ -55,5 +55,5 @@ def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
 
 
 def _sine(quat: Quaternion, axis: str, up: Vec) -> float:
-    """Sine of the angle between a body's axis and the vertical."""
+    """Return the sine of the angle between a body's axis and the vertical."""
     return hypot(*vector_cross(quat_rotate(quat, AXES[axis]), up))

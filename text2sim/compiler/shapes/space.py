@@ -1,4 +1,4 @@
-"""Regions of space: what lies wholly inside, and how to fill them."""
+"""Regions of space: whether points lie inside, and how to fill them."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from text2sim.spec_schema.models.space import BoxRegion, CylinderRegion, SphereR
 
 
 class SpaceError(ValueError):
-    """A region without space."""
+    """A region that cannot be used."""
 
 
 class Space:
@@ -72,7 +72,7 @@ class Space:
         return self._world((r * flat * math.cos(angle), r * flat * math.sin(angle), r * z))
 
     def contains(self, p: Vec, points: Sequence[Vec], rounding: float) -> bool:
-        """Whether points [m] about `p`, thickened by `rounding` [m], are inside.
+        """Return whether points [m] about `p`, thickened by `rounding` [m], are inside.
 
         Args:
             p: Origin that the points are given about [m].
@@ -96,7 +96,7 @@ class Space:
         return True
 
     def lattice(self, cell: Vec, gap: float) -> list[Vec]:
-        """Return the centres [m] of a lattice's cells that lie inside, but for half the gap around them."""
+        """Return the centres [m] of cells of a lattice that lie inside, apart from half the gap around each."""
         half = self.half
         if self.turn is not None:
             hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3))

@@ -1,4 +1,4 @@
-"""Smooth surfaces that are drawn where contact uses pieces, so that films show no staves."""
+"""Smooth surfaces to draw for shapes that touch by pieces, so that films show no staves."""
 
 import hashlib
 import math
@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.extents import wall_radii
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
 from text2sim.spec_schema.models.shapes import (
@@ -39,7 +40,7 @@ Profile = list[tuple[float, float]]
 
 @dataclass(frozen=True, eq=False)
 class VisualMesh:
-    """A closed surface in the body's frame with a normal for each vertex; sharp edges have them doubled."""
+    """A closed surface in the body's frame; on sharp edges, vertices occur twice, each with its own normal."""
 
     vertices: "np.ndarray"
     """(n, 3) float [m]."""
@@ -54,7 +55,7 @@ class VisualMesh:
     picture: bytes | None = None
     """A .png that is drawn on it."""
     rgba: tuple[float, float, float, float] | None = None
-    """Colour that it has of itself."""
+    """Its own colour."""
 
     @cached_property
     def digest(self) -> str:
@@ -62,7 +63,7 @@ class VisualMesh:
         import numpy as np
 
         content = hashlib.sha256()
-        with np.errstate(invalid="ignore"):  # a size that is no size is reported by the lint
+        with np.errstate(invalid="ignore"):  # the lint reports sizes that are not finite
             content.update((np.round(self.vertices * 1e7).astype("<i8")).tobytes())
         content.update(self.faces.astype("<i4").tobytes())
         if self.uvs is not None:
@@ -97,7 +98,7 @@ class VisualMesh:
 
 
 class LazyMesh(VisualMesh):
-    """A surface that is made when its points are asked for: a check wants no more than its digest.
+    """A surface that is made when its points are first read: a check only needs its digest.
 
     Args:
         make: Makes it.
@@ -108,7 +109,7 @@ class LazyMesh(VisualMesh):
     key: str
 
     def __init__(self, make: Callable[[], VisualMesh], key: str, part: str | None = None) -> None:
-        # Frozen, as every surface is.
+        # The dataclass is frozen.
         self.__dict__.update(key=key, part=part, _make=make)
 
     @cached_property
@@ -142,7 +143,7 @@ class LazyMesh(VisualMesh):
 
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
-    """Let surfaces that are still to be made know their digests from an earlier time, if there was one."""
+    """Give surfaces that are not yet made their digests from the cache, if it has them."""
     from text2sim.assets.answer_cache import cached
 
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
@@ -162,7 +163,7 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
 _DIGEST = re.compile("[0-9a-f]{64}")
 
 Drawn = Box | Cylinder | Cone | Polyhedron | Torus | Tube | Cup | Funnel
-"""Shapes with edges: drawn by the engine from a model file they would be shaded as if they had none."""
+"""Shapes with edges, which the engine would shade as if they were smooth."""
 
 
 def surface(shape: Any) -> VisualMesh:
@@ -187,12 +188,8 @@ def _surface(shape: Any) -> VisualMesh:
     if isinstance(shape, Cup):
         outer, inner, floor = shape.radius, shape.radius - shape.thickness, shape.thickness - h
         return _lathe([(0.0, -h), (outer, -h), (outer, h), (inner, h), (inner, floor), (0.0, floor)])
-    if isinstance(shape, Tube):
-        outer, inner = (shape.outer_radius,) * 2, (shape.inner_radius,) * 2
-    else:
-        inner = (shape.bottom_radius, shape.top_radius)
-        outer = (inner[0] + shape.thickness, inner[1] + shape.thickness)
-    return _lathe([(inner[0], -h), (outer[0], -h), (outer[1], h), (inner[1], h), (inner[0], -h)])
+    (inner, outer), (inner_top, outer_top) = wall_radii(shape)
+    return _lathe([(inner, -h), (outer, -h), (outer_top, h), (inner_top, h), (inner, -h)])
 
 
 def _box(box: Box) -> VisualMesh:
@@ -219,7 +216,7 @@ def _facets(shape: Polyhedron) -> VisualMesh:
 
 
 def _egg(shape: Sphere | Ellipsoid | Capsule) -> VisualMesh:
-    """Turn a half circle about z, and draw it out to an ellipsoid or capsule."""
+    """Turn a half circle about z, and stretch it to an ellipsoid or capsule."""
     import numpy as np
 
     made = _lathe([(math.sin(a), -math.cos(a)) for a in np.linspace(0, math.pi, BAR_SIDES + 1).tolist()])

@@ -1,9 +1,9 @@
 """Sweeps of convex pieces: how far they can move in a straight line before they touch others.
 
-Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can
-safely go. Every step rests on a plane that was checked against both pieces, so that what is found is never
-too far: bodies that are placed with it touch to within `TOLERANCE`, and do not overlap. As the distance is
-a convex function of the way gone, these steps are Newton's, and few are needed.
+Conservative advancement: the separating plane between the closest points (GJK) says how far a piece can safely go.
+Every step uses a plane that was checked against both pieces, so the result is never too far: bodies that are placed
+by it touch to within `TOLERANCE`, and do not overlap. As the distance is a convex function of the way gone, these are
+Newton steps, and few are needed.
 """
 
 import math
@@ -18,9 +18,9 @@ __all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids
 ORIGIN: Vec = (0.0, 0.0, 0.0)
 _STEPS = 100
 _FEW = 1000
-"""Pairs up to which a loop is quicker than loading numpy."""
+"""With no more pairs than this, a loop is faster than importing numpy."""
 _ROWS = 64
-"""Movers that are looked at together, if there are many."""
+"""Movers that are compared at once, if there are many."""
 
 Bounds = tuple[float, float, float, float, float, float]
 """Lowest and highest coordinate [m] along three axes."""
@@ -38,10 +38,10 @@ def sweep(
         others: What stands.
         direction: Unit vector of the motion.
         gap: Distance [m] that is kept.
-        start: Moves the movers [m] before.
+        start: Shift [m] of the movers before they move.
 
     Returns:
-        0 if they are as near from the beginning; None if they never are.
+        0 if they are that near from the beginning; None if they never get there.
     """
     best = math.inf
     frame = _frame(direction)
@@ -66,7 +66,7 @@ def least_distance(
         movers: One group, moved by `start` [m].
         others: The other.
         start: Moves the first.
-        enough: From where on it does not matter.
+        enough: Distance [m] beyond which it does not matter.
     """
     best = enough
     theirs = [_bounds(solid, _WORLD) for solid in others]
@@ -84,7 +84,7 @@ _WORLD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _frame(direction: Vec) -> tuple[Vec, Vec, Vec]:
-    """The direction, and two axes across it: those of the world where possible, so that their spans are shared."""
+    """Return the direction and two axes across it, axes of the world where possible, so that spans are shared."""
     x, y, z = (abs(c) for c in direction)
     if z >= x and z >= y:
         u = vector_unit(vector_cross((0.0, 1.0, 0.0), direction))
@@ -105,7 +105,7 @@ def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
 
 
 def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
-    """Pairs that may meet, with a lower bound [m] of the way to it: that between the planes across the way."""
+    """Yield pairs that may meet, with a lower bound [m] of the way to go: the gap between them along it."""
     if len(mine) * len(theirs) > _FEW:
         yield from _on_the_way_of_many(mine, theirs, gap)
         return
@@ -119,11 +119,11 @@ def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterato
 
 
 def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
-    """The same in parts, each of movers that are near each other and of the others in their strip of space."""
+    """Do the same in parts: movers that are near each other, and the others in their strip of space."""
     import numpy as np
 
     movers, others = np.array(mine), np.array(theirs)
-    # Along the axis across the way on which the others are spread most.
+    # Strips along the axis across the way on which the others are spread most.
     k = 2 if np.ptp(others[:, 2]) >= np.ptp(others[:, 4]) else 4
     first, order = np.argsort(movers[:, k]), np.argsort(others[:, k])
     movers, others = movers[first], others[order]
@@ -143,7 +143,7 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
 
 
 def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
-    """Others that are nearer than `enough`, by the gap between their upright boxes."""
+    """Return the others that are nearer than `enough`, by the gap between boxes along the axes."""
     if len(theirs) > _FEW:
         import numpy as np
 

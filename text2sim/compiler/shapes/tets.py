@@ -10,8 +10,7 @@ REGULAR = 1 / (6 * math.sqrt(2))
 def tet_options(edge: float) -> dict[str, Any]:
     """Return the options of a morph that let the engine cut a body into tetrahedra with edges of about `edge` [m].
 
-    The surface has such edges already (`soft_surface`), and stays as it is: so all tetrahedra together become better
-    than where tetgen divides it, too. Most are smaller than the largest that is allowed; their edges are, in the
-    mean, 0.8 to 1 of the wanted one.
+    The surface already has such edges (`soft_surface`) and stays as it is, which gives better tetrahedra than when
+    tetgen divides it too. Most are smaller than the limit; their mean edge is 0.8 to 1 of the wanted one.
     """
     return {"maxvolume": float(f"{REGULAR * edge**3:.4g}"), "nobisect": True}

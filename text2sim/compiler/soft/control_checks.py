@@ -1,4 +1,4 @@
-"""Controls that the solver of their body cannot carry out, and what can be done instead."""
+"""Controls that the solver of a deformable body cannot apply, and what to do instead."""
 
 from text2sim.compiler.selection import split
 from text2sim.compiler.soft.controls import ANY_FIELD
@@ -11,7 +11,7 @@ MOVED_BY_FIELDS = ("mpm", "pbd")
 
 
 def check_solvers(loaded: LoadedCase) -> list[Problem]:
-    """Return what is wrong with the controls of deformable bodies, given who solves them."""
+    """Return what is wrong with the controls of deformable bodies, given their solvers."""
     found = []
     case = loaded.case
     solvers = solvers_of(case.bodies.values(), case.scene)

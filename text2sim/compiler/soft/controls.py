@@ -1,4 +1,4 @@
-"""Controls of deformable bodies become rows of the program: holds, pushes and fields."""
+"""Controls of deformable bodies as rows of the program: holds, pushes and fields."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +22,9 @@ from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.scene import Scene
 
 WORLD = "world"
-"""What holds a body where it is, in `to`."""
+"""Value of `to` that holds a body where it is."""
 FOREVER = 1e9
+"""Time [s] that no run reaches."""
 ANY_FIELD = Wind | Drag | Attraction | Vortex | Turbulence
 
 
@@ -36,7 +37,7 @@ class SoftControls:
     folder: Path
 
     def finder(self, copy: Copy, region: BodyRegion | None) -> Code:
-        """Return the constructor of what finds the points of a region of a copy.
+        """Return the constructor of the function that finds the points of a region of a copy.
 
         Raises:
             RegionError: if the body does not reach into the region.
@@ -46,11 +47,11 @@ class SoftControls:
         return region_finder(region, copy.shape, self.scales.spacing(copy.body, solver), solver, self.folder)
 
     def hold(self, copy: Copy, held: "Held", until: list[float | str], line: int, name: str) -> Hold:
-        """Return one copy that is held by the world, or by links of other copies.
+        """Return the row for one copy that the world, or links of other copies, hold.
 
         Args:
             copy: What is held.
-            held: By what, and how.
+            held: What holds it, and how.
             until: Times [s] and events that end it.
             line: Of the case, for the program.
             name: Of the control.
@@ -72,11 +73,11 @@ class SoftControls:
         )
 
     def push(self, copy: Copy, control: Force | Impulse, line: int, name: str) -> Push:
-        """Return a force on one copy, or a blow.
+        """Return the row for a force or an impulse on one copy.
 
         Args:
             copy: What is pushed.
-            control: The force or blow.
+            control: The force or impulse.
             line: Of the case, for the program.
             name: Of the control.
         """
@@ -98,13 +99,13 @@ class Held:
     attach: Attach
     """The control, as the copy has it."""
     by: list[Copy]
-    """What holds it; nothing for the world."""
+    """What holds it; empty for the world."""
     part: str | None
-    """The link of that."""
+    """The link that holds it."""
 
 
 def _feels(holder: Copy) -> bool:
-    """Whether what hangs on a body moves it: neither the world, a motor nor a decree says where it is."""
+    """Return whether what hangs on a body can move it: no mount, motor or prescribed motion decides where it is."""
     model = holder.model
     if isinstance(model, Rigid):
         return model.mount.kind != "fixed" and getattr(model.mount, "actuator", None) is None
@@ -114,7 +115,7 @@ def _feels(holder: Copy) -> bool:
 def held_copies(loaded: LoadedCase, name: str, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Held]]:
     """Return the copies that an `attach` of a deformable body holds, each with what holds it.
 
-    One copy is held by all that are named together. Several are held all by one, or one by one.
+    A single copy is held by all holders together. Several copies are all held by the same ones, or paired one by one.
 
     Args:
         loaded: The case.

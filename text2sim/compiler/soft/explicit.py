@@ -15,13 +15,13 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
 
     Args:
         data: The case.
-        comments: What stands behind a value.
-        resolution: What was worked out.
+        comments: Comments behind values; added to.
+        resolution: Of the case.
     """
     soft = resolution.settings.soft
     scene, case = data["scene"], resolution.loaded.case
     for section in ("mpm", "pbd", "fem", "ipc"):
-        # What has nothing to solve says nothing, unless the case does.
+        # A solver without bodies is left out, unless the case has its section.
         if getattr(soft, section, None) is None and section not in case.scene.model_fields_set:
             del scene[section]
     if soft is None:
@@ -61,7 +61,7 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
             own["cell"] = edges[name]
             comments[*root, "cell"] = f"derived: {soft.why[f'{solver}_edge']}"
         values = open_values(body, str(solver))
-        if solver == "fem" and soft.fem is not None:  # there is none where the contact model knows no such body
+        if solver == "fem" and soft.fem is not None:  # there is none if the contact model has no such bodies
             why = soft.why.get("damping_alpha", "the largest that a body has: the engine knows one for all")
             values = {"damping": (soft.fem.damping_alpha, why)}
         _add_material(own, comments, root, values)

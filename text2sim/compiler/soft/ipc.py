@@ -1,8 +1,8 @@
 """Settings of the engine's ipc coupler for bodies.
 
-It makes an affine body of every rigid link, and contact and friction between all bodies are its own: the friction of a
+It makes every rigid link an affine body, and handles contact and friction between all bodies itself: the friction of a
 pair is the geometric mean of both coefficients. libuipc counts the thickness of a shell to each side of its middle, so
-it gets half of what is meant: mass and stiffness are then those of the whole.
+it gets half the thickness, which makes mass and stiffness right.
 """
 
 from typing import Any
@@ -16,9 +16,9 @@ from text2sim.spec_schema.models.soft_bodies import Cloth
 PART_OF_EDGE = 0.1
 """Distance of contact, as a part of the shortest edge of cloth and soft bodies."""
 NEAREST, FARTHEST = 5e-4, 5e-3
-"""It is no smaller and no larger [m] than this: a smaller one needs more iterations, a larger one is seen."""
+"""Limits of this distance [m]: a smaller one needs more iterations, a larger one shows."""
 YOUNG, POISSON, BENDING = 1e6, 0.3, 10.0
-"""Of a cloth that says nothing of its stiffness [Pa, 1, the engine's unit]."""
+"""Defaults of a cloth [Pa, 1, the engine's unit]."""
 
 
 def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcSettings:
@@ -27,7 +27,7 @@ def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcS
     Args:
         scene: The section.
         edges: Edge [m] of the elements by body.
-        why: Sentences so far.
+        why: Sentences by setting; added to.
     """
     reach = scene.ipc.contact_distance
     if reach is None:
@@ -38,7 +38,7 @@ def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcS
 
 
 def cloth(model: Cloth) -> dict[str, Any]:
-    """Keyword arguments of the engine's cloth."""
+    """Return keyword arguments of the engine's material for cloth."""
     material = model.material
     young, nu, bending = material.youngs_modulus, material.poisson_ratio, material.bending_stiffness
     return {
@@ -56,13 +56,13 @@ def rigid(
 ) -> tuple[float | None, dict[str, Any]]:
     """Return density [kg/m3] and keyword arguments of the material of a rigid entity.
 
-    What nothing but contact and gravity moves is the coupler's alone. What has joints, or is acted on, is computed by
-    the engine and held to its place in the coupler by springs that push back.
+    A body that only contact and gravity move is left to the coupler. One that has joints or is acted on is computed by
+    the rigid solver, and tied to its twin in the coupler by springs that act on both.
 
     Args:
         entity: The entity so far.
         friction: Its coefficient.
-        tree: Its links, if it is no primitive.
+        tree: Its links; None for a primitive.
         acted_on: Whether a control acts on it.
     """
     options: dict[str, Any] = {"coup_friction": friction}

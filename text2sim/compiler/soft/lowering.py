@@ -1,4 +1,4 @@
-"""Copies of deformable bodies become entities of the engine."""
+"""Turns copies of deformable bodies into entities of the engine."""
 
 from dataclasses import dataclass, replace
 from math import dist
@@ -38,13 +38,13 @@ class SoftLowering:
     scales: Scales
     meshes: MeshFiles
     acted_on: frozenset[str] = frozenset()
-    """Bodies of which a control speaks."""
+    """Bodies that controls name."""
 
     def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, tuple[Vec, float]]:
         """Return the entity for one copy, and a ball [m] around it at the start, in the world.
 
         Raises:
-            AssetError: if its shape cannot be cut, or a file not be read.
+            AssetError: if its shape cannot be meshed, or a file cannot be read.
         """
         solver = solver_of(model, self.scene)
         assert solver is not None
@@ -69,7 +69,7 @@ class SoftLowering:
         return entity, (middle, dist(low, high) / 2)
 
     def coupled(self, entity: EntityPlan, model: Any, tree: Tree | None) -> EntityPlan:
-        """Return a rigid entity with what the coupler must know of it: deformable bodies feel its friction.
+        """Return a rigid entity with what the coupler must know about it, such as its friction on deformable bodies.
 
         Args:
             entity: The entity.
@@ -77,15 +77,15 @@ class SoftLowering:
             tree: Its tree of links, if it has one.
 
         Raises:
-            AssetError: if the contact model does not know `collision: exact`.
+            AssetError: if the contact model does not support `collision: exact`.
         """
         material = getattr(model, "material", None)
         if entity.family != "rigid" or material is None:
             return entity
         if self.model != "particle" and entity.options.get("contact") == "exact":
             raise AssetError(
-                f"contact model `{self.model}` has no `collision: exact`; take `decompose`, or soft bodies of solver "
-                "mpm"
+                f"contact model `{self.model}` has no `collision: exact`; use `decompose`, or solver mpm for "
+                "soft bodies"
             )
         if self.model == "ipc" and material.touch_soft:
             density, options = ipc.rigid(entity, material.friction, tree, entity.name.split("[")[0] in self.acted_on)
@@ -101,14 +101,14 @@ class SoftLowering:
         return replace(entity, material_options=entity.material_options | options)
 
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:
-        """Morph, its options, and whether the copy's orientation is in the mesh already."""
+        """Return the morph, its options, and whether the mesh already has the copy's orientation."""
         shape = copy.shape
         if solver == "mpm" and model.kind != "soft" and shape.kind in PRIMITIVES:
             return PRIMITIVES[shape.kind], {name: value for name, value in shape if name != "kind"}, False
         if FAMILIES[solver] != "fem":
-            # The engine cuts a cloth anew by itself, and follows the triangles of the file for the picture.
-            return "Mesh", {"file": self.meshes.write(copy.body, shape, spacing, coarsen=_melts(shape, solver))}, False
-        # The engine turns the vertices of a fem body about their mean, which is not known before it made them.
+            # The engine remeshes a cloth itself, and uses the triangles of the file to draw it.
+            return "Mesh", {"file": self.meshes.write(copy.body, shape, spacing, coarsen=_merges(shape, solver))}, False
+        # The engine turns the vertices of a fem body about their mean, which is not known until it has made them.
         options: dict[str, Any] = {"file": self.meshes.write(copy.body, shape, spacing, copy.quat)}
         if model.kind == "soft":
             options |= tet_options(spacing)
@@ -118,7 +118,7 @@ class SoftLowering:
         shape, regions, parts = copy.shape, None, ()
         texture = getattr(shape, "texture", None)
         if model.kind == "soft" and isinstance(shape, Compound | Sculpt) and not one_color(shape):
-            regions = self.meshes.part_looks(copy.body, shape, spacing, coarsen=_melts(shape, solver))
+            regions = self.meshes.part_looks(copy.body, shape, spacing, coarsen=_merges(shape, solver))
             looks = [part.look for part in shape.parts.values()]
             parts = tuple(look and Surface(rgba_of(look, copy), look.finish) for look in looks)
         return Surface(
@@ -132,8 +132,8 @@ class SoftLowering:
         )
 
 
-def _melts(shape: Any, solver: str) -> bool:
-    """Whether triangles smaller than wanted are melted together: not where borders of looks follow them."""
+def _merges(shape: Any, solver: str) -> bool:
+    """Return whether triangles smaller than wanted are merged: not where borders of looks follow them."""
     if solver == "mpm":
         return not (isinstance(shape, Sculpt) and not one_color(shape))
     return FAMILIES[solver] == "fem"

@@ -10,10 +10,10 @@ from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Sno
 YIELD = 0.1
 """Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
 STRETCH, BENDING, AIR = 1e-7, 1e-4, 1e-3
-"""Of a pbd cloth that says nothing: compliance of threads [m/N] and of folds [rad/N], and drag in the engine's unit.
-Threads and air are the engine's own; its folds are ten times stiffer, and make a few broad waves."""
+"""Defaults of a pbd cloth: compliance of threads [m/N] and of folds [rad/N], and drag in the engine's unit. Threads and
+air are as in the engine; folds there are ten times stiffer, and make a few broad waves."""
 DAMPING = 0.5
-"""Part of the velocity [1/s] that a fem body loses that says nothing; the engine's own."""
+"""Default rate [1/s] at which a fem body loses velocity, as in the engine."""
 
 Made = tuple[str, dict[str, Any]]
 
@@ -29,7 +29,7 @@ def made_of(model: Any, solver: str) -> Made:
 
 
 def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
-    """Return values of fields of a material that hold where the case says none, each with its reason."""
+    """Return the defaults of fields of a material that depend on the body, each with its reason."""
     material = model.material
     if model.kind == "soft" and material.model == "elasto_plastic":
         return {"yield_stress": (YIELD * material.youngs_modulus, "a tenth of its stiffness")}
@@ -55,31 +55,27 @@ def _elastic(material: Any) -> dict[str, Any]:
 def _mpm_soft(model: Soft) -> Made:
     material, values = model.material, _elastic(model.material)
     if material.model == "elasto_plastic":
-        # The engine compares the norm of the deviatoric stress, which is sqrt(2/3) of von Mises' measure of it.
+        # The engine compares the norm of the deviatoric stress, which is sqrt(2/3) of the von Mises stress.
         limit = sqrt(2 / 3) * (material.yield_stress or YIELD * material.youngs_modulus)
         return "MPM.ElastoPlastic", values | {"von_mises_yield_stress": float(f"{limit:.6g}")}
     return "MPM.Elastic", values | {"model": {"elastic": "corotation", "neo_hookean": "neohooken"}[material.model]}
 
 
 def _fem_soft(model: Soft) -> Made:
-    # The implicit solver knows no other model that bears large turns.
+    # The implicit solver has no other model that is right for large rotations.
     values = _elastic(model.material) | {"model": "linear_corotated", "friction_mu": model.material.friction}
     modulus = model.material.hydroelastic_modulus
     return "FEM.Elastic", values if modulus is None else values | {"hydroelastic_modulus": modulus}
 
 
 def _ipc_soft(model: Soft) -> Made:
-    # The coupler's own model, whatever is said here; the engine's explicit solver has one of that name to build with.
+    # The coupler always uses its own model; the name only has to be one that the engine can build.
     values = _elastic(model.material) | {"model": "stable_neohookean", "friction_mu": model.material.friction}
     return "FEM.Elastic", values
 
 
 def _given(value: float | None, default: float) -> float:
     return default if value is None else value
-
-
-def _ipc_cloth(model: Cloth) -> Made:
-    return "FEM.Cloth", ipc.cloth(model)
 
 
 def _pbd_cloth(model: Cloth) -> Made:
@@ -99,7 +95,7 @@ def _granular(model: Granular) -> Made:
 
 
 def _liquid(model: Liquid) -> Made:
-    # The first of Lame's moduli is what resists compression: E is chosen so that it is the stiffness.
+    # Lamé's first parameter resists compression: E is chosen so that it equals the stiffness.
     nu = 0.2
     modulus = model.material.stiffness * (1 + nu) * (1 - 2 * nu) / nu
     values = {"E": float(f"{modulus:.6g}"), "nu": nu, "rho": model.material.density}
@@ -116,7 +112,7 @@ _MATERIALS: dict[tuple[str, str], Callable[[Any], Made]] = {
     ("soft", "fem"): _fem_soft,
     ("soft", "ipc"): _ipc_soft,
     ("cloth", "pbd"): _pbd_cloth,
-    ("cloth", "ipc"): _ipc_cloth,
+    ("cloth", "ipc"): lambda model: ("FEM.Cloth", ipc.cloth(model)),
     ("granular", "mpm"): _granular,
     ("liquid", "mpm"): _liquid,
     ("snow", "mpm"): _snow,

@@ -13,7 +13,7 @@ from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
 
 
 class MeshFiles:
-    """Collects meshes by their path in the program's folder; the same content is kept once.
+    """Collects meshes by their path in the program's folder; equal content is kept once.
 
     Args:
         folder: The case's folder.
@@ -39,7 +39,7 @@ class MeshFiles:
             AssetError: if its file cannot be used, or there would be too many triangles.
         """
         mesh = soft_surface(shape, self.folder, edge, coarsen=coarsen)
-        # The mesh is kept beside its text, so that its id stays its own: copies share it.
+        # Copies share meshes. The mesh is kept beside its text, so that nothing else gets its id.
         if (id(mesh), quat) not in self._texts:
             self._texts[id(mesh), quat] = mesh, write_obj(mesh, quat)
         content = self._texts[id(mesh), quat][1]
@@ -76,7 +76,7 @@ class MeshFiles:
         Raises:
             AssetError: if there is no such picture in the case's folder, or it cannot be read.
         """
-        thumbnail(file, self.folder, PREVIEW)  # what cannot be read is said now, not by the engine
+        thumbnail(file, self.folder, PREVIEW)  # reports a picture that cannot be read now, before the engine does
         source = picture_path(file, self.folder)
         content = source.read_bytes()
         path = f"models/{source.stem}_{sha256(content).hexdigest()[:8]}{source.suffix.lower()}"

@@ -1,6 +1,6 @@
-"""Regions of deformable bodies, as the program finds them: by where its points are at the start.
+"""Regions of deformable bodies, which the program finds by where points are at the start.
 
-The engine cuts bodies into points itself, so that which points lie in a region is not known before it has done so.
+The engine makes the points of a body itself, so nobody knows before which of them lie in a region.
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.sagging import end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
 LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
-"""Depth of a side in distances of points: particles fill a body somewhat at random, vertices lie on its sides."""
+"""Depth of a side in distances of points: particles fill a body almost at random, vertices lie on its sides."""
 
 
 def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver: str, folder: Path) -> Code:
@@ -24,7 +24,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
         region: The region; the whole body if None.
         shape: Shape of the body.
         spacing: Distance [m] of its points.
-        solver: What solves it.
+        solver: Its solver.
         folder: The case's folder.
 
     Raises:
@@ -61,7 +61,7 @@ def _check_flat(region: BodyRegion, low: Vec, high: Vec) -> None:
 
 
 def _check_reach(first: Vec, last: Vec, radius: float, low: Vec, high: Vec) -> None:
-    """A box, or a point with a ball about it, has to reach the body's bounds."""
+    """Check that a box, or a ball about a point, reaches the bounds of the body."""
     gaps = [max(a - d, c - b, 0.0) for a, b, c, d in zip(first, last, low, high, strict=True)]
     away = sum(gap * gap for gap in gaps) ** 0.5 - radius
     if away > 0.0:

@@ -1,4 +1,4 @@
-"""Deformable bodies in the resolution of a case: what lowers them, and what settings their solvers get."""
+"""Deformable bodies in the resolution of a case: what lowers them, and the settings of their solvers."""
 
 from dataclasses import replace
 from math import hypot
@@ -21,7 +21,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 
 
 def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: Files) -> SoftLowering | None:
-    """Return what lowers deformable bodies, with how fine they are cut; None if there are none.
+    """Return what lowers deformable bodies, with their resolution; None if there are none.
 
     Args:
         loaded: The case.
@@ -56,8 +56,8 @@ def soft_settings(
     Args:
         loaded: The case.
         placed: Copies by static and body.
-        lowering: What has lowered them.
-        bodies: What came of it.
+        lowering: What lowered them.
+        bodies: Their entities.
         rows: Controls, lowered.
     """
     if lowering is None:
@@ -68,8 +68,6 @@ def soft_settings(
     ways = travel(rows, case.actions.controls.values(), placed, masses, gravity, scene.duration)
     fastest = max((hypot(*row.linear) for row in rows.velocities if row.entity in masses), default=0.0)
     settings = derive_soft(scene, lowering.model, lowering.scales, placed, ways, fastest, loaded.folder)
-    if settings is None:
-        return None
     if scene.max_speed is not None:
         return replace(settings, max_speed=scene.max_speed)
     limit, why = speed_limit(scene, case.actions.controls.values(), rows, placed, masses, loaded.folder)

@@ -1,4 +1,4 @@
-"""Scales of deformable bodies: one cell of the grid and one distance of particles in a scene, edges by body."""
+"""Resolution of deformable bodies: one grid cell and one particle size for the scene, edges for each body."""
 
 from dataclasses import dataclass, field
 from math import sqrt
@@ -15,12 +15,12 @@ from text2sim.spec_schema.models.scene import Scene
 PARTICLE = 0.64
 """Distance of mpm particles in cells of the grid, as the engine chooses it."""
 MPM_THROUGH, FLOW_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 40
-"""Cells through the thinnest part of a soft body and of what flows, elements through a fem body, particles across the
-shorter side of a sheet."""
+"""Cells through the thinnest part of a soft body and of one that flows, elements through a fem body, particles across
+the shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
 SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
-"""How far [m] the contact of a rigid body reaches by the engine's default, and how many of them make a cell."""
+"""How far [m] the contact of a rigid body reaches by default in the engine, and how many such reaches make a cell."""
 STROKE = 1 / 6
 """Thickness of the strokes of a bold letter, as a part of its height."""
 
@@ -62,11 +62,7 @@ def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    by_solver: dict[str, list[Copy]] = {}
-    for copies in placed.values():
-        for copy in copies:
-            if is_soft(copy.model):
-                by_solver.setdefault(solver_of(copy.model, scene) or "", []).append(copy)
+    by_solver = copies_by_solver(scene, placed)
     why: dict[str, str] = {}
     edges: dict[str, float] = {}
     for solver in ("fem", "ipc"):
@@ -82,8 +78,18 @@ def scales(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> Scales:
     )
 
 
+def copies_by_solver(scene: Scene, placed: dict[str, list[Copy]]) -> dict[str, list[Copy]]:
+    """Return the copies of deformable bodies by solver."""
+    found: dict[str, list[Copy]] = {}
+    for copies in placed.values():
+        for copy in copies:
+            if is_soft(copy.model):
+                found.setdefault(solver_of(copy.model, scene) or "", []).append(copy)
+    return found
+
+
 def thickness(shape: Any, folder: Path) -> float:
-    """Return the smallest thickness [m] of a solid: of its wall, its bar, its strokes.
+    """Return the smallest thickness [m] of a solid, such as its wall, its bar or its strokes.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -98,7 +104,7 @@ def thickness(shape: Any, folder: Path) -> float:
 
 
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
-    """Return the side lengths [m] of a cloth, the shorter first; of a mesh, the two longer sides of its bounds.
+    """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -149,7 +155,7 @@ def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
         return given
     sizes = [sheet_size(copy.shape, folder) for copy in copies]
     short = min(size[0] for size in sizes)
-    # Remeshed triangles are nearly equilateral: one corner for each (sqrt(3)/2) of an edge squared.
+    # Remeshed triangles are nearly equilateral: one corner for each sqrt(3)/2 of the square of an edge.
     coarse = sqrt(sum(a * b for a, b in sizes) / (0.866 * PBD_BUDGET))
     fine = short / PBD_ACROSS
     if fine >= coarse:
@@ -187,5 +193,5 @@ def _edges(solver: str, copies: list[Copy], folder: Path, why: dict[str, str]) -
 
 
 def _rounded(length: float) -> float:
-    """Round to three digits: they are enough, and easier to read."""
+    """Round to three digits, which are easier to read."""
     return float(f"{length:.3g}")

@@ -8,29 +8,27 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
-from text2sim.compiler.soft.scales import Scales
+from text2sim.compiler.soft.scales import Scales, copies_by_solver
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
 from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, floor_height, surroundings
-from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
 
 PADDING = 3
-"""Cells at each wall of the grid in which the engine stops everything."""
+"""Cells at each side of the grid in which the engine stops everything."""
 COURANT = 0.5
 """Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
 GRID_STEP = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
 MPM_CELLS, PBD_CELLS = 3_000_000, 1_000_000
-"""Most cells of the grid, and of the hash in which cloth looks for neighbours: both are gone through in each substep,
-in about 5 ns a cell."""
+"""Most cells of the grid, and of the spatial hash of cloth: every substep visits all of them, at about 5 ns a cell."""
 HARDENING = exp(10 * 0.1)
-"""How much stiffer snow gets that was pressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
+"""Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
 PBD_STEP = 0.0005
-"""Longest substep [s] of cloth: the sweeps of its solver make it as stiff as their number in a second."""
+"""Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
 FEM_STEP = 0.01
-"""Longest substep [s] of the implicit solver: what is longer damps what moves."""
+"""Longest substep [s] of the implicit solver: longer ones damp motion."""
 
 
 def derive_soft(
@@ -41,28 +39,22 @@ def derive_soft(
     travel: Travel,
     fastest: float,
     folder: Path,
-) -> SoftSettings | None:
-    """Choose what the author left open; None for a scene without deformable bodies.
+) -> SoftSettings:
+    """Choose what the author left open in a scene with deformable bodies.
 
     Args:
         scene: The section.
         model: Its contact model.
-        scales: How fine bodies are cut.
+        scales: Resolution of bodies.
         placed: Copies by static and body.
-        travel: How far things are taken.
+        travel: How far bodies may get.
         fastest: Largest initial velocity [m/s] of a pbd body.
         folder: The case's folder.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    by_solver: dict[str, list[Copy]] = {}
-    for copies in placed.values():
-        for copy in copies:
-            if is_soft(copy.model):
-                by_solver.setdefault(solver_of(copy.model, scene) or "", []).append(copy)
-    if not by_solver:
-        return None
+    by_solver = copies_by_solver(scene, placed)
     why = dict(scales.why)
     if scene.contact.model is None:
         why["model"] = {
@@ -97,7 +89,7 @@ def derive_soft(
 def wave_speed(material: Any, model: Any) -> float:
     """Return the fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho)."""
     if isinstance(model, Liquid):
-        # lambda is the stiffness; a viscous one has 1.5 of it as shear modulus besides.
+        # lambda is the stiffness; a viscous liquid also has a shear modulus, 1.5 times as large.
         return sqrt(material.stiffness * (4.0 if material.viscous else 1.0) / material.density)
     young, nu = material.youngs_modulus, material.poisson_ratio
     if isinstance(model, Snow):
@@ -180,7 +172,7 @@ def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: d
 
 
 def _whole(box: Bounds, cell: float) -> Bounds:
-    """A box in whole cells."""
+    """Return a box enlarged to whole cells."""
     low, high = box
     a, b, c = (round(floor(x / cell) * cell, 6) for x in low)
     d, e, f = (round(ceil(x / cell) * cell, 6) for x in high)

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from text2sim.compiler.shapes.rotation import Vec
 
 MAX_SPEED = 1000.0
-"""Speed [m/s] at which a run stops as diverged, if nothing else is said: faster than any body of ours."""
+"""Default speed [m/s] at which a run stops as diverged: faster than any body should be."""
 
 
 @dataclass(frozen=True)
 class MpmSettings:
-    """Of the material point method."""
+    """Settings of the material point method."""
 
     cell: float
     density: float
@@ -21,7 +21,7 @@ class MpmSettings:
 
 @dataclass(frozen=True)
 class PbdSettings:
-    """Of position based dynamics."""
+    """Settings of position-based dynamics."""
 
     particle_size: float
     low: Vec
@@ -32,7 +32,7 @@ class PbdSettings:
 
 @dataclass(frozen=True)
 class FemSettings:
-    """Of the finite element method."""
+    """Settings of the finite element method."""
 
     newton_iterations: int
     damping_alpha: float
@@ -43,7 +43,7 @@ class FemSettings:
 
 @dataclass(frozen=True)
 class SapSettings:
-    """Of the coupler that fem bodies need."""
+    """Settings of the sap coupler, which fem bodies need."""
 
     floor: bool
     """Whether there is a floor."""
@@ -53,7 +53,7 @@ class SapSettings:
 
 @dataclass(frozen=True)
 class IpcSettings:
-    """Of the coupler of cloth with solver ipc."""
+    """Settings of the ipc coupler."""
 
     contact_distance: float
     """[m]"""
@@ -67,7 +67,7 @@ class SoftSettings:
     """Resolved settings of a scene with deformable bodies. `why` holds a sentence for each that was derived."""
 
     model: str
-    """particle, sap, ipc; rigid if bodies of different families are not to touch."""
+    """particle, sap or ipc; rigid if bodies of different families do not touch."""
     precision: str
     """32 or 64 bits."""
     mpm: MpmSettings | None
@@ -75,18 +75,18 @@ class SoftSettings:
     fem: FemSettings | None
     sap: SapSettings | None
     substeps: tuple[tuple[float, str], ...]
-    """Longest substeps [s] that solvers bear, each with a reason."""
+    """Longest substeps [s] that are stable, each with a reason."""
     why: dict[str, str] = field(default_factory=dict)
     ipc: IpcSettings | None = None
     max_speed: float = MAX_SPEED
     """Speed [m/s] of a point or a link at which the run has diverged."""
 
     def values(self) -> dict[str, str]:
-        """Return what was derived, in words, by the names of `why`."""
+        """Return settings as text, by the names that `why` uses."""
         found = {"model": self.model, "precision": self.precision, "max_speed": f"{self.max_speed:g} m/s"}
         if self.mpm is not None:
             found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _words(self.mpm.low, self.mpm.high)}
-            found["soft_reach"] = f"{self.mpm.cell / 2:g} m"  # what it is where it is derived
+            found["soft_reach"] = f"{self.mpm.cell / 2:g} m"  # its derived value
         if self.pbd is not None:
             found |= {
                 "pbd_size": f"{self.pbd.particle_size:g} m",

@@ -1,4 +1,4 @@
-"""Domains of the solvers: the space that deformable bodies can come to."""
+"""Domains of the solvers: the space that deformable bodies can reach."""
 
 import math
 from collections.abc import Callable
@@ -17,12 +17,12 @@ from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
 FLUID_SPREAD = 1.5
-"""How far a liquid spreads on the floor, as a part of the height from which it comes."""
+"""How far a liquid spreads on the floor, over the height that it falls from."""
 FLAT, TALL, IMPACT = 1.24, 1.6, 0.25
-"""How far a column of sand runs out when it is let go: so many times its height if that is less than 1.7 radii, and so
-many times the root of height and radius above (Lube et al. 2004, J. Fluid Mech. 508); and as a part of its fall."""
+"""How far a column of sand runs out when released: over its height if that is less than 1.7 radii, over the root of
+height times radius if more (Lube et al. 2004, J. Fluid Mech. 508); and over the height of its fall."""
 NEAR = 0.01
-"""How far [m] what lies on a solid may be from it."""
+"""Largest gap [m] between a solid and what lies on it."""
 UPRIGHT = 1.0 - 1e-6
 """Cosine of the angle between a floor's normal and the vertical."""
 
@@ -32,11 +32,11 @@ class Surroundings:
     """What stands around deformable bodies."""
 
     solids: tuple[Bounds, ...]
-    """Bounds [m] of statics and bodies of links, in the world, with the way that motors take them."""
+    """Bounds [m] of statics and bodies of links, in the world, with the space through which motors move them."""
     floors: tuple[float, ...]
     """Heights [m] of horizontal planes."""
     moved: tuple[tuple[Bounds, Bounds], ...] = ()
-    """Of solids that motors or decrees move: bounds [m] at the start, and displacements."""
+    """Solids that motors or prescribed motions move: bounds [m] at the start, and displacements."""
 
 
 def extents_of(copy: Copy, folder: Path) -> Bounds:
@@ -64,7 +64,7 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
 
     Args:
         placed: Copies by static and body.
-        travel: How far things are taken.
+        travel: How far bodies are moved.
         folder: The case's folder.
 
     Raises:
@@ -95,16 +95,16 @@ def domain_box(
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
 
-    Where it would have too many cells, less is left for what bounces, rolls and spreads.
+    If it would have too many cells, it leaves less room for bouncing, rolling and spreading.
 
     Args:
         copies: The bodies.
-        there: What else there is.
+        there: What stands around them.
         scene: Gravity and duration.
-        travel: How far things are taken.
+        travel: How far bodies are moved.
         folder: The case's folder.
-        margin: Kept free on every side [m]; below a floor, too.
-        volume: What it should not have more of [m3].
+        margin: Free space on every side [m], also below a floor.
+        volume: Volume that it should not exceed [m3].
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -121,13 +121,13 @@ def domain_box(
 
 
 def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
-    """Return the box [m] of where a body gets by what holds it, throws it, pushes it and carries it, and by its fall.
+    """Return the box [m] of where a body gets when it is held, thrown, pushed and carried, and falls.
 
     Args:
         copy: The body.
         there: What stands around it.
         scene: Gravity and duration.
-        travel: How far things are taken.
+        travel: How far bodies are moved.
         folder: The case's folder.
 
     Raises:
@@ -156,18 +156,18 @@ def _flown(
 
 
 def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
-    """Where a solid takes what lies on it, or in its way, on its ways from where it starts."""
+    """Return where a moving solid takes what lies on it or in its way."""
     taken = swept(box, ways)
     if start[1][2] <= box[0][2] + NEAR:
         return taken  # it carries it
-    # What it pushes is in front of it: a whole body, or no more than it can heap up.
+    # What it pushes is in front of it: a whole body, or only a heap of what flows.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
     front = grown(swept(start, ways), size)
     return _pick(max, taken[0], front[0]), _pick(min, taken[1], front[1])
 
 
 def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
-    """Way [m] that a speed at the start takes a body: through the air, and then until friction has stopped it."""
+    """Return how far [m] a start velocity takes a body: through the air, and then until friction stops it."""
     size = dist(scene.gravity, (0.0, 0.0, 0.0))
     if velocity is None:
         return None
@@ -179,7 +179,7 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         time = z / size + sqrt(2 * (abs(fall[2]) + up) / size)
     else:
         up, time = 0.0, sqrt(2 * dist(fall, (0.0, 0.0, 0.0)) / size)
-    # With friction of a half it slides v^2 / g on.
+    # With a friction of 0.5 it then slides for v^2 / g.
     time = min(time + dist((x, y), (0.0, 0.0)) / size, scene.duration)
     return _shorter((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
 
@@ -190,7 +190,7 @@ def _shorter(way: Vec, farthest: float) -> Vec:
 
 
 def _spread(kind: str, box: Bounds, fall: float) -> float:
-    """How far [m] a body gets to the sides when it falls: it swings out, bounces, rolls, or runs."""
+    """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
     x, y, tall = (b - a for a, b in zip(*box, strict=True))
     if kind == "liquid":
         return FLUID_SPREAD * (tall + abs(fall))
@@ -219,7 +219,7 @@ def _domain_box(
     box = around([*box, *(corner for near in _near(box, there, reach) for corner in near)])
     floors = [floor for floor in there.floors if floor <= whole[0][2] + margin]
     low, high = box
-    # A cloth hangs below what holds it, wherever else something stands that is lower.
+    # A cloth may hang lower than anything that stands elsewhere.
     hanging = [
         b[2] - max(y - x for x, y in zip(a, b, strict=True))
         for c, (a, b) in zip(copies, own, strict=True)
@@ -231,7 +231,7 @@ def _domain_box(
 
 
 def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
-    """Way [m] that gravity takes bodies: to the floor, or to what stands lowest, or as far as they are followed."""
+    """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
         return (0.0, 0.0, 0.0)
@@ -241,13 +241,13 @@ def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: floa
         floors = [floor for floor in there.floors if floor < high[2]]
         below = [a[2] for a, _ in there.solids if a[2] < low[2]]
         if floors or below:
-            # Of a floor, all of the way: it is no farther than it looks, and time may be enough.
+            # All the way to a floor, even if the time is too short to get there.
             z = min((max(floors) if floors else min(below)) - low[2], 0.0)
     return (x, y, z)
 
 
 def _near(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
-    """What stands in a box, as far as it lies within `reach` of it."""
+    """Return what stands in a box, clipped at `reach` around it."""
     far = grown(box, reach)
     return [
         (_pick(max, a, far[0]), _pick(min, b, far[1]))
@@ -257,7 +257,7 @@ def _near(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
 
 
 def _box(way: Vec | None) -> Bounds:
-    """The box around a way and its beginning."""
+    """Return the box around a displacement and its start."""
     return around([(0.0, 0.0, 0.0), way or (0.0, 0.0, 0.0)])
 
 

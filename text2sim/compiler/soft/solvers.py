@@ -10,11 +10,11 @@ from text2sim.spec_schema.models.scene import Scene
 GRID = ("granular", "liquid", "snow")
 """Kinds that only mpm solves."""
 FAMILIES = {"mpm": "mpm", "pbd": "pbd", "fem": "fem", "ipc": "fem"}
-"""Solver of the engine that holds a body, by the word of the language: cloth under ipc is a shell of its fem solver."""
+"""Solver of the engine by solver of the language: with ipc, cloth is a shell of the engine's fem solver."""
 
 
 def is_soft(body: Any) -> bool:
-    """Whether a body is points, not links."""
+    """Return whether a body is deformable: made of points, not of links."""
     return isinstance(body, Deformable)
 
 
@@ -23,7 +23,7 @@ def solver_of(body: Any, scene: Scene) -> str | None:
 
     Args:
         body: The validated model.
-        scene: Its scene, whose contact model decides where the body does not.
+        scene: Its scene, whose contact model decides if the body names no solver.
     """
     kind = getattr(body, "kind", None)
     if kind in GRID:
@@ -41,7 +41,7 @@ def solvers_of(bodies: Iterable[Body], scene: Scene) -> set[str]:
 
 
 def contact_model(bodies: Iterable[Body], scene: Scene) -> str:
-    """Return the contact model of a scene, as it says it or as its bodies need it."""
+    """Return the contact model of a scene: the one it names, or the one that its bodies need."""
     if scene.contact.model is not None:
         return scene.contact.model
     solvers = solvers_of(bodies, scene)

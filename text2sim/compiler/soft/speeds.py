@@ -1,7 +1,7 @@
-"""The speed from which on a scene with deformable bodies cannot be but gone wrong.
+"""The speed above which a scene with deformable bodies must have diverged.
 
-Three of the engine's solvers never look at their own numbers: what they give back may be finite and still be far from
-anything that the scene could do. What could do something is counted here, generously.
+Three of the engine's solvers never check their own numbers, which may be finite and yet far from anything that the
+scene could do. Everything that could cause speed is added up here, generously.
 """
 
 from collections.abc import Iterable
@@ -22,12 +22,12 @@ from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene
 
 TIMES, ALWAYS = 5.0, 10.0
-"""The bound is so many times what the scene gives, and so much more [m/s]: corners of cloth whip, drops splash, light
-bodies are thrown by heavy ones at twice their speed."""
+"""The limit is this many times the sum of all speeds, plus this [m/s]: corners of cloth whip, drops splash, and heavy
+bodies throw light ones at twice their speed."""
 MOTORS = 20.0
-"""Speed [m/s] that motors are thought to give whatever they are told: a stiff one jumps to its target."""
+"""Speed [m/s] that any motor is assumed to cause, since a stiff one jumps to its target."""
 PART = 4.0
-"""How much more a force gives the part of a body on which it acts than it would give all of it."""
+"""Speed that a force gives the part of a body on which it acts, over that of the whole body."""
 
 
 def speed_limit(
@@ -43,7 +43,7 @@ def speed_limit(
     Args:
         scene: The section.
         controls: Of the case.
-        rows: The same, lowered.
+        rows: Controls, lowered.
         placed: Copies by static and body.
         masses: Mass [kg] of deformable bodies by copy.
         folder: The case's folder.
@@ -70,7 +70,7 @@ def speed_limit(
 
 
 def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:
-    """Speed [m/s] of what falls to the lowest floor, or for as long as the run lasts where there is none."""
+    """Return the speed [m/s] after a fall to the lowest floor, or for the whole run if there is none."""
     size = hypot(*scene.gravity)
     free = size * scene.duration
     floors, tops = [], []
@@ -86,7 +86,7 @@ def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:
 
 
 def _driven(copy: Copy, duration: float, folder: Path) -> float:
-    """Largest speed [m/s] of a point of a body that moves by decree."""
+    """Return the largest speed [m/s] of a point of a body with prescribed motion."""
     if not isinstance(copy.model, Driven):
         return 0.0
     motion = copy.model.motion
@@ -98,19 +98,19 @@ def _driven(copy: Copy, duration: float, folder: Path) -> float:
 
 
 def _push(push: Any, masses: dict[str, float], duration: float) -> float:
-    """Speed [m/s] that a force or a blow gives to the part of a body on which it acts."""
+    """Return the speed [m/s] that a force or impulse gives the part of a body on which it acts."""
     force, mass = hypot(*push.force), masses.get(push.entity, 0.0)
     if not mass:
         return 0.0
     if push.scale is not None:
-        return MAX_SPEED  # it may be scaled to anything
+        return MAX_SPEED  # its scale may have any value
     span = min(push.end, duration) - push.start
     speed = PART * force / mass * (span if push.end > push.start else 1.0)
     return min(speed, force / push.drag) if push.drag else speed
 
 
 def _field(control: Control, duration: float) -> float:
-    """Acceleration [m/s2] that a field gives at most."""
+    """Return the largest acceleration [m/s2] of a field."""
     if not isinstance(control, Wind | Drag | Attraction | Vortex | Turbulence):
         return 0.0
     scale = largest(control.scale, duration)

@@ -1,4 +1,4 @@
-"""Travel: how far motors, prescribed motion, speed, forces and wind take things."""
+"""How far motors, prescribed motion, start velocities, forces and fields move bodies."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -18,23 +18,23 @@ from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
 
 LOOKS = 200
-"""Moments at which a schedule is looked at."""
+"""Times at which a schedule is sampled."""
 FARTHEST = 2.0
-"""How far [m] a body is followed that nothing stops."""
+"""How far [m] a body that nothing stops is followed."""
 
 
 @dataclass(frozen=True)
 class Travel:
-    """Displacements from the start, as boxes [m], by copy; what is not in here stays where it is."""
+    """Displacements from the start, as boxes [m], by copy; whatever is missing stays where it is."""
 
     motors: dict[str, Bounds] = field(default_factory=dict)
-    """Of bodies of links."""
+    """Displacements of bodies of links."""
     spins: frozenset[str] = frozenset()
-    """Bodies that turn by decree."""
+    """Bodies with prescribed rotation."""
     holds: dict[str, Bounds] = field(default_factory=dict)
-    """Of deformable bodies, by what holds them."""
+    """Displacements of deformable bodies by what holds them."""
     flights: dict[str, Vec] = field(default_factory=dict)
-    """Of deformable bodies, by forces and fields."""
+    """Displacements of deformable bodies by forces and fields."""
     starts: dict[str, Vec] = field(default_factory=dict)
     """Velocities [m/s] of deformable bodies at the start."""
 
@@ -47,11 +47,11 @@ def travel(
     gravity: float,
     duration: float,
 ) -> Travel:
-    """Return how far things are taken.
+    """Return how far bodies are moved.
 
     Args:
         rows: Controls, lowered.
-        controls: The same as the case has them.
+        controls: Controls, as in the case.
         placed: Copies by static and body.
         masses: Mass [kg] of deformable bodies by copy.
         gravity: Its size [m/s2].
@@ -83,14 +83,14 @@ def travel(
             continue
         span = min(push.end, duration) - push.start
         way = force / mass * span**2 / 2
-        if push.start == push.end:  # a blow: until gravity and friction have stopped it, or time is up
+        if push.start == push.end:  # an impulse: until gravity and friction stop the body, or the run ends
             way = force / mass * (min(duration, 2 * force / mass / gravity) if gravity else duration)
         elif push.drag:
             way = min(way, force / push.drag * span)
         _fly(flights, push.entity, push.force, min(way, FARTHEST) / force)
     for control in controls:
         for name in masses:
-            _blow(flights, control, copies[name], duration)
+            _carry(flights, control, copies[name], duration)
     spins = {name for name, copy in copies.items() if isinstance(getattr(copy.model, "motion", None), Spin)}
     return Travel(motors, frozenset(spins), holds, flights, starts)
 
@@ -100,8 +100,8 @@ def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
     flights[name] = (x + way[0] * times, y + way[1] * times, z + way[2] * times)
 
 
-def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:
-    """Take in how far a field takes a body: along a wind, around a whirl, to what attracts it."""
+def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:
+    """Add how far a field takes a body: along a wind, around a vortex, towards what attracts it."""
     if not isinstance(field, Wind | Vortex | Attraction):
         return
     start, end = span_of(field.during, duration)
@@ -121,7 +121,7 @@ def _blow(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) 
 
 
 def _slider(copy: Copy, joint: str) -> Vec | None:
-    """Direction, in the world, of the slider that a drive moves; None for a joint of another kind."""
+    """Return the direction, in the world, of the slider that a drive moves; None for other kinds of joint."""
     model = copy.model
     mount = model.mount if isinstance(model, Rigid) else None
     if isinstance(model, Articulated) and model.links is not None and joint in model.links:
@@ -130,7 +130,7 @@ def _slider(copy: Copy, joint: str) -> Vec | None:
 
 
 def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float, float]:
-    """Lowest and highest position [m] that drives of a slider ask for."""
+    """Return the lowest and highest position [m] that drives of a slider ask for."""
     times = [duration * k / LOOKS for k in range(LOOKS + 1)]
     values = [0.0]
     for mode, schedule in targets:

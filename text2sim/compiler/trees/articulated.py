@@ -1,4 +1,4 @@
-"""Articulated bodies that are written in the case: a mapping of links becomes a tree."""
+"""Articulated bodies that the case describes: a mapping of links becomes a tree."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,11 +12,11 @@ from text2sim.spec_schema.models.materials import Look, Material
 from text2sim.spec_schema.names.selectors import spread_over
 
 Shaped = Callable[[str, Any, Material, Look], TreeLink]
-"""(link, shape, material, look) -> the link with what it is made of."""
+"""(link, shape, material, look) -> the link with its geoms and visuals."""
 
 
 def articulated_tree(body: Articulated, shaped: Shaped) -> Tree:
-    """Return the tree of an inline articulated body; references are known to hold."""
+    """Return the tree of an inline articulated body; its references were checked before."""
     links = body.links or {}
     children: dict[str | None, list[str]] = {}
     for name, link in links.items():

@@ -1,4 +1,4 @@
-"""Articulated bodies that come from files: what a mechanism becomes in a plan."""
+"""Articulated bodies from files: what a mechanism becomes in a plan."""
 
 from collections.abc import Iterator
 from math import degrees
@@ -15,9 +15,9 @@ from text2sim.spec_schema.names.selectors import keys_for, spread_over
 
 
 def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
-    """Return the links, joints and shapes of a file's body, as far as the rest of the compiler asks.
+    """Return the links, joints and shapes of a file's body, as far as the rest of the compiler needs them.
 
-    What is only seen has no part in it, unless nothing can be touched.
+    Shapes that are only drawn are left out, unless nothing else is there.
     """
     touching = any(geom.touches for link in mechanism.links for geom in link.geoms)
 
@@ -25,7 +25,7 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
         return tuple(geom_of(geom) for geom in link.geoms if geom.touches or not touching)
 
     initial = spread_over([j.name for j in mechanism.joints if j.kind in ("hinge", "slider")], body.initial)
-    # Parents come before children, so that from behind every link finds its children made.
+    # Parents come before children: in reverse order, every link finds its children made.
     children: dict[int, list[TreeLink]] = {}
     for index in range(len(mechanism.links) - 1, 0, -1):
         link = mechanism.links[index]
@@ -41,14 +41,7 @@ def mechanism_tree(mechanism: Mechanism, body: Articulated) -> Tree:
 
 def _joint(joint: MechanismJoint) -> TreeJoint:
     return TreeJoint(
-        joint.kind,
-        joint.axis,
-        joint.anchor,
-        joint.range,
-        joint.damping,
-        joint.friction,
-        joint.armature,
-        joint.spring,
+        joint.kind, joint.axis, joint.anchor, joint.range, joint.damping, joint.friction, joint.armature, joint.spring
     )
 
 
@@ -68,7 +61,7 @@ def geom_of(geom: MechanismGeom) -> TreeGeom:
 
 
 def joint_change(body: Articulated, name: str) -> JointOverride | None:
-    """Return what the case changes of a joint: what its own name says goes before what patterns say."""
+    """Return what the case changes about a joint; its own name overrides patterns."""
     found: dict[str, Any] = {}
     for key in keys_for(name, body.joints):
         found |= {field: getattr(body.joints[key], field) for field in body.joints[key].model_fields_set}
@@ -76,7 +69,7 @@ def joint_change(body: Articulated, name: str) -> JointOverride | None:
 
 
 def mechanism_parts(mechanism: Mechanism, body: Articulated) -> Parts:
-    """Return what selectors can name of a file's body."""
+    """Return the links and joints of a file's body, which selectors can name."""
     return Parts(mechanism.link_names, dict(_joint_models(mechanism, body)))
 
 
@@ -87,7 +80,7 @@ def _joint_models(
         change = joint_change(body, joint.name)
         actuator = change.actuator if change is not None else None
         if actuator is None and joint.motor is not None:
-            # What a file says is not held to the limits of the language.
+            # Values from a file need not keep the limits of the language.
             motor = joint.motor
             actuator = Actuator.model_construct(stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit)
         if joint.kind == "hinge":
@@ -100,7 +93,7 @@ def _joint_models(
 
 
 def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Motor]:
-    """Return the motors that the case puts on joints of a file's body; those of the file are in the file.
+    """Return the motors that the case puts on joints of a file's body; those of the file stay in the file.
 
     Args:
         mechanism: What the file holds.

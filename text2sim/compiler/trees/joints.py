@@ -9,7 +9,7 @@ from text2sim.spec_schema.models.bodies import BallMount, HingeMount, SliderMoun
 
 
 def joint_of(mount: Any) -> TreeJoint:
-    """Return the tree joint for a hinge, slider or ball; damping and armature that are left out are zero."""
+    """Return the tree joint for a hinge, slider or ball; damping and armature default to zero."""
     common = {
         "damping": mount.damping or 0.0,
         "friction": mount.friction,

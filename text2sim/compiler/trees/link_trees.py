@@ -1,4 +1,4 @@
-"""Bodies that are trees of links, before they are placed: their parts and their bounds."""
+"""Bodies of links before they are placed: their parts and their bounds."""
 
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from text2sim.spec_schema.names.name_table import Parts
 
 KEPT = 16
 _RECENT: list[tuple[Any, Path, Tree]] = []
-"""Placing asks for the same tree again and again. Each load of a case makes models of its own, so none goes stale."""
+"""Recent trees, since placing asks for the same ones repeatedly. Every load makes new models, so none is stale."""
 
 
 def tree_of(model: Any, folder: Path) -> Tree:
@@ -66,8 +66,7 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
 def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:
     """Return what selectors can name of bodies whose links are not written in the case, and what is wrong there.
 
-    Files that are read for it are put into `mechanisms`. A file that differs from copy to copy counts as the first
-    copy has it.
+    Files that are read are added to `mechanisms`. If the file differs from copy to copy, that of the first copy counts.
     """
     parts: dict[str, Parts] = {}
     problems: list[Problem] = []
@@ -95,7 +94,7 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
 
 
 def named_parts(loaded: LoadedCase) -> dict[str, set[str]]:
-    """Return the links and joints that the case names, by body: whatever reads like a selector counts."""
+    """Return the links and joints that the case names, by body: whatever looks like a selector counts."""
     found: dict[str, set[str]] = {}
     waiting: list[Any] = [loaded.data.get("actions"), loaded.data.get("render")]
     while waiting:
@@ -108,7 +107,7 @@ def named_parts(loaded: LoadedCase) -> dict[str, set[str]]:
 
 
 def _check_meaning(loaded: LoadedCase, name: str, body: Articulated, mechanism: Mechanism) -> list[Problem]:
-    """Report what the case says of a body that its file decides."""
+    """Report what the case says about a body although its file decides it."""
     root = ("bodies", name)
     found = []
 

@@ -1,23 +1,24 @@
-"""Trees as MJCF text: the format in which the engine takes mechanisms."""
+"""Trees as MJCF text, the format in which the engine reads mechanisms."""
 
+from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
-from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeLink
+from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeLink, TreeVisual
 
 # The engine reads MuJoCo's collision masks within one model only: 1 and 2 keep a model's own links apart
 # while everything else still touches them.
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
-# Pieces of a link whose masks are equal would be melted into one mesh before that is taken apart.
+# Pieces of a link with equal masks would be merged into one mesh before it is decomposed.
 _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
 
 
 def number(value: float) -> str:
-    """Return a number with nine digits; what is left of rounding is zero, without a sign."""
+    """Return a number with nine digits; rounding errors around zero become 0."""
     return "0" if abs(value) < 1e-12 else f"{value:.9g}"
 
 
-def _row(values: object) -> str:
-    return " ".join(number(v) for v in values)  # type: ignore[attr-defined]
+def _row(values: Iterable[float]) -> str:
+    return " ".join(number(v) for v in values)
 
 
 def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
@@ -92,7 +93,7 @@ class _Writer:
             ET.SubElement(body, "joint", attributes)
         if link.inertia is not None:
             mass, center, tensor = link.inertia
-            moments = " ".join(f"{x:.9g}" for x in tensor)  # small ones count
+            moments = " ".join(f"{x:.9g}" for x in tensor)  # even very small ones
             ET.SubElement(body, "inertial", mass=f"{mass:.9g}", pos=_row(center), fullinertia=moments)
         for index, geom in enumerate(link.geoms):
             self.geom(body, f"{link.name}_{index}", geom)
@@ -129,8 +130,8 @@ class _Writer:
             attributes["group"] = "3"
         ET.SubElement(body, "geom", attributes | (self.apart if piece.collision == "decompose" else self.masks))
 
-    def visual(self, body: ET.Element, name: str, visual: object) -> None:
-        file = self.meshes[visual.mesh.digest]  # type: ignore[attr-defined]
+    def visual(self, body: ET.Element, name: str, visual: TreeVisual) -> None:
+        file = self.meshes[visual.mesh.digest]
         if file not in self.known:
             self.known.add(file)
             ET.SubElement(self.asset, "mesh", name=file.removesuffix(".obj"), file=file, inertia="shell")
@@ -143,14 +144,14 @@ class _Writer:
             "mass": "0",
             "group": "2",
         }
-        if visual.rgba is None and visual.mesh.picture is not None:  # type: ignore[attr-defined]
-            attributes["material"] = self.material(visual.mesh.digest)  # type: ignore[attr-defined]
-        elif visual.rgba is not None:  # type: ignore[attr-defined]
-            attributes["rgba"] = _row(visual.rgba)  # type: ignore[attr-defined]
+        if visual.rgba is None and visual.mesh.picture is not None:
+            attributes["material"] = self.material(visual.mesh.digest)
+        elif visual.rgba is not None:
+            attributes["rgba"] = _row(visual.rgba)
         ET.SubElement(body, "geom", attributes)
 
     def material(self, digest: str) -> str:
-        """The material with the picture of a mesh."""
+        """Return the name of the material with the picture of a mesh."""
         file = self.meshes[f"{digest}.png"]
         name = file.removesuffix(".png")
         if file not in self.known:
@@ -161,7 +162,7 @@ class _Writer:
 
 
 def _half(kind: str, size: tuple[float, ...]) -> tuple[float, ...]:
-    """MuJoCo's sizes: half lengths of boxes, half heights of cylinders and capsules."""
+    """Return MuJoCo's sizes: half lengths of boxes, half heights of cylinders and capsules."""
     if kind == "box":
         return tuple(s / 2 for s in size)
     if kind in ("cylinder", "capsule"):

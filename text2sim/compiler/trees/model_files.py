@@ -23,10 +23,10 @@ Ball = tuple[Vec, float]
 """Centre and radius [m]."""
 
 PIECES_OF_A_MESH = 16
-"""Convex pieces that a mesh is taken to fall into; only the engine knows how many there are."""
+"""Assumed number of convex pieces of a decomposed mesh; only the engine knows the true one."""
 
 MAX_SURFACES = 250
-"""Different surfaces that are made for a scene; each is a file, which the engine reads and prepares."""
+"""Most different surfaces of a scene; each is a file that the engine reads and prepares."""
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,17 @@ class Written:
 
     tree: Tree
     options: dict[str, Any]
-    """Of the morph."""
+    """Keyword arguments of the morph."""
     color: Rgba | None
-    """The one colour of everything, which is not in the file."""
+    """The colour of all of it, which the file then lacks; None if there are several."""
     balls: list[Ball]
-    """Around its pieces, in its own frame."""
+    """Balls around its pieces, in its own frame."""
     pieces: int
     """How many convex pieces it has."""
     grid: dict[str, Any]
-    """Keyword arguments of the engine's material, where it touches by its surface."""
+    """Keyword arguments of the engine's material for exact contact."""
     notes: tuple[str, ...]
-    """How it does."""
+    """What to tell about exact contact."""
 
 
 def count_pieces(tree: Tree) -> int:
@@ -55,7 +55,7 @@ def count_pieces(tree: Tree) -> int:
 
 
 def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Keyword arguments of the engine's material for the fields of meshes, by file, and what is to be said of them."""
+    """Return keyword arguments of the engine's material for the fields of meshes by file, and notes about them."""
     made = {file: field for file, field in fields.items() if field is not None}
     if not made:
         return {}, ()
@@ -69,19 +69,19 @@ def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tup
 
 @dataclass
 class ModelFiles:
-    """Collects files by their path in the program's folder; the same content is kept once."""
+    """Collects files by their path in the program's folder; equal content is kept once."""
 
     folder: Path
     """The case's folder, for meshes."""
     files: Files = field(default_factory=Files)
     _surfaces: set[str] = field(default_factory=set)
-    """Digests of those that were made."""
+    """Digests of the surfaces so far."""
 
     def write(self, body: str, tree: Tree) -> Written:
         """Write the model file of a tree.
 
         Raises:
-            AssetError: if the engine cannot take its meshes.
+            AssetError: if the engine cannot use its meshes.
         """
         meshes: dict[str, str] = {}
         learn_digests(visual.mesh for link in tree.links() for visual in link.visuals)
@@ -103,7 +103,7 @@ class ModelFiles:
                 collisions.add(piece.collision)
         if len(collisions) > 1:
             raise AssetError("the engine treats all meshes of a body alike: give all of them the same `collision`")
-        # One colour for all is given to the entity, so that copies in several colours share one file.
+        # A single colour is given to the entity, so that copies of different colours share one file.
         colors = {rgba for link in tree.links() for rgba in link_colors(link)} | {geom.rgba for geom in tree.fixtures}
         color = colors.pop() if len(colors) == 1 else None
         if color is not None:
@@ -135,7 +135,7 @@ class ModelFiles:
         return name
 
     def _mesh(self, file: str) -> str:
-        """Put the surface of a mesh file, or of a sculpt, beside the models, as contact and mass need it."""
+        """Put the surface of a mesh file or sculpt beside the models, for contact and mass; return its name."""
         if file.startswith(MARK):
             return self._add(f"{file.removeprefix(MARK)[:12]}_whole.obj", lambda: sculpted_obj(file))
         mesh = load_mesh(file, self.folder)

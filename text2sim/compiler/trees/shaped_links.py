@@ -1,4 +1,4 @@
-"""Links that have a shape: its pieces with their densities, and its surface with its colours."""
+"""Links with a shape: pieces with their densities, and a surface with its colours."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +16,13 @@ from text2sim.spec_schema.models.shapes import Compound, Part
 
 
 def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: str, folder: Path) -> TreeLink:
-    """Return a link without joints, where its frame is.
+    """Return a link without joints, at the origin.
 
     Args:
         shape: The shape.
-        material: What it is made of, unless a part says its own density.
-        look: What it looks like, unless a part has its own look.
-        copy: The copy whose link it is: palettes give each its colour.
+        material: Its material; a part may have its own density.
+        look: Its look; a part may have its own.
+        copy: The copy that the link belongs to, as palettes give each copy its colour.
         name: Of the link.
         folder: The case's folder.
 
@@ -40,7 +40,7 @@ def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: st
     drawn = tuple(
         _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
     )
-    meshed = {mesh.part for mesh in visuals} | {None for _ in (shape,) if isinstance(shape, Sculpt)}
+    meshed = {mesh.part for mesh in visuals} | ({None} if isinstance(shape, Sculpt) else set())
     shown = tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms)
     return replace(made, geoms=shown, visuals=drawn)
 
@@ -50,9 +50,9 @@ def geoms_of(shape: Any, material: Material, look: Look, copy: Copy, folder: Pat
 
     Args:
         shape: The shape.
-        material: What it is made of.
-        look: What it looks like.
-        copy: The copy whose shape it is.
+        material: Its material.
+        look: Its look.
+        copy: The copy that the shape belongs to.
         folder: The case's folder.
 
     Raises:
@@ -73,10 +73,10 @@ def geoms_of(shape: Any, material: Material, look: Look, copy: Copy, folder: Pat
 def _densities(
     shape: Any, pieces: list[Piece], material: Material, folder: Path
 ) -> dict[tuple[str | None, str], float]:
-    """Density [kg/m3] of the pieces by part (None: of a shape without parts) and kind.
+    """Return the density [kg/m3] of pieces by part (None for a shape without parts) and kind.
 
-    Capsules overlap in a ring, and staves lack a little of a round wall: their density makes up for it, so that
-    the whole weighs what the shape does. Of a mesh, the pieces are what there is.
+    The capsules of a ring overlap, and staves lack a little of a round wall: their density makes up for it, so that
+    the whole weighs what the shape does. For a mesh, the volume is that of its pieces.
     """
     compound = isinstance(shape, Compound)
     parts: dict[Any, Part] = shape.solids if compound else {None: Part.model_construct(shape=shape)}
@@ -88,7 +88,7 @@ def _densities(
                 made[piece.kind] = made.get(piece.kind, 0.0) + piece.volume()
         meant = sum(made.values()) if part.shape.kind == "mesh" else geometry.volume(part.shape, folder)
         own = part.density or material.density or DENSITY
-        exact = made.pop("cylinder", 0.0)  # the floor of a cup is what it stands for
+        exact = made.pop("cylinder", 0.0)  # the floor of a cup has its true volume
         densities[name, "cylinder"] = own
         densities |= {(name, kind): own * (meant - exact) / sum(made.values()) for kind in made}
         total += own * meant
@@ -98,7 +98,7 @@ def _densities(
 
 
 def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
-    """What a sculpt weighs: its surface says it, as its pieces overlap. They have its mass all the same."""
+    """Return the inertia of a sculpt from its surface, since its pieces overlap; their masses add up to its mass."""
     if not isinstance(shape, Sculpt):
         return None
     from text2sim.compiler.shapes.sculpting import sculpted
@@ -110,7 +110,7 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
 
 
 def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
-    """A surface in its own colours, if it has them and the case says no other."""
+    """Return a surface in its own colours, if it has any and the case gives none."""
     if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
         return TreeVisual(mesh, mesh.rgba)
     plain = mesh if mesh.picture is None and mesh.uvs is None else replace(mesh, picture=None, uvs=None)

@@ -1,4 +1,4 @@
-"""Trees of links: the one form into which everything goes that the engine has no primitive for.
+"""Trees of links: the form of everything that the engine has no primitive for.
 
 A tree becomes one MJCF file (`mjcf.py`). Poses are (pos [m], quat wxyz) of a link's frame in its parent's frame.
 """
@@ -24,7 +24,7 @@ IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class TreeGeom:
-    """A convex piece of a link with what it is made of."""
+    """A convex piece of a link, with its material and colour."""
 
     piece: Piece
     density: float
@@ -35,7 +35,7 @@ class TreeGeom:
     drawn: bool = True
     """False where a `visual` of the link is drawn instead."""
     touches: bool = True
-    """False for what is only seen."""
+    """False for what is only drawn."""
     torques: tuple[float, float] = (0.0, 0.0)
     """Coefficients [m] of torsional and rolling friction."""
 
@@ -65,7 +65,7 @@ class TreeJoint:
 
 
 class Inertia(NamedTuple):
-    """What a link weighs, where its pieces, which overlap, do not say it."""
+    """Inertia of a link whose pieces overlap, so that it does not follow from them."""
 
     mass: float
     """[kg]"""
@@ -77,7 +77,7 @@ class Inertia(NamedTuple):
 
 @dataclass(frozen=True)
 class TreeLink:
-    """A link; without a joint it is part of its parent, at the root it is held by the world."""
+    """A link; without a joint it is fixed to its parent, or to the world."""
 
     name: str
     pos: Vec = (0.0, 0.0, 0.0)
@@ -91,7 +91,7 @@ class TreeLink:
     children: tuple["TreeLink", ...] = ()
 
     def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:
-        """(name, joint) of this link; a single joint has the link's name."""
+        """Return name and joint for each joint of this link; a single joint has the link's name."""
         return self.joints if self.joint is None else ((self.name, self.joint),)
 
 
@@ -108,7 +108,7 @@ class TreeLoop:
 
 @dataclass(frozen=True)
 class Tree:
-    """A mechanism; several roots hang side by side in the world."""
+    """A mechanism; each root is a child of the world."""
 
     roots: tuple[TreeLink, ...]
     loops: tuple[TreeLoop, ...] = ()
@@ -136,7 +136,7 @@ class StandingPiece(NamedTuple):
     pos: Vec
     quat: Quaternion
     moves: bool
-    """False for what the world holds."""
+    """False for what is fixed to the world."""
 
 
 class StandingLink(NamedTuple):
@@ -146,7 +146,7 @@ class StandingLink(NamedTuple):
     pos: Vec
     quat: Quaternion
     moves: bool
-    """False for what the world holds."""
+    """False for what is fixed to the world."""
 
 
 def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
@@ -175,9 +175,9 @@ def tree_pieces(
 
     Args:
         tree: The tree.
-        pos: Where its frame is [m].
-        quat: How its frame is turned.
-        drawn: Whether pieces that touch nothing are meant, too.
+        pos: Position of its frame [m].
+        quat: Orientation of its frame (w, x, y, z).
+        drawn: Whether pieces that touch nothing are included.
     """
     found = [StandingPiece(geom.piece, pos, quat, False) for geom in tree.fixtures]
     for link, at, turn, moves in tree_links(tree, pos, quat):
@@ -230,12 +230,12 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
 
 
 def link_colors(link: TreeLink) -> set[tuple[float, float, float, float] | None]:
-    """Return the colours of what is drawn of a link."""
+    """Return the colours in which a link is drawn."""
     return {g.rgba for g in link.geoms if g.drawn} | {v.rgba for v in link.visuals}
 
 
 def uncolored(tree: Tree) -> Tree:
-    """Return the tree without colours of its own."""
+    """Return the tree without its colours."""
 
     def bare(link: TreeLink) -> TreeLink:
         return replace(
