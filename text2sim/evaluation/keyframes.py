@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target, base_name
+from text2sim.evidence.selection import Target
 from text2sim.recording.states import Array
 from text2sim.spec_schema.names.selectors import body_of, strings_in
 
@@ -88,7 +88,7 @@ def motion_of(recording: RecordedCase) -> Motion:
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
         way = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
-        driven[base_name(copy)] = driven.get(base_name(copy), 0.0) + way
+        driven[body_of(copy)] = driven.get(body_of(copy), 0.0) + way
     whole = sum(ways.values()) + sum(driven.values())
     part = sum(ways[copy] for copy in keyframed) / whole if whole > STILL else 0.0
     driven = {name: way / whole if whole > STILL else 0.0 for name, way in driven.items()}
@@ -162,7 +162,7 @@ def _is_free(recording: RecordedCase, target: Target) -> bool:
         return False
     joints = [joint for joint in states.joints if joint.link == target.root and joint.kind != "free"]
     told = recording.contacts.recorded and not states.deformables
-    return told and not joints and not _acted_on(case, base_name(target.copy))
+    return told and not joints and not _acted_on(case, body_of(target.copy))
 
 
 def _acted_on(case: "Case", body: str) -> bool:

@@ -24,7 +24,7 @@ def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Arr
         raise MeasureError(log.why_not)
     soft = [target.label for group in targets for target in group if target.soft is not None]
     if soft:
-        raise MeasureError(f"the engine tells no contacts of bodies that deform ({soft[0]}): measure the `gap`")
+        raise MeasureError(f"the engine reports no contacts of deformable bodies ({soft[0]}): measure the `gap`")
     ours = recording.names.groups(targets[0]) >= 0
     theirs = np.ones(len(ours), dtype=bool) if by is None else recording.names.groups(targets[1]) >= 0
     first, second = log.links[:, 0], log.links[:, 1]
@@ -35,7 +35,7 @@ def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Arr
 
 
 def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
-    """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale shows it."""
+    """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale would show it."""
     rows, sign = _contact_rows(recording, measure.of, measure.by)
     states, log = recording.states, recording.contacts
     total = np.zeros((states.frames, 3))
@@ -87,4 +87,4 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "contact_count": _contact_count,
     "penetration": _penetration,
 }
-"""By kind; values are over frames, (F,)."""
+"""Measures by kind; values are over frames, (F,)."""

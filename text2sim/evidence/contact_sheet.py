@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 LETTER = 8
-"""Width of a letter in what stands on a picture [pixels]; most are narrower."""
+"""Width of a letter in a label [pixels]; most are narrower."""
 THUMBNAIL = 320
 """Width of a picture [pixels]."""
 COLUMNS = 4
 GAP = 4
-"""Between pictures [pixels]."""
+"""Space between pictures [pixels]."""
 LINE = 19
 """Height of a line above a picture [pixels]."""
 MOST = 96
-"""Pictures at most."""
+"""Most pictures."""
 _FRAME = re.compile(r"(?P<camera>\w+)_(?P<number>\d{1,5})\.png\Z")
 
 
@@ -71,7 +71,7 @@ def contact_sheet(
     ]
     labels = [["\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER))
                for camera, time, _ in row] for row in rows]  # fmt: skip
-    # Above the picture, so that nothing in it is hidden.
+    # Labels stand above pictures, so that they hide nothing.
     above = [LINE * max(label.count("\n") + 1 for label in row) + GAP for row in labels]
     size = (max(map(len, rows)) * (width + GAP) + GAP, sum(above) + len(rows) * (height + GAP) + GAP)
     sheet = Image.new("RGB", size, "#202428")

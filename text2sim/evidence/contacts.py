@@ -14,7 +14,7 @@ from text2sim.evidence.selection import RecordedNames
 from text2sim.recording.states import Array, RunStates
 
 SILENT = ("sap", "ipc")
-"""Contact models under which the engine keeps contact forces to itself."""
+"""Contact models for which the engine reports no contacts."""
 GAP = 2
 """Steps without contact that do not end an episode: touches flicker in a discrete simulation."""
 IMPACT = 0.05
@@ -79,7 +79,7 @@ class ContactLog:
 
     states: RunStates
     why_not: str = ""
-    """Why there are none, if the case did not ask for them, or its contact model does not tell them."""
+    """Why there are none, if the case did not ask for them, or its contact model does not report them."""
     last_step: int = 0
     """Last step that was recorded."""
 
@@ -88,7 +88,7 @@ class ContactLog:
         """Return the contacts of a recording."""
         states, case = names.states, names.case
         model = contact_model(case.bodies.values(), case.scene)
-        why_not = f"contact model {model} does not tell the contacts of rigid bodies" if model in SILENT else ""
+        why_not = f"contact model {model} does not report the contacts of rigid bodies" if model in SILENT else ""
         if not case.scene.record.contacts:
             why_not = "no contacts were recorded (scene.record.contacts is false)"
         return cls(states, why_not, int(states.steps[-1]) if states.frames else 0)
@@ -143,13 +143,8 @@ class ContactLog:
         backward = (first[b] >= 0) & (second[a] >= 0) & ~forward
         rows = np.flatnonzero(forward | backward)
         flip = backward[rows]
-        pair = np.stack(
-            [
-                np.where(flip, first[b[rows]], first[a[rows]]),
-                np.where(flip, second[a[rows]], second[b[rows]]),
-            ],
-            1,
-        )
+        ends = np.where(flip, first[b[rows]], first[a[rows]]), np.where(flip, second[a[rows]], second[b[rows]])
+        pair = np.stack(ends, 1)
         if first is second:
             swap = pair[:, 0] > pair[:, 1]
             pair[swap] = pair[swap][:, ::-1]

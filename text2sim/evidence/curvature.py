@@ -12,8 +12,8 @@ def curvatures(body: RecordedDeformable) -> tuple[Array, Array]:
 
     k1 and k2 are the principal curvatures. About a vertex, sum(angle length e e^T) / 2 over its edges is the tensor of
     curvature times its area (Cohen-Steiner and Morvan 2003; e: unit vector along the edge, angle: between the
-    normals of the two triangles). Two of its three eigenvalues are not zero, so that the sum of their sizes comes from
-    its trace and its norm: |a| + |b| = max(|a + b|, |a - b|), and (a - b)^2 = 2 (a^2 + b^2) - (a + b)^2.
+    normals of the two triangles). Only two of its three eigenvalues are not zero, so the sum of their magnitudes
+    follows from its trace and its norm: |a| + |b| = max(|a + b|, |a - b|), and (a - b)^2 = 2 (a^2 + b^2) - (a + b)^2.
 
     Raises:
         DeformationError: if the body has no surface.

@@ -9,7 +9,7 @@ from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
 NEIGHBOURS = (20, 40, 80)
-"""Nearest points from which the deformation around a particle is taken; more where these lie nearly in a plane."""
+"""Nearest points that give the deformation around a particle; more where these lie nearly in a plane."""
 FLATNESS = 1e-2
 """Neighbours lie in a plane if their spread across it is less than this part of that along it (squared)."""
 
@@ -104,7 +104,7 @@ def strains(body: RecordedDeformable) -> Array:
         DeformationError: if the body has no volume elements.
     """
     if body.tets is None and body.kind == "cloth":
-        raise DeformationError(f"{body.body} is cloth, which has no inside: `stretch` is measured of it")
+        raise DeformationError(f"{body.body} is cloth, which has no inside: measure its `stretch`")
     points = body.points
     gradient = tet_gradient(body.rest, body.tets) if body.tets is not None else particle_gradient(body.rest)
     if not gradient.shape[0]:
@@ -121,13 +121,11 @@ def strains(body: RecordedDeformable) -> Array:
 
 def tet_gradient(rest: Array, tets: Array) -> Any:
     """Return the sparse matrix (3t, p) that maps points x to dx/dX: row 3 t + j is the derivative along X_j."""
-    from scipy.sparse import csr_matrix
-
     edge = np.stack([rest[tets[:, k]] - rest[tets[:, 0]] for k in (1, 2, 3)], axis=1)
     whole = np.abs(np.linalg.det(edge)) > 1e-18
     tets, inverse = tets[whole], np.linalg.inv(edge[whole])  # dX = E c, so c = E^-1 dX: (t, 3, 3), [t, j, k]
     weights = np.concatenate([-inverse.sum(axis=2, keepdims=True), inverse], axis=2)
-    return _sparse(csr_matrix, weights, tets, len(rest))
+    return _sparse(weights, tets, len(rest))
 
 
 def particle_gradient(rest: Array) -> Any:
@@ -152,22 +150,22 @@ def particle_gradient(rest: Array) -> Any:
         sound = spread[:, 0] > FLATNESS * np.maximum(spread[:, 2], 1e-30)
         w = np.einsum("nij,nkj,nk->nik", np.linalg.inv(moment[sound]), d[sound], weight[sound])
         weights = np.concatenate([-w.sum(axis=2, keepdims=True), w], axis=2)
-        parts.append(
-            _sparse(csr_matrix, weights, np.concatenate([left[sound][:, None], near[sound]], axis=1), len(rest))
-        )
+        parts.append(_sparse(weights, np.concatenate([left[sound][:, None], near[sound]], axis=1), len(rest)))
         left = left[~sound]
     return vstack(parts, format="csr") if parts else csr_matrix((0, len(rest)))
 
 
-def _sparse(make: Any, weights: Array, columns: Array, width: int) -> Any:
-    """Rows of weights (n, 3, k) of the points `columns` (n, k) as a sparse matrix (3n, width)."""
+def _sparse(weights: Array, columns: Array, width: int) -> Any:
+    """Return weights (n, 3, k) of the points `columns` (n, k) as a sparse matrix (3n, width)."""
+    from scipy.sparse import csr_matrix
+
     n, _, k = weights.shape
     wide = np.repeat(columns[:, None], 3, axis=1).ravel()
-    return make((weights.astype(np.float32).ravel(), wide, np.arange(0, 3 * n * k + 1, k)), shape=(3 * n, width))
+    return csr_matrix((weights.astype(np.float32).ravel(), wide, np.arange(0, 3 * n * k + 1, k)), shape=(3 * n, width))
 
 
 def _equivalent(f: Array) -> Array:
-    """Equivalent strain (n, F) of deformation gradients (n, j, i, F), derivatives of x_i along X_j."""
+    """Return the equivalent strain (n, F) of deformation gradients (n, j, i, F), derivatives of x_i along X_j."""
 
     def product(j: int, k: int) -> Array:
         return (f[:, j, 0] * f[:, k, 0] + f[:, j, 1] * f[:, k, 1] + f[:, j, 2] * f[:, k, 2]) / 2
@@ -181,7 +179,7 @@ def _equivalent(f: Array) -> Array:
 
 
 def closed(points: Array, faces: Array) -> bool:
-    """Whether triangles enclose a volume: every edge belongs to two, once in each direction.
+    """Return whether triangles enclose a volume: every edge belongs to two, once in each direction.
 
     Coincident points count as one: a surface has duplicates along texture seams.
     """
@@ -211,7 +209,7 @@ def sum_over_tets(body: RecordedDeformable, of: Callable[[Array, Array], Array])
 
 
 def _tet_volumes(x: Array, tets: Array) -> Array:
-    """Signed volumes [m3] of tetrahedra with corners among points (3, p, F), shape (t, F)."""
+    """Return signed volumes [m3] of tetrahedra with corners among points (3, p, F), shape (t, F)."""
     first = x[:, tets[:, 0]]
     return _triple(*(x[:, tets[:, k]] - first for k in (1, 2, 3))) / 6
 

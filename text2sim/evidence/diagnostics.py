@@ -6,18 +6,18 @@ import numpy as np
 
 from text2sim.evidence import soft_diagnostics
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.selection import base_name
 from text2sim.evidence.works import work_of_motors, work_of_pushes
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Articulated, Chain, Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.names.selectors import body_of
 
 MADE_UP, MADE_UP_IN_JOINTS = 0.01, 0.05
-"""Growth of the energy of a passive scene, over that in play, that is worth a word: of free bodies; where there are
-joints, along which a double pendulum gains 1.7 % with steps of 0.5 ms (`tests/physics/test_pendulums.py`)."""
+"""Growth of the energy of a passive scene, over the energy in play, that is reported: for free bodies, and with joints,
+where a double pendulum gains 1.7 % with steps of 0.5 ms (`tests/physics/test_pendulums.py`)."""
 LIFT = 1e-4
-"""The same as a height [m] by which all is lifted: bodies that start a little inside each other are pushed out."""
+"""The same as a height [m] by which all bodies rise: those that start a little inside each other are pushed out."""
 FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
 
 
@@ -58,7 +58,7 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     not_counted += [f"work of the driven body `{name}`" for name in names.driven]
     if any(not link.fixed and link.mass <= 0 for link in states.links if link.body in loose):
         not_counted.append("links without mass")
-    soft = dict.fromkeys(base_name(t.copy) for t in names.loose if t.soft is not None)
+    soft = dict.fromkeys(body_of(t.copy) for t in names.loose if t.soft is not None)
     not_counted += [f"what deformation stores in `{name}`" for name in soft]
     return {
         "unit": "J", "start": row["first"], "end": row["last"], "min": row["min"], "min_at": row["min_at"],
@@ -99,7 +99,7 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
         return []
     return [
         f"energy grows by {100 * gain / scale:.2g} % in a scene that nothing drives, at {states.time[at]:.3g} s: the "
-        "solver made it up; more substeps make less"
+        "solver added it; use more substeps"
     ]
 
 
@@ -127,12 +127,7 @@ def largest_penetration(recording: RecordedCase) -> dict[str, Any] | None:
         return None
     row = rows[np.argmax(log.depth[rows])]
     names = [recording.names.label_of_link(i) for i in log.links[row]]
-    return {
-        "value": log.depth[row],
-        "unit": "m",
-        "between": names,
-        "time": log.step[row] * recording.states.dt,
-    }
+    return {"value": log.depth[row], "unit": "m", "between": names, "time": log.step[row] * recording.states.dt}
 
 
 def first_non_finite(recording: RecordedCase) -> dict[str, Any] | None:
@@ -163,7 +158,7 @@ def speed_extremes(recording: RecordedCase) -> dict[str, Any]:
             rows.append(("angular", "rad/s", recording.states.ang[:, target.root].astype(float)))
         for key, unit, vectors in rows:
             row = extremes(recording.states.time, np.linalg.norm(vectors, axis=1))
-            fastest = found.setdefault(base_name(name), {})
+            fastest = found.setdefault(body_of(name), {})
             if row["max"] is not None and (key not in fastest or row["max"] > fastest[key]["max"]):
                 fastest[key] = {"max": row["max"], "at": row["max_at"], "copy": name, "unit": unit}
     return found
@@ -181,16 +176,9 @@ def limit_overshoots(recording: RecordedCase) -> list[dict[str, Any]]:
                 continue
             row = extremes(states.time, sign * (position - limit))
             if row["max"] is not None and row["max"] > 0:
-                label = joint.body if joint.name == base_name(joint.body) else f"{joint.body}.{joint.name}"
+                label = joint.body if joint.name == body_of(joint.body) else f"{joint.body}.{joint.name}"
                 unit = "rad" if joint.kind == "hinge" else "m"
                 found.append(
-                    {
-                        "joint": label,
-                        "end": end,
-                        "limit": limit,
-                        "by": row["max"],
-                        "at": row["max_at"],
-                        "unit": unit,
-                    }
+                    {"joint": label, "end": end, "limit": limit, "by": row["max"], "at": row["max_at"], "unit": unit}
                 )
     return sorted(found, key=lambda row: (-row["by"], row["joint"], row["end"]))

@@ -20,7 +20,7 @@ from text2sim.spec_schema.models import events
 from text2sim.spec_schema.models.controls import Attach, Release, Remove
 
 LIMIT_TOUCH, LIMIT_LEAVE = 0.002, 0.02
-"""Parts of a joint's range: nearer to its end it counts as arrived, and farther away as gone again."""
+"""Parts of a joint's range: nearer than the first to a limit, it has arrived; farther than the second, it has left."""
 
 Occurrence = dict[str, Any]
 """One time of an event: name, kind, time [s], and what is known about it."""
@@ -67,14 +67,14 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
             log.occurrences[name] = []
             if event.after is not None and event.after not in events:
                 log.problems[name] = f"there is no event `{event.after}` to come after"
-            elif since is not None:  # the event that it comes after never happened
+            elif since is not None:  # otherwise the event that it comes after never happened
                 _search(recording, series, name, event, since, log)
     log.occurrences = {name: log.occurrences[name] for name in events}
     return log
 
 
 def _needed(recording: RecordedCase, event: events.Event) -> set[str]:
-    """Names of the events that have to be known first."""
+    """Return the names of the events that have to be known first."""
     names = {event.after} if event.after is not None else set()
     if isinstance(event, events.RemovedEvent):
         control = recording.case.actions.controls.get(event.remove)
@@ -158,13 +158,13 @@ def _soft_rows(recording: RecordedCase, between: tuple[str, str]) -> list[Occurr
 def _contact(recording: RecordedCase, series: Any, event: events.ContactEvent, since: float) -> list[Occurrence]:
     """Touches begin.
 
-    A touch counts if it transfers `min_impulse` within its first 50 ms; a feather at rest would reach any impulse in
-    time.
+    A touch counts if it transfers `min_impulse` within its first 50 ms; over a longer time,
+    even a feather at rest would reach any impulse.
     """
     rows = _soft_rows(recording, event.between)
     if rows is not None:
         if event.min_impulse > 0:
-            raise EventError("the engine tells no forces on bodies that deform: `min_impulse` cannot be judged")
+            raise EventError("the engine reports no forces on deformable bodies: `min_impulse` cannot be judged")
         return rows
     episodes, first, second = _episodes(recording, event.between)
     return episode_rows(choose(episodes, episodes.impact_impulse >= event.min_impulse), first, second)
@@ -208,7 +208,7 @@ def crossings(time: Array, height: Array) -> list[float]:
 def _threshold(
     recording: RecordedCase, series: Mapping[str, Series], event: events.ThresholdEvent, since: float
 ) -> list[Occurrence]:
-    """A measure crosses a value; starting beyond it is no crossing."""
+    """A measure crosses a value; starting beyond it does not count."""
     measured = series.get(event.measure)
     if measured is None or measured.problem:
         raise EventError(measured.problem if measured else f"there is no measure `{event.measure}`")
@@ -218,7 +218,7 @@ def _threshold(
 
 
 def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
-    """All bodies are slow for a while; the time is when that begins. Rotation is ignored.
+    """All bodies are slow for a while; the time is when that while begins. Rotation is ignored.
 
     For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
     """
@@ -285,7 +285,7 @@ def _passages(
 def _joint_limit(recording: RecordedCase, series: Any, event: events.JointLimitEvent, since: float) -> list[Occurrence]:
     """A joint comes within 0.2 % of its range of a limit; again only after it was 2 % away.
 
-    What rests on an end from the start has not come there.
+    A joint that starts at a limit does not count.
     """
     time, rows = recording.states.time, []
     for label, joint in recording.names.select_joints(event.of):
@@ -313,7 +313,7 @@ def _releases(recording: RecordedCase, event: events.ReleasedEvent) -> list[Rele
 
 
 def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLog) -> list[Occurrence]:
-    """The time at which the case lets go, or that of the event on which it does."""
+    """The case releases an attachment, at a time or on an event."""
     attach = recording.case.actions.controls.get(event.attach)
     if not isinstance(attach, Attach):
         raise EventError(f"there is no attach `{event.attach}`")
@@ -323,7 +323,7 @@ def _released(recording: RecordedCase, event: events.ReleasedEvent, log: EventLo
 
 
 def _removed(recording: RecordedCase, event: events.RemovedEvent) -> list[Occurrence]:
-    """The times at which the program took copies out of the scene."""
+    """The program takes copies out of the scene."""
     control = recording.case.actions.controls.get(event.remove)
     if not isinstance(control, Remove):
         raise EventError(f"there is no control `{event.remove}` of kind remove")

@@ -19,7 +19,6 @@ from text2sim.evidence.gone_through import gone_through
 from text2sim.evidence.measures import Series, evaluate
 from text2sim.evidence.off_path import held_up, off_path
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import base_name
 from text2sim.evidence.soft_diagnostics import soft_diagnostics
 from text2sim.evidence.suspicions import suspicions
 from text2sim.evidence.visibility import summarise_legibility, summarise_visibility
@@ -29,6 +28,7 @@ from text2sim.runtime.outcome import read_status
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.whole_files import write_atomically
 
 EPISODES = 5_000
@@ -36,7 +36,7 @@ EPISODES = 5_000
 JOINTS = 50
 """Most joint overshoots that the evidence lists."""
 STOPPED = ("interrupted", "running")
-"""States of a run that someone ended: what it did not reach is open. Of any other it counts as missed."""
+"""States of a run that someone stopped: what it did not reach is open. In other states, it counts as missed."""
 
 
 def judge(run_dir: Path, case: Case) -> dict[str, Any]:
@@ -167,11 +167,7 @@ def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, st
 
 
 def _summary(time: Array, series: Series) -> dict[str, Any]:
-    return {
-        "unit": series.unit,
-        "problem": series.problem or None,
-        **diagnostics.extremes(time, series.values),
-    }
+    return {"unit": series.unit, "problem": series.problem or None, **diagnostics.extremes(time, series.values)}
 
 
 def _times(events: EventLog, name: str) -> dict[str, Any]:
@@ -186,8 +182,8 @@ def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]
     """Return the touches between different bodies as occurrences without a name, and their statistics."""
     names, log = recording.names, recording.contacts
     targets = list(names.copies.values())
-    bodies = list(dict.fromkeys(base_name(t.copy) for t in targets))
-    body = np.array([bodies.index(base_name(t.copy)) for t in targets], dtype=np.int64)
+    bodies = list(dict.fromkeys(body_of(t.copy) for t in targets))
+    body = np.array([bodies.index(body_of(t.copy)) for t in targets], dtype=np.int64)
     named = np.array([name in _named_with_itself(recording.case) for name in bodies], dtype=bool)
     touches = log.between(names.copy_of_link, names.copy_of_link)
     first, second = body[touches.pair[:, 0]], body[touches.pair[:, 1]]
@@ -211,25 +207,25 @@ def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]
 
 
 def _named_with_itself(case: Case) -> set[str]:
-    """Bodies for which the case declares events of contact between their own copies."""
+    """Return bodies for which the case declares events or measures of contact between their own copies."""
     pairs = [e.between for e in case.actions.events.values() if isinstance(e, ContactEvent | SeparationEvent)]
     for measure in case.actions.measures.values():
         if isinstance(measure, ContactForce | ContactCount | Penetration) and measure.by is not None:
             pairs.append((measure.of, measure.by))
-    bases = [tuple(base_name(name.partition(".")[0]) for name in pair) for pair in pairs]
+    bases = [tuple(body_of(name) for name in pair) for pair in pairs]
     return {a for a, b in bases if a == b}
 
 
 def _left_out(recording: RecordedCase, contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
-        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it has {EPISODES})")
+        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it lists {EPISODES})")
     if contacts["within_repeated_bodies"]:
         rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
     if not contacts["recorded"]:
         rows.append(recording.contacts.why_not)
     if recording.states.deformables:
-        rows.append("events.jsonl: touches of bodies that deform which no event asks for")
+        rows.append("events.jsonl: touches of deformable bodies that no event asks for")
     return rows
 
 

@@ -1,7 +1,7 @@
 """Expectations: evaluation of each against measures and events."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,9 +25,9 @@ class Ending:
     duration: float
     """Time [s] that the case asks for."""
     finished: bool
-    """It came to its end by itself."""
+    """Whether it ran to its end."""
     stopped: bool
-    """Someone stopped it: what it did not reach is open, not false."""
+    """Whether someone stopped it: what it did not reach is open, not false."""
 
     @property
     def early(self) -> bool:
@@ -45,7 +45,7 @@ class Finding:
 
     name: str
     ok: bool | None
-    """None where the run was stopped before it could show."""
+    """None if the run was stopped before this was decided."""
     value: float | None
     """What was found: a time [s] or a number of times of an event, or a value of a measure."""
     unit: str
@@ -54,19 +54,11 @@ class Finding:
     why: str
     """What was found, in words."""
     at: float | None = None
-    """When that was decided [s]: the event's first time, the time asked for, or that of the worst value or extreme."""
+    """When it was decided [s]: the event's first time, the time asked for, or that of the worst value or extreme."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the finding as plain data."""
-        return {
-            "name": self.name,
-            "ok": self.ok,
-            "value": self.value,
-            "unit": self.unit,
-            "wanted": self.wanted,
-            "why": self.why,
-            "at": self.at,
-        }
+        return asdict(self)
 
 
 def judge_expectations(
@@ -126,7 +118,7 @@ class _Judge:
         return Finding(name, ok, value, unit, wanted, why, at)
 
     def _decided(self, expect: Expect, series: Series) -> float | None:
-        """Time [s] of the decisive value; None if the expectation is about all values."""
+        """Return the time [s] of the decisive value; None for a mean or standard deviation."""
         if expect.at is not None:
             return moment(expect.at, self.time)
         if expect.stat in ("mean", "std"):
@@ -137,11 +129,8 @@ class _Judge:
         return max(float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))]) for score in scores)
 
     def _unreached(self, what: str) -> tuple[bool | None, None, str]:
-        return (
-            (None if self.ending.stopped else False),
-            None,
-            f"not reached: the run ended at {self.ending.end:.4g} s, {what}",
-        )
+        why = f"not reached: the run ended at {self.ending.end:.4g} s, {what}"
+        return None if self.ending.stopped else False, None, why
 
     # --- events ---
 
@@ -153,13 +142,8 @@ class _Judge:
             return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_more(inside)}"
         if self.ending.early and not self.ending.reached(last):
             return self._unreached("and it could still have happened")
-        return (
-            True,
-            0.0,
-            "never happened"
-            if expect.within is None or not times
-            else f"happened only outside, first at {times[0]:.4g} s",
-        )
+        outside = expect.within is not None and times
+        return True, 0.0, f"happened only outside, first at {times[0]:.4g} s" if outside else "never happened"
 
     def _event(self, expect: Expect) -> tuple[bool | None, float | None, str]:
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
@@ -184,11 +168,8 @@ class _Judge:
             if len(times) > high:
                 return False, value, said
             if open_end and (len(times) < low or high < float("inf")):
-                return (
-                    (None if self.ending.stopped else False),
-                    value,
-                    f"{said}; the run ended at {self.ending.end:.4g} s",
-                )
+                said = f"{said}; the run ended at {self.ending.end:.4g} s"
+                return None if self.ending.stopped else False, value, said
             if len(times) < low:
                 return False, value, said
         if expect.before is not None:
@@ -236,11 +217,8 @@ class _Judge:
         if not _holds(expect, value):
             return False, _finite(value), said
         if not whole:
-            return (
-                (None if self.ending.stopped else False),
-                _finite(value),
-                f"{said}; the run ended at {self.ending.end:.4g} s",
-            )
+            said = f"{said}; the run ended at {self.ending.end:.4g} s"
+            return None if self.ending.stopped else False, _finite(value), said
         return True, _finite(value), said
 
     def _clip(self, first: float, last: float, values: Array) -> tuple[Array, Array]:
@@ -254,7 +232,7 @@ class _Judge:
 
 
 def counted_from(expect: Expect, start: float) -> Expect:
-    """Return an expectation with `on` as one whose times count from the start of the run, as does `start` [s]."""
+    """Return an expectation with `on`, which happened at `start` [s], with times from the start of the run."""
 
     def later(window: tuple[float, float | str]) -> tuple[float, float | str]:
         return window[0] + start, window[1] if isinstance(window[1], str) else window[1] + start
@@ -286,7 +264,7 @@ def _stat(stat: str, time: Array, values: Array) -> float:
 
 
 def _margin(expect: Expect, values: Array) -> Array:
-    """Margin of values to the nearest bound; negative where one is violated."""
+    """Return the margin of values to the nearest bound; negative where one is violated."""
     margin = np.full(np.shape(values), np.inf)
     if expect.above is not None:
         margin = np.minimum(margin, values - expect.above)

@@ -7,13 +7,13 @@ from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
 CELLS = 4_000_000
-"""Cells of the picture of a frame, at most: what has flown apart has no shadow that could be measured."""
+"""Most cells of the picture of a frame: a cloth that has flown apart has no silhouette to measure."""
 PICTURE = 50_000_000
-"""Cells of several frames up to which it is quickest to draw them."""
+"""With no more cells over several frames than this, drawing them is fastest."""
 APART = 2.0
 """Points of a cloth are neighbours if they start within this many spacings of each other."""
 IN_TREES = 2_000_000
-"""Points over all frames, at most, among which neighbours are sought; of longer runs, frames are left out evenly."""
+"""Most points over all frames among which neighbours are sought; longer runs are sampled at even steps."""
 
 
 def folded_area(body: RecordedDeformable, axis: int) -> Array:
@@ -21,7 +21,7 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
 
     The triangles of its surface are drawn into a grid whose cells are as long as an edge. A cell that n layers cover
     counts n - 1 times: a towel folded in half hides half of its area, a sheet that hangs or lies flat none. Exact to
-    about a cell along the outline of what is folded. NaN where it has flown apart.
+    about a cell along the outline of the fold. NaN where the cloth has flown apart.
 
     Raises:
         DeformationError: if the body has no surface.
@@ -38,7 +38,7 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
 
 
 def _hidden(points: Array, faces: Array) -> Array:
-    """Number of hidden cells in each frame, shape (F,), for points (F, n, 2) in units of cells."""
+    """Return the number of hidden cells in each frame, shape (F,), for points (F, n, 2) in units of cells."""
     frames = len(points)
     low = np.floor(points.min(axis=1))
     size = np.ceil(points.max(axis=1)) - low + 1
@@ -69,7 +69,7 @@ def _hidden(points: Array, faces: Array) -> Array:
 
 
 def _covers(corners: list[list[Array]]) -> Array:
-    """Whether each triangle covers its point, shape (n,); corners are relative to it, by axis and number."""
+    """Return whether each triangle covers its point, shape (n,); corners are relative to it, by axis and number."""
     (ax, bx, cx), (ay, by, cy) = corners
     ab, bc, ca = ax * by - ay * bx, bx * cy - by * cx, cx * ay - cy * ax
     return ((ab > 0) & (bc > 0) & (ca > 0)) | ((ab < 0) & (bc < 0) & (ca < 0))
@@ -92,7 +92,7 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
     from scipy.spatial import KDTree
 
     if body.kind != "cloth":
-        raise DeformationError(f"{body.body} is {body.kind}, no cloth")
+        raise DeformationError(f"{body.body} is {body.kind}, not cloth")
     points, start = body.points, body.rest
     chosen = sampled(len(points), body.count)
     depth = np.full(len(chosen), np.nan)

@@ -14,10 +14,10 @@ from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array, RunStates
 
-HANDFUL = 24
-"""Points in a box, at most."""
+GROUP = 24
+"""Most points in a group of neighbours."""
 SLACK = 1e-5
-"""What single precision may take from a bound [m]."""
+"""Rounding error of a bound in single precision [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +25,15 @@ class Cloud:
     """Points of a body over time, in groups of neighbours."""
 
     points: Array
-    """(F, n, 3) [m], world; those of a handful follow each other."""
+    """(F, n, 3) [m], world; those of a group follow each other."""
     starts: Array
-    """First point of each handful, (G,)."""
+    """First point of each group, (G,)."""
     low: Array
-    """Lowest corner of each handful's box [m], (F, G, 3)."""
+    """Lowest corner of each group's box [m], (F, G, 3)."""
     high: Array
     """Highest corner, (F, G, 3)."""
     step: int = 1
-    """Recorded frames from one of these to the next."""
+    """Recorded frames from one frame of the cloud to the next."""
 
     @classmethod
     def of(cls, body: RecordedDeformable) -> "Cloud":
@@ -46,7 +46,7 @@ class Cloud:
             points = np.concatenate((corners[:, used], *middles), axis=1)
         if not len(points):
             return cls(points, np.zeros(1, np.int64), points[:, :1], points[:, :1], body.step)
-        order, starts = _handfuls(points[0])
+        order, starts = _groups(points[0])
         points = np.ascontiguousarray(points[:, order])
         low = np.minimum.reduceat(points, starts, axis=1)
         return cls(points, starts, low, np.maximum.reduceat(points, starts, axis=1), body.step)
@@ -64,22 +64,22 @@ class Cloud:
         return np.repeat(frames, count), first + np.arange(count.sum())
 
 
-def _handfuls(points: Array) -> tuple[Array, Array]:
+def _groups(points: Array) -> tuple[Array, Array]:
     """Sort points (n, 3) so that neighbours are adjacent; return the order, and where groups begin."""
     points = np.where(np.isfinite(points).all(axis=1, keepdims=True), points, 0.0)
-    stack, handfuls = [np.arange(len(points))], []
+    stack, found = [np.arange(len(points))], []
     while stack:
         rows = stack.pop()
-        if len(rows) <= HANDFUL:
-            handfuls.append(rows)
+        if len(rows) <= GROUP:
+            found.append(rows)
             continue
         # Bisect across the longest side.
         own = points[rows]
         order = np.argsort(own[:, np.ptp(own, axis=0).argmax()], kind="stable")
         half = len(rows) // 2
         stack += [rows[order[:half]], rows[order[half:]]]
-    sizes = [len(rows) for rows in handfuls]
-    return np.concatenate(handfuls), np.cumsum([0, *sizes[:-1]])
+    sizes = [len(rows) for rows in found]
+    return np.concatenate(found), np.cumsum([0, *sizes[:-1]])
 
 
 @dataclass
@@ -87,7 +87,7 @@ class Nearest:
     """The smallest distance so far in each frame."""
 
     value: Array
-    """[m], (F,); negative inside. What was given as a limit where nothing is nearer."""
+    """[m], (F,); negative inside. The given limit where nothing is nearer."""
     pos: Array
     """The point of the body [m], world, (F, 3); NaN where nothing is nearer than the limit."""
     of: Array
@@ -102,10 +102,10 @@ class Nearest:
         """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame.
 
         Args:
-            frames: Frames of the distances, shape (n,), growing.
+            frames: Frames of the distances, shape (n,), increasing.
             values: Distances, shape (n,) [m]; nan where there is none.
             points: Points of the body, world, shape (n, 3) [m].
-            of: Number of the solid that they are distances to.
+            of: Number of the solid.
         """
         if not len(frames):
             return
@@ -146,7 +146,7 @@ def nearest_solid(
 
 
 def _bound(cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array) -> Array:
-    """Lower bound of the signed distance [m] between each group of points and a solid, (F, G)."""
+    """Return a lower bound of the signed distance [m] between each group of points and a solid, (F, G)."""
     if solid.kind == "plane":
         normal = turn[:, :, 2].astype(np.float32)[:, None]
         middle, half = (cloud.low + cloud.high) / 2, (cloud.high - cloud.low) / 2
@@ -166,7 +166,7 @@ def _measure(
     cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
 ) -> None:
     """Compute the distances of the groups that may be nearer than the nearest so far."""
-    block = max(1, 200_000 // HANDFUL)
+    block = max(1, 200_000 // GROUP)
     for begin in range(0, len(frames), block):
         at, points = cloud.members(frames[begin : begin + block], groups[begin : begin + block])
         x = cloud.points[at, points].astype(float)
@@ -190,7 +190,7 @@ def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> 
     Args:
         cloud: Points of the one body.
         other: Points of the other.
-        limit: Distance [m] from which on nothing is looked for; one for all frames, or shape (F,).
+        limit: Distance [m] beyond which nothing is sought; one for all frames, or shape (F,).
     """
     from scipy.spatial import KDTree
 

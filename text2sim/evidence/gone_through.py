@@ -12,18 +12,19 @@ import numpy as np
 from text2sim.evidence.leaks import half_size
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
-from text2sim.evidence.selection import Target, base_name
+from text2sim.evidence.selection import Target
 from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Attach
+from text2sim.spec_schema.names.selectors import body_of
 
 PAIRS = 10_000
-"""Pairs of pieces whose ways are compared; the rest of a huge heap is left out."""
+"""Most pairs of pieces whose paths are compared; the rest of a huge heap is left out."""
 TURN = 0.3
-"""Angle [rad] between two frames from which on ways in the frame of what turns are no longer straight."""
+"""Turn [rad] between two frames beyond which paths in the turning frame are no longer straight."""
 SAID = 5
-"""As many pairs of bodies are told."""
+"""Most pairs of bodies that are listed."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,13 @@ class _Piece:
     target: Target
     solid: LinkSolid
     pos: Array
-    """Of its frame [m], (F, 3)."""
+    """Position of its frame [m], (F, 3)."""
     turn: Array
     """Rotation matrices of its frame, (F, 3, 3)."""
     middle: Array
-    """[m], (F, 3); of a ground its frame's origin."""
+    """Its centre [m], (F, 3); for a ground, the origin of its frame."""
     box: tuple[Array, Array]
-    """Lowest and highest corner [m] of all where it ever was; without end for a ground."""
+    """Lowest and highest corner [m] of everywhere it was; infinite for a ground."""
 
 
 def gone_through(recording: RecordedCase) -> list[str]:
@@ -49,7 +50,7 @@ def gone_through(recording: RecordedCase) -> list[str]:
     found: dict[frozenset[str], tuple[int, str, str, str]] = {}
     held = _held_together(recording)
     for mover, other in _near(movers, pieces):
-        names = frozenset(base_name(piece.target.copy) for piece in (mover, other))
+        names = frozenset(body_of(piece.target.copy) for piece in (mover, other))
         if names in held:
             continue
         seen = _below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
@@ -57,22 +58,20 @@ def gone_through(recording: RecordedCase) -> list[str]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
     said = [_said(recording, *row) for row in rows[:SAID]]
-    return said + ([f"the same is so of {len(rows) - SAID} more pairs of bodies"] if len(rows) > SAID else [])
+    return said + ([f"{len(rows) - SAID} more pairs of bodies do the same"] if len(rows) > SAID else [])
 
 
 def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
     if not frame:
         return f"`{mover}` {what} `{other}` from the start"
-    return (
-        f"`{mover}` {what} `{other}` at {recording.states.time[frame]:.3g} s: more substeps, or masses and sizes that "
-        "are nearer to each other, would hold it"
-    )
+    advice = "more substeps, or less difference in mass and size, would prevent it"
+    return f"`{mover}` {what} `{other}` at {recording.states.time[frame]:.3g} s: {advice}"
 
 
 def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
     """Yield the rigid pieces: convex bodies, or the convex pieces that a body is made of."""
     for name, target in recording.names.copies.items():
-        model = recording.case.bodies.get(base_name(name))
+        model = recording.case.bodies.get(body_of(name))
         if target.soft is not None or not (model is None or isinstance(model, Rigid | Driven)):
             continue
         for link, solid in recording.shapes.of_links(target.links):
@@ -106,13 +105,13 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
 
 
 def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
-    """Pairs of bodies that the case welds together, which do not collide."""
+    """Return pairs of bodies that the case welds together, which do not collide."""
     holds = [control for control in recording.case.actions.controls.values() if isinstance(control, Attach)]
-    return {frozenset(base_name(name.partition(".")[0]) for name in (hold.body, hold.to)) for hold in holds}
+    return {frozenset(body_of(name) for name in (hold.body, hold.to)) for hold in holds}
 
 
 def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
-    """First frame at which a piece's centre is below a ground, but did not come in from the side; how it got there."""
+    """Return the first frame with a centre below a ground, unless it came from the side, and how it got there."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds
     # Half its extent along the ground's normal.
@@ -132,7 +131,7 @@ def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int,
 
 
 def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:
-    """First frame at which a piece's centre is inside another, or was since the previous frame; how it got there."""
+    """Return the first frame with a centre inside a piece, or through it since the last, and how it got there."""
     own = _seen_from(other, mover.middle)
     low, high = other.solid.bounds
     with np.errstate(invalid="ignore"):
@@ -145,7 +144,7 @@ def _inside(mover: _Piece, other: _Piece) -> tuple[int, str] | None:
 
 
 def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
-    """First frame before which a point entered a box by one side and left it by the opposite one."""
+    """Return the first frame before which a point went through a box, from one side to the opposite one."""
     a, b = own[:-1], own[1:]
     with np.errstate(all="ignore"):
         to_low, to_high = (low - a) / (b - a), (high - a) / (b - a)
@@ -162,5 +161,5 @@ def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
 
 
 def _seen_from(piece: _Piece, points: Array) -> Array:
-    """Points (F, 3) in the frame of a piece."""
+    """Return points (F, 3) in the frame of a piece."""
     return ((points - piece.pos)[:, None] @ piece.turn)[:, 0]

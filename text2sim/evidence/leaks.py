@@ -4,20 +4,20 @@ import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
-from text2sim.evidence.selection import base_name
 from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.shapes import Plane
+from text2sim.spec_schema.names.selectors import body_of
 
 KINDS = ("granular", "liquid", "snow")
 DEEP = 2.5
-"""Depth, in distances of points, from which on a point is on its way through: sound runs press them in to 2."""
+"""Depth, in distances of points, beyond which a point is passing through: sound runs press points in to 2."""
 MIDDLE = 0.8
-"""The same of thin walls, as a part of half their thickness."""
+"""The same for thin walls, as a part of half their thickness."""
 BETWEEN = 4
-"""Places looked at between two recorded frames, so that what goes through quickly is seen."""
+"""Places checked between two recorded frames, so that fast points are not missed."""
 
 
 def leaks(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, list[str]]:
@@ -49,10 +49,10 @@ def leaks(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, lis
 
 
 def _walls(recording: RecordedCase) -> list[tuple[int, LinkSolid]]:
-    """Solids that can contain a body, with their links."""
+    """Return solids that can contain a body, with their links."""
     names, found = recording.names, []
     for name, target in names.copies.items():
-        model = recording.case.bodies.get(base_name(name))
+        model = recording.case.bodies.get(body_of(name))
         held = names.is_static(name) or isinstance(model, Driven)
         held = held or (isinstance(model, Rigid) and model.mount.kind != "free")
         if held and target.soft is None and names.touches_soft(name):
@@ -61,8 +61,8 @@ def _walls(recording: RecordedCase) -> list[tuple[int, LinkSolid]]:
 
 
 def half_size(recording: RecordedCase, link: int) -> float:
-    """Return half the side [m] of a ground: what falls beside it has not leaked."""
-    shape = recording.case.scene.statics[base_name(recording.states.links[link].body)].shape
+    """Return half the side [m] of a ground; points that fall beside it have not leaked."""
+    shape = recording.case.scene.statics[body_of(recording.states.links[link].body)].shape
     return shape.size / 2 if isinstance(shape, Plane) else np.inf
 
 
@@ -74,7 +74,7 @@ def depth_on_the_way(solid: LinkSolid, spacing: float) -> float:
 
 
 def _half_thickness(solid: LinkSolid) -> float:
-    """Largest possible depth [m] in a solid."""
+    """Return the largest possible depth [m] in a solid."""
     if solid.kind == "plane":
         return np.inf
     low, high = solid.bounds
@@ -82,12 +82,12 @@ def _half_thickness(solid: LinkSolid) -> float:
 
 
 def _below(own: Array, deep: float, size: float) -> Array:
-    """Indices of the points below a ground."""
+    """Return the indices of points below a ground."""
     return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
 
 
 def _inside(solid: LinkSolid, own: Array, before: Array | None, deep: float) -> Array:
-    """Indices of the points that are deep in a solid now, or were since the previous frame."""
+    """Return the indices of points that are deep in a solid now, or were since the previous frame."""
     before = own if before is None else before
     low, high = solid.bounds
     with np.errstate(invalid="ignore"):

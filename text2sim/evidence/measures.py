@@ -38,9 +38,9 @@ class Series:
 
     name: str
     unit: str
-    """SI, or deg; empty for a number of things."""
+    """SI, or deg; empty for a count."""
     values: Array
-    """One for each frame, shape (F,); NaN where it has none."""
+    """One for each frame, shape (F,); NaN without a value."""
     problem: str = ""
     """Why it could not be computed; all values are NaN then."""
 
@@ -189,7 +189,7 @@ def _displacement(recording: RecordedCase, measure: measures.Displacement, targe
 
 
 def _tilt(recording: RecordedCase, measure: measures.Tilt, target: Target) -> Array:
-    """Angle between R(t) a and R(0) a, from its sine and cosine, which is exact for small angles, too."""
+    """Angle between R(t) a and R(0) a, from its sine and cosine, which is exact for small angles too."""
     _needs_frame(target, "tilt")
     quat = recording.states.quat[:, target.root].astype(float)
     now = rotate(quat, np.array(AXES[measure.axis]))
@@ -208,7 +208,7 @@ def _joint(recording: RecordedCase, kind: str, joint: JointRecord) -> Array:
 
 
 def _bend(recording: RecordedCase, joint: JointRecord) -> Array:
-    """Angle [deg] between q(0) and q(t): of hinges |q - q0|, of balls 2 atan2(|v|, |w|) of the quaternion q0* q."""
+    """Angle [deg] between q(0) and q(t): for hinges |q - q0|, for balls 2 atan2(|v|, |w|) of the quaternion q0* q."""
     q = recording.states.qpos[:, slice(*joint.q)].astype(float)
     if joint.kind == "hinge":
         return np.degrees(np.abs(q - q[:1]).ravel())
@@ -285,7 +285,7 @@ def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
 
 
 def _targets(recording: RecordedCase, of: str | None) -> Sequence[Target]:
-    """The selected bodies, or all of them except statics and driven ones."""
+    """Return the selected bodies, or all of them except statics and driven ones."""
     return recording.names.loose if of is None else recording.names.select(of)
 
 

@@ -8,14 +8,15 @@ from text2sim.compiler.prescribed import displacement
 from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target, base_name
+from text2sim.evidence.selection import Target
 from text2sim.recording.states import Array
 from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.motion import Spin
+from text2sim.spec_schema.names.selectors import body_of
 
 OFF_PATH, OFF_TURN = 2e-3, 0.02
-"""Deviation [m, rad] from which on a driven body is said to have been held up."""
+"""Deviation [m, rad] beyond which a driven body was held up."""
 
 
 def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
@@ -23,7 +24,7 @@ def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
     for copy in recording.names.driven if states.frames else ():
-        name, target = base_name(copy), recording.names.copies[copy]
+        name, target = body_of(copy), recording.names.copies[copy]
         body = recording.case.bodies[name]
         assert isinstance(body, Driven)
         if isinstance(body.motion, Spin):

@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.spec_schema.plain import plain
 
 EMBEDDED = 30_000_000
-"""Films of this size [bytes] in all are put into the page; larger ones are linked."""
+"""Films up to this size [bytes] together are put into the page; larger ones are linked."""
 
 
 def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str:
@@ -39,7 +39,7 @@ def render_page(package: str, template: str, contents: Mapping[str, Any]) -> str
 def films_script() -> dict[str, str]:
     """Return `script`, which plays the films in each `.together` of a page together, and `allowed`, its digest.
 
-    It is the only script that such a page may run: whatever a case says stays text.
+    A page may run no other script, so that nothing in a case can be executed.
     """
     script = Path(__file__).with_name("films.js").read_text("utf-8")
     return {"script": script, "allowed": base64.b64encode(sha256(script.encode()).digest()).decode()}
@@ -75,7 +75,7 @@ def _prose(text: Any) -> Any:
     from markupsafe import Markup, escape
 
     parts = str(text).split("`")
-    if len(parts) % 2 == 0:  # a stray one means nothing
+    if len(parts) % 2 == 0:  # not in pairs
         return escape(text)
     marked = (escape(p) if i % 2 == 0 else Markup("<code>{}</code>").format(p) for i, p in enumerate(parts))
     return Markup("").join(marked)

@@ -10,7 +10,7 @@ import numpy as np
 from text2sim.evidence.contacts import ContactLog
 from text2sim.evidence.gaps import Cloud
 from text2sim.evidence.rigid_shapes import RigidShapes
-from text2sim.evidence.selection import RecordedNames, Target, base_name
+from text2sim.evidence.selection import RecordedNames, Target
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.geometry import Geometry, depth_inside
 from text2sim.recording.states import Array, RunStates
@@ -18,9 +18,10 @@ from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.soft_bodies import Cloth
 from text2sim.spec_schema.models.space import Region
+from text2sim.spec_schema.names.selectors import body_of
 
 CLOUDS = 400_000_000
-"""Bytes of points that are kept for distances."""
+"""Most bytes of points that are cached for distances."""
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,11 @@ class RecordedCase:
         return self.states.pos[:, links] + rotate(self.states.quat[:, links].astype(float), local)
 
     def gone(self, copy: str) -> Array:
-        """Whether a copy has left the scene, shape (F,)."""
+        """Return whether a copy has left the scene, shape (F,)."""
         return self.states.gone(copy)
 
     def there(self, links: Array) -> Array:
-        """1 where a link is in the scene, 0 where its body has left it, shape (F, n)."""
+        """Return 1 where a link is in the scene and 0 where its body has left it, shape (F, n)."""
         rows = [~self.gone(self.states.links[i].body) for i in links]
         return np.array(rows, float).reshape(len(links), self.states.frames).T
 
@@ -93,7 +94,7 @@ class RecordedCase:
 
     def thickness(self, body: RecordedDeformable) -> float:
         """Return the distance [m] below which parts of a cloth overlap."""
-        model = self.case.bodies.get(base_name(body.body))
+        model = self.case.bodies.get(body_of(body.body))
         if body.solver == "pbd" or not isinstance(model, Cloth):
             return body.spacing
         return model.material.thickness
@@ -124,7 +125,7 @@ class RecordedCase:
         return kinetic, potential
 
     def angular_momentum(self, targets: Sequence[Target], about: tuple[float, float, float] | None) -> Array:
-        """Sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
+        """Return the sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
 
         c is the common centre of mass and u its velocity, or c is the given point [m] and u is zero.
         """

@@ -23,9 +23,9 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.whole_files import write_atomically
 
 TOUCHES = 25
-"""Undeclared touches in the table, the hardest."""
+"""Most undeclared touches in the table, the hardest ones."""
 OCCURRENCES = 200
-"""Times of declared events in the table."""
+"""Most times of declared events in the table."""
 SOFT_WORDS = {
     "volume": "volume, over that at the start",
     "stretch": "longest edge, over its length at the start",
@@ -37,11 +37,11 @@ SOFT_WORDS = {
     "torn": "part that is off the largest piece",
     "against_bounds": "part of the points against the sides of their solver's space",
 }
-"""What the table of deformable bodies says."""
+"""Rows of the table of deformable bodies."""
 REPLAY = "replay.html"
 """The page in 3D beside the report, if there is one."""
 LOG = 6_000
-"""Bytes of the end of the log."""
+"""Bytes shown of the end of the log."""
 
 
 def write_report(run_dir: Path, case: Case) -> Path:

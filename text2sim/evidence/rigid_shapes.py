@@ -13,16 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.evidence.selection import base_name
 from text2sim.evidence.solids import LinkSolid, solid_of_mesh
 from text2sim.recording.chunks import DAMAGED, read_arrays
 from text2sim.recording.geometry import MESH_FILE
 from text2sim.recording.states import Array, RunStates
 from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.names.selectors import body_of
 
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "plane": 0}
-"""How many numbers say how large a solid is."""
+"""How many numbers give the size of a solid, by kind."""
 
 
 class RigidShapes:
@@ -32,7 +32,7 @@ class RigidShapes:
         self._folder, self._states, self._case = run_dir / "geometry", states, case
         index = _index(self._folder / "solids.json")
         self.exact = index is not None
-        """Whether they are what the engine collides, not what is drawn."""
+        """Whether these are the engine's collision shapes, not visual shapes."""
         self._index = _index(self._folder / "index.json") or {} if index is None else index
         self.of = cache(self._solids)
         """The solids of a link, in its frame."""
@@ -43,7 +43,7 @@ class RigidShapes:
         return [(int(link), solid) for link in links for solid in self.of(int(link))]
 
     def _solids(self, link: int) -> list[LinkSolid]:
-        static = self._case.scene.statics.get(base_name(self._states.links[link].body))
+        static = self._case.scene.statics.get(body_of(self._states.links[link].body))
         if static is not None and static.shape.kind == "plane":
             return [LinkSolid("plane", np.zeros(3), np.eye(3))]
         found = [self._solid(row) for row in self._index.get(str(link), ()) if isinstance(row, dict)]
@@ -95,7 +95,7 @@ def world_frames(states: RunStates, link: int, solid: LinkSolid, step: int = 1) 
         states: The recorded states.
         link: Number of the link.
         solid: A solid of the link.
-        step: Take one frame in so many.
+        step: Frames from one that is taken to the next.
     """
     quat = states.quat[::step, link].astype(float)
     turn = rotate(quat[:, None], np.eye(3)[None]).swapaxes(1, 2)

@@ -8,7 +8,7 @@ import numpy as np
 
 from text2sim.recording.states import Array, JointRecord, RunStates
 from text2sim.spec_schema.models.case import Case
-from text2sim.spec_schema.names.selectors import WORLD, named_by, parse_selector
+from text2sim.spec_schema.names.selectors import WORLD, body_of, named_by, parse_selector
 
 
 class SelectionError(LookupError):
@@ -24,13 +24,13 @@ class Target:
     copy: str
     """Name of the copy."""
     links: tuple[int, ...]
-    """Columns of the arrays; none of a body that deforms."""
+    """Columns of the arrays; empty for a deformable body."""
     root: int
-    """The link whose frame and orientation stand for it; -1 of a body that deforms."""
+    """The link whose frame stands for it; -1 for a deformable body."""
     link: str | None = None
-    """The link's name, if only one is meant."""
+    """Name of the link, if the target is a single one."""
     soft: int | None = None
-    """Its number among the bodies that deform."""
+    """Its number among deformable bodies."""
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,11 @@ class RecordedNames:
 
     def touches_soft(self, copy: str) -> bool:
         """Whether a rigid copy is coupled to deformable bodies."""
-        body = self.case.bodies.get(base_name(copy)) or self.case.scene.statics.get(base_name(copy))
+        body = self.case.bodies.get(body_of(copy)) or self.case.scene.statics.get(body_of(copy))
         return getattr(getattr(body, "material", None), "touch_soft", True)
 
     def _kind(self, copy: str) -> str:
-        body = self.case.bodies.get(base_name(copy))
+        body = self.case.bodies.get(body_of(copy))
         if body is None:
             return "static"
         return "driven" if body.kind == "driven" else "body"
@@ -103,7 +103,7 @@ class RecordedNames:
         found = []
         for target in chosen:
             if target.soft is not None:
-                raise SelectionError(f"{target.copy} deforms, it has no links (asked for {selector})")
+                raise SelectionError(f"{target.copy} is deformable and has no links (asked for {selector})")
             links = {self.states.links[i].name: i for i in reversed(target.links)}
             meant = named_by(part, reversed(links))
             if not meant:
@@ -121,7 +121,7 @@ class RecordedNames:
         found = []
         for target in chosen:
             if target.soft is not None:
-                raise SelectionError(f"{target.copy} deforms, it has no joints (asked for {selector})")
+                raise SelectionError(f"{target.copy} is deformable and has no joints (asked for {selector})")
             joints = [j for j in self.states.joints if j.body == target.copy and j.kind != "fixed"]
             if part is not None:
                 meant = named_by(part, [j.name for j in joints])
@@ -148,8 +148,8 @@ class RecordedNames:
         try:
             wanted = parse_selector(selector)
         except ValueError:
-            raise SelectionError(f"`{selector}` is no selector") from None
-        all_copies = [target for name, target in self.copies.items() if base_name(name) == wanted.body]
+            raise SelectionError(f"`{selector}` is not a selector") from None
+        all_copies = [target for name, target in self.copies.items() if body_of(name) == wanted.body]
         if not all_copies:
             raise SelectionError(f"`{wanted.body}` was not recorded")
         chosen = all_copies[wanted.first : wanted.last]
@@ -166,8 +166,3 @@ class RecordedNames:
         for number, target in enumerate(targets):
             group[list(target.links)] = number
         return group
-
-
-def base_name(copy: str) -> str:
-    """Return the body's name from that of a copy: `brick` for `brick[3]`."""
-    return copy.partition("[")[0]

@@ -10,17 +10,17 @@ from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
 from text2sim.evidence.leaks import KINDS, leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.selection import base_name
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
+from text2sim.spec_schema.names.selectors import body_of
 
 LOOKED_AT = 4_000_000
-"""Points of a body over all frames, at most, that are looked at; of longer runs, frames are left out evenly."""
+"""Most points of a body over all frames that are examined; longer runs are sampled at even steps."""
 LOOKED_FOR_TEARS = 600_000
-"""The same where it is looked in how many pieces they are, which takes longer."""
+"""The same for counting pieces, which takes longer."""
 STUCK = 1e-4
-"""Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of mpm's grid stop what is up to
-half a cell away from them, so that its particles turn back by that much before the side."""
+"""Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of the mpm grid stop particles
+up to half a cell away, so these turn back that much before the side."""
 
 
 def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
@@ -31,7 +31,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
     for body in states.deformables if states.frames else ():
-        rows = found.setdefault(base_name(body.body), {"kind": body.kind, "solver": body.solver})
+        rows = found.setdefault(body_of(body.body), {"kind": body.kind, "solver": body.solver})
         thin = body.thinned(LOOKED_AT, states.frames)
         time = states.time[:: thin.step]
         rows["every"] = max(rows.get("every", 1), thin.step)
@@ -105,23 +105,19 @@ def _stretch(recording: RecordedCase, body: RecordedDeformable) -> Array:
 
 
 def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
-    """The 99th percentile of strain, because single particles may have escaped; None for what flows."""
+    """The 99th percentile of strain, because single particles may have escaped; None for bodies that flow."""
     if body.kind != "soft":
-        return None  # grains and liquids flow
+        return None
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
 def _against(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
-    """Fraction of the points at or beyond the bounds of their solver."""
+    """Return the fraction of points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
     near = body.spacing if body.solver == "mpm" else STUCK
     low, high = np.array(body.domain[0]) + near, np.array(body.domain[1]) - near
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
-
-
-def _inverted(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
-    return deformation.inverted(body)
 
 
 def _self_penetration(recording: RecordedCase, body: RecordedDeformable) -> Array:
@@ -134,11 +130,11 @@ _QUANTITIES: tuple[
     ("volume", "", _volume, _far_from_one),
     ("stretch", "", _stretch, _large),
     ("strain", "", _strain, _large),
-    ("inverted", "", _inverted, _large),
+    ("inverted", "", lambda recording, body: deformation.inverted(body), _large),
     ("self_penetration", "m", _self_penetration, _large),
     ("against_bounds", "", _against, _large),
 )
-"""Name, unit, values over frames (None: it has none), and what makes a value worse."""
+"""Name, unit, values over frames (None if a body has none), and a measure of how bad they are."""
 
 
 def first_non_finite(recording: RecordedCase) -> tuple[int, list[str]] | None:

@@ -16,9 +16,9 @@ from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
 PBD = 0.6
-"""Particles of pbd rest half their spacing above what carries them; a fifth more is still touching."""
+"""Particles of pbd rest half their spacing above a surface; a fifth more still counts as touching."""
 MPM_CELL = 1 / 0.64
-"""Cell of the grid in spacings of mpm particles: bodies rest within one cell of what carries them."""
+"""Cell of the grid in spacings of mpm particles: bodies rest within one cell of a surface."""
 MESH, MESH_PART = 0.002, 0.05
 """Vertices of fem and ipc touch within 2 mm, or this part of their edges."""
 APART = 1.5

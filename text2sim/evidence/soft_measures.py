@@ -11,12 +11,13 @@ from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.selection import Target, base_name
+from text2sim.evidence.selection import Target
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
+from text2sim.spec_schema.names.selectors import body_of
 
 _AXES = list(AXES)
 _FLAT = 1e-6
@@ -58,7 +59,7 @@ def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> 
     """
     body = recording.deformable(target)
     if body is None:
-        raise SoftMeasureError(f"{target.label} does not deform: `region` is for bodies that do")
+        raise SoftMeasureError(f"{target.label} does not deform: `region` is for deformable bodies")
     rows = region_rows(recording, body, region)
     return body.points[:, rows].mean(axis=1, dtype=float)
 
@@ -75,7 +76,7 @@ def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyR
         SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
     """
     points, within = body.own, LAYER.get(body.solver, 0.5) * body.spacing
-    region = end_region(getattr(recording.case.bodies.get(base_name(body.body)), "shape", None), region, within)
+    region = end_region(getattr(recording.case.bodies.get(body_of(body.body)), "shape", None), region, within)
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
     inside = np.ones(len(points), bool)
@@ -164,7 +165,7 @@ def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
         first, second = second, first
     bodies = [body for target in first if (body := recording.deformable(target)) is not None]
     if len(bodies) < len(first):
-        raise SoftMeasureError(f"neither {measure.of} nor {measure.to} deforms: `distance` is measured of them")
+        raise SoftMeasureError(f"neither {measure.of} nor {measure.to} deforms: measure their `distance`")
     best = np.full(recording.states.frames, np.inf)
     for body, target in zip(bodies, first, strict=True):
         others = [other for other in second if other != target]
@@ -245,4 +246,4 @@ MEASURES: dict[str, Callable[[RecordedCase, Any], Array]] = {
     "largest_piece": _largest_piece,
     "leaked": _leaked,
 }
-"""By kind; values are over frames, (F,)."""
+"""Measures by kind; values are over frames, (F,)."""

@@ -9,11 +9,11 @@ import numpy as np
 from text2sim.recording.states import Array
 
 PAIRS = 1_000_000
-"""Points times triangles that are worked on together."""
+"""Points times triangles that are compared at once."""
 SAMPLES = 20_000
-"""Points that stand for the surface of a mesh that is not convex."""
+"""Points that sample the surface of a mesh that is not convex."""
 FLAT = 1e-4
-"""Part of a mesh's size by which corners may stand out of a face of what still counts as convex."""
+"""Part of a mesh's size by which corners of a convex mesh may lie outside of a face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +127,7 @@ def solid_of_mesh(vertices: Array, faces: Array) -> LinkSolid | None:
 
 
 def is_convex(vertices: Array, faces: Array) -> bool:
-    """Whether no vertex lies outside the plane of any face."""
+    """Return whether no vertex lies outside the plane of any face."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -167,7 +167,7 @@ _EXACT = {
 
 
 def _to_triangles(points: Array, triangles: Array) -> Array:
-    """Distance [m] of points (n, 3) to the nearest of triangles (m, 3, 3), shape (n,)."""
+    """Return the distance [m] of points (n, 3) to the nearest of triangles (m, 3, 3), shape (n,)."""
     found = np.empty(len(points))
     block = max(1, PAIRS // max(1, len(triangles)))
     for first in range(0, len(points), block):

@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import base_name
 from text2sim.recording.states import Array
+from text2sim.spec_schema.names.selectors import body_of
 
 SHRUNK, GROWN = 0.5, 2.0
-"""Volume of a soft body, over that at the start, from which on it is said. Hard presses leave 0.85."""
+"""Volume of a soft body, over that at the start, beyond which it is reported. Hard pressing leaves 0.85."""
 DEEP = 2.5
-"""Depth in a rigid body, in distances of points: plates that press mpm bodies come to 2."""
+"""Depth in a rigid body, in distances of points; plates that press mpm bodies get to 2."""
 DEEP_FEM = 0.5
-"""The same of fem bodies, in edges."""
+"""The same for fem bodies, in edges."""
 TURNED = 0.02
-"""Part of the tetrahedra that are turned inside out."""
+"""Part of the tetrahedra that are inside out."""
 LEAKED = 0.01
 """Part of grains or a liquid that got through what holds it."""
 AT_WALLS = 0.01
 """Part of the points of a body at the walls of its solver's space."""
 TORN = 0.01
-"""Part of a soft body that is off the largest piece."""
+"""Part of a soft body that is not in the largest piece."""
 PULLED = 1.5
 """Length of a thread of cloth over that at rest."""
 
@@ -38,7 +38,7 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
         recording: The recording.
         found: Result of `soft_diagnostics`.
     """
-    spacing = {base_name(body.body): body.spacing for body in recording.states.deformables}
+    spacing = {body_of(body.body): body.spacing for body in recording.states.deformables}
     rows = []
     for name, row in found.items():
         for quantity, is_bad, words in _SIGNS:
@@ -107,4 +107,4 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
         "(scene.{solver}.bounds)",
     ),
 )
-"""Quantity of the diagnostics, whether a value of it is bad, and what is said then."""
+"""Quantity of the diagnostics, whether a value of it is bad, and the message."""

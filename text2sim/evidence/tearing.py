@@ -1,7 +1,7 @@
-"""Tearing: the pieces into which a body of particles falls.
+"""Tearing: the pieces into which a body of particles has come apart.
 
-In mpm only particles less than about two grid cells apart interact: what is farther from all others has separated,
-whatever its material. Pieces are the connected components of that relation.
+In mpm only particles less than about two grid cells apart interact: those farther from all others have separated,
+whatever their material. Pieces are the connected components of that relation.
 """
 
 from functools import lru_cache
@@ -14,9 +14,9 @@ from text2sim.recording.states import Array
 TIED = 2 / 0.64
 """Two cells, in distances of particles."""
 NEAR = 1.8
-"""What is nearer than this is looked at first, in distances of particles: most bodies are in one piece by it."""
+"""A shorter distance to try first, in distances of particles: most bodies are in one piece by it."""
 LEAST = 0.01
-"""Part of a body from which on it counts as a piece; less are single particles that were lost."""
+"""Least part of a body that counts as a piece; less is a few lost particles."""
 
 
 @lru_cache(maxsize=8)
@@ -36,7 +36,7 @@ def pieces(body: RecordedDeformable) -> tuple[Array, Array]:
 
 
 def _sizes(points: Array, spacing: float) -> Array:
-    """Number of points in each piece."""
+    """Return the number of points in each piece."""
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return np.ones(1)
@@ -48,7 +48,7 @@ def _sizes(points: Array, spacing: float) -> Array:
 
 
 def _labels(points: Array, reach: float) -> Array:
-    """Index of the piece of each point."""
+    """Return the index of the piece of each point."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.evidence.events import EventLog
-from text2sim.evidence.selection import base_name
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.names.selectors import body_of
 
 if TYPE_CHECKING:
     from text2sim.legibility.film import Painted
@@ -47,7 +47,7 @@ def _camera(rows: list[tuple[float, dict[str, float]]], bodies: Sequence[str]) -
     for time, shares in rows:
         total: dict[str, float] = {}
         for copy, share in shares.items():
-            total[base_name(copy)] = total.get(base_name(copy), 0.0) + share
+            total[body_of(copy)] = total.get(body_of(copy), 0.0) + share
         for body, share in total.items():
             if body in bodies and share > 0:
                 row = seen.setdefault(body, {"largest": 0.0, "at": time, "pictures": 0})
@@ -86,7 +86,7 @@ def summarise_legibility(run_dir: Path, case: Case, events: EventLog) -> dict[st
 
 
 def _moments(case: Case, events: EventLog) -> list[Any]:
-    """The first time of each event, in the order of the case, and the bodies that it concerns."""
+    """Return the first time of each event, in the order of the case, and the bodies that it concerns."""
     from text2sim.legibility.summary import Moment
 
     found = []
@@ -96,13 +96,13 @@ def _moments(case: Case, events: EventLog) -> list[Any]:
         model = case.actions.events.get(name)
         of = getattr(model, "of", None)
         named = rows[0].get("between") or ([of] if of else [])
-        bodies = dict.fromkeys(base_name(str(label).partition(".")[0]) for label in named)
+        bodies = dict.fromkeys(body_of(str(label)) for label in named)
         found.append(Moment(name, float(rows[0]["time"]), tuple(bodies)))
     return found
 
 
 def _previewed(run_dir: Path) -> "Painted | None":
-    """The frames that the preview has stored; None without a preview."""
+    """Return a reader of the frames that the preview has stored; None without a preview."""
     kept = {
         (camera, round(t, 6)): run_dir / "frames" / f"{camera}_{k}.png"
         for camera, rows in read_samples(run_dir).items()

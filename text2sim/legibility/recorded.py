@@ -10,6 +10,7 @@ from text2sim.compiler.looks import hides
 from text2sim.drawing.stage import matrices
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.legibility.sight import Sight, Things, look
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cameras import View as FilmView
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ class Recorded:
 
     def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS, *, copies: bool = False):
         self.recording, self._budget, self._grains = recording, budget, grains
-        self._name = str if copies else base_name
+        self._name = str if copies else body_of
         parts = [part for part in recording.parts if _shown(part.look)]
         soft = [part for part in recording.soft if _shown(part.look)]
         self.pieces = [*parts, *soft]
@@ -148,11 +149,6 @@ class Recorded:
         assert states.soft is not None
         name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
         return states.soft.at(name, states.around(t))[slice(*part.row[columns])].astype(float)
-
-
-def base_name(copy: str) -> str:
-    """Return the name of the body that a copy is of."""
-    return copy.partition("[")[0]
 
 
 def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:

@@ -6,8 +6,8 @@ from statistics import median
 from typing import Any
 
 from text2sim.legibility.film import SAMPLES, Row, Watcher, nearest_frame
-from text2sim.legibility.recorded import base_name
 from text2sim.legibility.sight import PIXELS, Sight
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 
 OTHERS = 8
@@ -79,7 +79,7 @@ def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
 
 def _statics(watcher: Watcher) -> list[str]:
     """Statics that are drawn as themselves: a backdrop takes the place of planes."""
-    replaced = {base_name(copy) for copy in watcher.recording.film["backdrop"]["planes"]}
+    replaced = {body_of(copy) for copy in watcher.recording.film["backdrop"]["planes"]}
     return [name for name in watcher.recorded.names if name in watcher.recorded.statics and name not in replaced]
 
 
@@ -120,7 +120,7 @@ def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: flo
 
 def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
     found = []
-    removed = {base_name(copy) for copy in watcher.recording.states.removed}
+    removed = {body_of(copy) for copy in watcher.recording.states.removed}
     for name in watcher.moving:
         numbers, mine = _body(rows, name), [row["bodies"].get(name) for row in rows]
         there = [row for row in mine if row is not None]
