@@ -91,7 +91,7 @@ def test_a_flipped_bit_in_the_points_is_said(run):
         ({"faces": np.array([[0, 1, -1]])}, "names points that are not there"),
         ({"tets": np.array([[0.0, 1, 2, 3]])}, "tets has shape"),
         ({"rest": CUBE[:3]}, "rest has shape"),
-        ({"rest": np.full((8, 3), np.nan)}, "no numbers"),
+        ({"rest": np.full((8, 3), np.nan)}, "not finite"),
         ({"masses": np.zeros(8)}, "not positive"),
         ({"masses": np.array([{}] * 8, dtype=object)}, "damaged"),
     ],

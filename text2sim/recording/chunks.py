@@ -1,4 +1,4 @@
-"""The files of arrays of a recording: whether they are whole, and their numbers, read no more than is asked for."""
+"""Array files of a recording: whether they are complete, and their contents, read only as far as needed."""
 
 import struct
 import tokenize
@@ -16,15 +16,15 @@ from text2sim.spec_schema.errors import RunError
 
 Array = NDArray[Any]
 Rows = Mapping[str, tuple[int | str, ...]]
-"""Shape of one row of each array; words are looked up among sizes."""
+"""Shape of one row of each array; words stand for sizes."""
 
 DAMAGED = (
     OSError, ValueError, KeyError, IndexError, TypeError, OverflowError, EOFError, RuntimeError, SyntaxError,
     tokenize.TokenError, struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
-"""What reading a broken file of arrays raises: numpy reads headers as Python literals."""
+"""Errors of reading a broken array file; numpy reads headers as Python literals."""
 _LOCAL_HEADER = 30
-"""Bytes of a zip member's own header before its name."""
+"""Bytes of the header of a zip member before its name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,20 +38,20 @@ class Chunks:
         """Return one array over all frames, shape (F, *row).
 
         Raises:
-            RunError: if a chunk was damaged since it was looked at.
+            RunError: if a chunk was damaged since it was checked.
         """
         parts = []
         for path in self.paths:
             try:
                 with np.load(path, allow_pickle=False) as chunk:
-                    if name in chunk.files:  # a last chunk may hold contacts alone
+                    if name in chunk.files:  # the last chunk may have only contacts
                         parts.append(chunk[name])
             except DAMAGED as error:
                 raise RunError(f"{path}: damaged ({error})") from error
         return np.concatenate(parts) if parts else np.zeros((0, *row))
 
     def columns(self, name: str, first: int, last: int) -> Array:
-        """Return the columns `first` to `last` of an array (F, n, 3): no other is copied into memory.
+        """Return the columns `first` to `last` of an array (F, n, 3), copying no others into memory.
 
         Args:
             name: Name of the array.
@@ -59,7 +59,7 @@ class Chunks:
             last: Column after the last.
 
         Raises:
-            RunError: if a chunk was damaged since it was looked at.
+            RunError: if a chunk was damaged since it was checked.
         """
         parts = []
         for path in self.paths:
@@ -88,7 +88,7 @@ class Chunks:
 
 
 def _mapped(path: Path, info: zipfile.ZipInfo) -> Array:
-    """Return an uncompressed array where it lies in the file, once its checksum was found right."""
+    """Map an uncompressed array from its place in the file, after a check of its checksum."""
     with path.open("rb") as file:
         file.seek(info.header_offset)
         lengths = struct.unpack("<HH", file.read(_LOCAL_HEADER)[26:])
@@ -109,13 +109,13 @@ def _mapped(path: Path, info: zipfile.ZipInfo) -> Array:
 
 
 def readable(folder: Path, framed: Rows, always: Rows, sizes: Mapping[str, int]) -> tuple[tuple[Path, ...], list[str]]:
-    """Return the chunks up to the first that is missing or not whole, and what is left out, in words.
+    """Return the chunks up to the first that is missing or damaged, and a message about what is left out.
 
     Args:
-        folder: Where they lie.
+        folder: Their folder.
         framed: Arrays of a chunk that has frames, with equal numbers of rows.
         always: Arrays of every chunk, with equal numbers of rows.
-        sizes: What the words among the sizes of rows stand for.
+        sizes: Sizes that words in the shapes of rows stand for.
     """
     good: list[Path] = []
     paths = sorted(folder.glob("chunk_*.npz"))
@@ -123,7 +123,7 @@ def readable(folder: Path, framed: Rows, always: Rows, sizes: Mapping[str, int])
         wrong = "an earlier one is missing" if path.name != f"chunk_{number:05d}.npz" else ""
         reason = wrong or _fault(path, framed, always, sizes)
         if reason:
-            # What comes after a gap does not belong to the frames before it.
+            # Chunks after a gap do not continue the frames before it.
             rest = len(paths) - number
             return tuple(good), [f"states/{path.name}: {reason}; {rest} of {len(paths)} chunks left out"]
         good.append(path)
@@ -176,7 +176,7 @@ def read_arrays(path: Path, names: Sequence[str]) -> dict[str, Array]:
     """Return those of the arrays that a file has.
 
     Raises:
-        One of `DAMAGED`: if it is missing, or an array in it is no array of numbers.
+        One of `DAMAGED`: if it is missing, or an array in it is not numeric.
     """
     with zipfile.ZipFile(path) as archive:
         there = [name for name in names if f"{name}.npy" in archive.namelist()]

@@ -1,4 +1,4 @@
-"""Recorded bodies that are points, not links: soft bodies, cloth, grains, liquids, snow."""
+"""Recorded deformable bodies, which are points, not links: soft bodies, cloth, grains, liquids, snow."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,14 +11,14 @@ from text2sim.recording.chunks import DAMAGED, Array, Chunks, read_arrays
 from text2sim.recording.vectors import rotate_back
 
 ARRAYS = ("rest", "masses", "tets", "edges", "point_faces", "faces", "uvs")
-"""What `geometry/soft_<index>.npz` may hold."""
+"""Arrays that `geometry/soft_<index>.npz` may hold."""
 IN_HAND = 500_000
-"""Points, over all frames of a run of frames, that are worked on together."""
+"""Most points, over several frames, that are computed at once."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordedDeformable:
-    """One recorded copy of a body that deforms."""
+    """One recorded copy of a deformable body."""
 
     index: int
     """Its place among the deformable bodies."""
@@ -29,7 +29,7 @@ class RecordedDeformable:
     solver: str
     """mpm, pbd, fem or ipc."""
     spacing: float
-    """Distance [m] of its particles, cell of its grid, or length of its edges, as its solver has it."""
+    """Distance [m] of its particles, cell of its grid, or length of its edges, depending on the solver."""
     mass: float
     """[kg]"""
     points_at: tuple[int, int]
@@ -37,15 +37,15 @@ class RecordedDeformable:
     surface_at: tuple[int, int] | None
     """Its columns of `soft_surface`; None without a surface of its own."""
     pose: tuple[float, ...] | None = None
-    """Where its frame was placed: position [m] and quaternion (w, x, y, z); None in recordings that do not say."""
+    """Where its frame was placed: position [m] and quaternion (w, x, y, z); None in recordings without it."""
     domain: tuple[tuple[float, ...], tuple[float, ...]] | None = None
-    """Corners [m] of the space in which its solver keeps it; None if it may go anywhere."""
+    """Corners [m] of the domain of its solver; None if that is unbounded."""
     geometry: dict[str, Array] | None = None
     """Arrays that do not change: rest (p, 3), masses (p,), tets (t, 4), edges (e, 2) and point_faces (g, 3) of points,
     faces (f, 3), uvs (s, 2)."""
     chunks: Chunks = Chunks(())
     step: int = 1
-    """Only every so many frames are looked at."""
+    """Recorded frames from one frame of it to the next."""
 
     @property
     def count(self) -> int:
@@ -54,12 +54,12 @@ class RecordedDeformable:
 
     @property
     def points(self) -> Array:
-        """Its points [m], world, shape (F, p, 3); read anew each time."""
+        """Its points [m], world, shape (F, p, 3); read from disk each time."""
         return self.chunks.columns("soft_points", *self.points_at)[:: self.step]
 
     @property
     def seen(self) -> Array:
-        """What is seen of it [m], shape (F, n, 3): the vertices of its surface, or its points. Read anew each time."""
+        """What is drawn of it [m], shape (F, n, 3): vertices of its surface, or points. Read from disk each time."""
         if self.surface_at is None:
             return self.points
         return self.chunks.columns("soft_surface", *self.surface_at)[:: self.step]
@@ -76,7 +76,7 @@ class RecordedDeformable:
     def own(self) -> Array:
         """Its points at the start [m] in the frame of its body, shape (p, 3).
 
-        Recordings that do not say where the body was placed are taken for upright, with the frame in the middle.
+        Without a recorded pose, the body is taken to be upright, with its frame in its middle.
         """
         if self.pose is None:
             return self.rest - (self.rest.min(axis=0) + self.rest.max(axis=0)) / 2
@@ -91,7 +91,7 @@ class RecordedDeformable:
 
     @cached_property
     def shares(self) -> Array:
-        """Part of the mass that each point has, shape (p,)."""
+        """Fraction of the mass of each point, shape (p,)."""
         return self.masses / self.masses.sum()
 
     @property
@@ -101,7 +101,7 @@ class RecordedDeformable:
 
     @property
     def edges(self) -> Array | None:
-        """Threads of a cloth, pairs of points, shape (e, 2); None if the recording does not say."""
+        """Threads of a cloth, pairs of points, shape (e, 2); None if they were not recorded."""
         return (self.geometry or {}).get("edges")
 
     @property
@@ -111,9 +111,9 @@ class RecordedDeformable:
 
     @cached_property
     def net(self) -> tuple[Array, bool] | None:
-        """Triangles (f, 3) that span it, and whether they index its points; else they index its `seen` vertices.
+        """Triangles (f, 3) of it, and whether they index its points; otherwise they index `seen`. None without any.
 
-        None if it has none. The triangles of its own points come first: what is drawn only follows them.
+        Triangles of its points are preferred, since what is drawn only follows them.
         """
         own = (self.geometry or {}).get("point_faces")
         if own is not None:
@@ -134,7 +134,7 @@ class RecordedDeformable:
         return points.min(axis=1).astype(float), points.max(axis=1).astype(float)
 
     def thinned(self, most: int, frames: int) -> "RecordedDeformable":
-        """Return the body at so few of its frames, evenly chosen from the first on, that these hold `most` points."""
+        """Return the body at evenly chosen frames, from the first on, with `most` points in all."""
         return replace(self, step=max(1, int(np.ceil(frames * self.count / most))))
 
     def recorded_in(self, chunks: Chunks) -> "RecordedDeformable":
@@ -143,11 +143,11 @@ class RecordedDeformable:
 
 
 def spans(points: Array, elements: int = 0) -> list[slice]:
-    """Cut the frames of points (F, n, 3) into runs that are not too much to be worked on together.
+    """Cut the frames of points (F, n, 3) into runs that are small enough to be computed at once.
 
     Args:
         points: The points.
-        elements: How many things are made of the points of one frame, if they are more than these.
+        elements: Number of elements in one frame, if there are more than points.
     """
     length = max(1, IN_HAND // max(1, points.shape[1], elements))
     return [slice(first, first + length) for first in range(0, len(points), length)]
@@ -156,7 +156,7 @@ def spans(points: Array, elements: int = 0) -> list[slice]:
 def read_deformables(
     run_dir: Path, layout: dict[str, Any]
 ) -> tuple[list[RecordedDeformable], dict[str, int], list[str]]:
-    """Return the deformable bodies of a layout, the widths P, S and B of their arrays, and what is lost of them.
+    """Return the deformable bodies of a layout, the widths P, S and B of their arrays, and what could not be read.
 
     Raises:
         ValueError, TypeError, KeyError: if the layout does not describe them.
@@ -232,7 +232,7 @@ def _checked(body: RecordedDeformable, arrays: dict[str, Array]) -> tuple[dict[s
         elif limit and array.size and not (0 <= array.min() and array.max() < limit):
             wrong.append(f"{name} names points that are not there")
         elif not limit and not np.isfinite(array).all():
-            wrong.append(f"{name} has values that are no numbers")
+            wrong.append(f"{name} has values that are not finite")
         elif name == "masses" and not (array.min() >= 0 and array.sum() > 0):
             wrong.append("masses are not positive")
         elif len(array):

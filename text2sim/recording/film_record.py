@@ -1,4 +1,4 @@
-"""Record of a film in a run's folder: how it is filmed, what there is, and how it looks."""
+"""A recorded run for its film: cameras, meshes and looks, from the run folder."""
 
 import json
 import math
@@ -22,12 +22,12 @@ Rgb = tuple[float, float, float]
 Paint = tuple[float, ...]
 """Colour and opacity."""
 SAME = 0.01
-"""Difference of colours that are the same."""
+"""Difference below which colours count as the same."""
 
 
 @dataclass(frozen=True)
 class SurfaceLook:
-    """Surface of a body."""
+    """How a surface looks."""
 
     color: Rgb
     """sRGB, 0 to 1."""
@@ -35,7 +35,7 @@ class SurfaceLook:
     finish: str = "plastic"
     visible: bool = True
     picture: Path | None = None
-    """What it wears instead of its colour."""
+    """Picture in place of its colour."""
     dress: Dress | None = None
     """Pattern and writing over its colour."""
     alike: bool = False
@@ -44,7 +44,7 @@ class SurfaceLook:
 
 @dataclass(frozen=True)
 class WornMesh:
-    """A mesh that a link wears."""
+    """A mesh that is drawn with a link."""
 
     body: str
     """Name of the copy."""
@@ -59,19 +59,19 @@ class WornMesh:
 
 @dataclass(frozen=True)
 class SoftPart:
-    """A body that deforms."""
+    """A deformable body."""
 
     body: str
     kind: str
     """soft, cloth, granular, liquid or snow."""
     row: dict[str, Any]
-    """What the layout says of it."""
+    """Its row in the layout."""
     geometry: Path
     look: SurfaceLook
     regions: Path | None = None
-    """Where its parts have looks of their own."""
+    """File of the regions in which parts have looks of their own."""
     parts: tuple[SurfaceLook | None, ...] = ()
-    """These, by number of the part; None where it has that of the body."""
+    """Looks by number of the part; None where a part has the look of the body."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class FilmRecord:
 
     @property
     def bodies(self) -> list[str]:
-        """All that there is, copy by copy."""
+        """Names of all copies, statics included."""
         return list(dict.fromkeys([*(part.body for part in self.parts), *(part.body for part in self.soft)]))
 
 
@@ -102,8 +102,8 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
     """Read a run's folder.
 
     Args:
-        folder: Of the run.
-        plan: Says how the run is filmed and how it looks; what lies in the folder says that if left out.
+        folder: The run folder.
+        plan: Gives the film and the looks; if left out, those in the folder are used.
 
     Raises:
         RunError: if nothing was recorded in it.
@@ -159,7 +159,7 @@ def _program(folder: Path, plan: "Plan | None") -> tuple[dict[str, Any], dict[st
 
 
 def _plan_anew(folder: Path) -> "Plan":
-    """Work out what the case of a run says, which an older version recorded."""
+    """Plan the case of a run again that an older version recorded."""
     from text2sim.compiler.build import plan_case
     from text2sim.spec_schema.load import load_case
 
@@ -167,15 +167,15 @@ def _plan_anew(folder: Path) -> "Plan":
         return plan_case(load_case(folder / "expanded.yaml"))
     except SpecError as error:
         raise RunError(
-            f"{folder}: an older version recorded it, and its expanded.yaml cannot be worked out any more; name its "
-            f"case instead of the run ({error.problems[0].message})"
+            f"{folder}: an older version recorded it, and its expanded.yaml no longer compiles; name its case instead "
+            f"of the run ({error.problems[0].message})"
         ) from error
 
 
 def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
-    """Return the look that goes with each recorded colour of a copy.
+    """Return the look that belongs to each recorded colour of a copy.
 
-    Colours that the case still has find theirs. One that was changed since gets the nearest of those that are left.
+    A colour that the case still has gets its own look. One that has changed gets the nearest look that is left.
     """
     if isinstance(looks, dict):
         return dict.fromkeys(colors, looks)

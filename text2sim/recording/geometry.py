@@ -1,4 +1,4 @@
-"""Geometry of recordings: turning vectors, the corners of recorded shapes, and regions of space."""
+"""Geometry of recordings: corners and reach of recorded shapes, and regions of space."""
 
 import json
 import re
@@ -18,7 +18,7 @@ from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
 
 MESH_FILE = re.compile(r"\w{1,128}\.npz\Z")
 MAX_CORNERS = 64
-"""Meshes with more corners than this are reduced to their convex hulls, which reach just as far."""
+"""Meshes with more corners than this are reduced to their convex hulls, which have the same extent."""
 
 
 class Geometry:
@@ -29,11 +29,11 @@ class Geometry:
         self._index = index
         self._corners = cache(self._read_corners)
         self.corners = cache(self._link_corners)
-        """Corners (n, 3) of the shapes of a link [m], in the link's frame; none if it has no shape."""
+        """Corners (n, 3) of the shapes of a link [m], in the link's frame; empty if it has no shape."""
 
     @classmethod
     def load(cls, run_dir: Path) -> "Geometry":
-        """Open the shapes of a run; those that are missing have no corners."""
+        """Open the shapes of a run; missing ones have no corners."""
         folder = run_dir / "geometry"
         try:
             data = json.loads((folder / "index.json").read_text("utf-8"))
@@ -78,15 +78,15 @@ def reach(
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) [m] of links along an axis, from their corners.
 
-    The coordinate of a corner c of a link at p with rotation R is p.a + c.(R^T a), so that one product of the
-    corners with the turned axis serves a whole link.
+    The coordinate of a corner c of a link at p with rotation R is p.a + c.(R^T a), so one product of the corners with
+    the turned axis is enough for a link.
 
     Args:
         states: The recorded states.
         geometry: Corners of links.
         links: Numbers of the links.
         axis: `x`, `y` or `z`.
-        frame: Number of the link whose axis it is, counted from its origin; the world's if left out.
+        frame: Number of the link whose axis and origin are used; those of the world if left out.
     """
     low, high = np.full(states.frames, np.inf), np.full(states.frames, -np.inf)
     origin, direction = axis_in(states, axis, frame)
@@ -123,7 +123,7 @@ def axis_in(states: RunStates, axis: str, frame: int | None) -> tuple[Array, Arr
 
 
 def unit_vector(axis: Axis) -> Array:
-    """Return the direction that an axis of the language means."""
+    """Return the unit vector of an axis of the language."""
     vector = np.array(AXES[axis] if isinstance(axis, str) else axis, dtype=float)
     return vector / np.linalg.norm(vector)
 

@@ -1,13 +1,13 @@
-"""Inventory of a run's files: whether they are those that it wrote, by the names and digests in `run.json`."""
+"""Inventory of a run's files: whether they are as it wrote them, by names and digests in `run.json`."""
 
 from collections.abc import Iterable, Mapping
 from hashlib import file_digest
 from pathlib import Path
 
 RECORDED = ("states/*", "geometry/*")
-"""What the simulation wrote."""
+"""Files that the simulation writes."""
 JUDGED = ("evidence.json", "measures.csv", "events.jsonl")
-"""What was worked out from it."""
+"""Files that are made from these."""
 Inventory = Mapping[str, str]
 """Path below the run folder → length [bytes] and SHA-256, as `1024 e3b0…`."""
 
@@ -24,7 +24,7 @@ def fault(folder: Path, inventory: Inventory, *, content: bool = True) -> str:
     Args:
         folder: The run folder.
         inventory: What was written.
-        content: Read the files; otherwise only their lengths are looked at.
+        content: Whether to read the files; otherwise only their lengths are compared.
     """
     for name, entry in inventory.items():
         path, length = folder / name, entry.partition(" ")[0]

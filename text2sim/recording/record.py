@@ -11,15 +11,15 @@ from text2sim.spec_schema.whole_files import write_atomically
 FILE = "run.json"
 
 STATES = ("running", "finished", "diverged", "interrupted", "timeout", "out_of_memory", "crashed", "failed")
-"""`crashed`: killed by a signal of its own; `failed`: the engine, or the program, refused with a message."""
+"""`crashed`: ended by a signal; `failed`: the engine or the program stopped with a message."""
 
 COMPLETE = ("finished", "diverged")
-"""States that the same case would reach again: there is nothing to gain from another simulation."""
+"""States that the same case would reach again, so that another simulation gains nothing."""
 
 
 @dataclass
 class RunRecord:
-    """The contents of `run.json`. Clocks and machines stand here and nowhere else in a run folder."""
+    """The contents of `run.json`, the only file of a run folder that depends on clocks and machines."""
 
     case: str
     """Name of the case."""
@@ -32,9 +32,9 @@ class RunRecord:
     case_digest: str = ""
     """SHA-256 of `case.yaml` as written."""
     render_digest: str = ""
-    """Of the film that lies here; empty if there is none."""
+    """Digest of the film in the folder; empty if there is none."""
     judge_digest: str = ""
-    """Of the evidence that lies here: expectations, and the code that judged them."""
+    """Digest behind the evidence in the folder: of expectations, and of the code that judged them."""
     variants: list[str] = field(default_factory=list)
     """Variants that were laid over the case, in their order; a point of a sweep as `SWEEP.POINT`."""
     sets: list[str] = field(default_factory=list)
@@ -42,33 +42,33 @@ class RunRecord:
     seed: int = 0
     """Seed of the engine."""
     versions: dict[str, Any] = field(default_factory=dict)
-    """Of Python and the libraries."""
+    """Versions of Python and the libraries."""
     message: str = ""
     """Why it ended early."""
     where: dict[str, Any] | None = None
-    """The line of the case to blame, if it is known."""
+    """The line of the case to blame, if known."""
     time: float = 0.0
     """Simulated time reached [s]."""
     duration: float = 0.0
     """Simulated time wanted [s]."""
     started: str = ""
-    """When, in UTC."""
+    """When the run started, in UTC."""
     wall: float = 0.0
     """How long the program ran [s]."""
     timings: dict[str, float] = field(default_factory=dict)
     """Wall time of each phase [s]."""
     exit_code: int | None = None
-    """Of the program; negative is a signal."""
+    """Exit code of the program; a negative one is a signal."""
     peak_memory: int = 0
     """Largest resident memory of the program [bytes]."""
     lint: list[dict[str, Any]] = field(default_factory=list)
     """What the lint found: `rule`, `path`, `message`, and the author's `reason` where it is waived."""
     notes: list[str] = field(default_factory=list)
-    """Derived settings and their reasons, and what else is worth knowing."""
+    """Derived settings with their reasons, and other remarks."""
     recorded: dict[str, str] = field(default_factory=dict)
-    """What the simulation wrote, as in `inventory`; empty where it was not asked to its end."""
+    """Files that the simulation wrote, as in `inventory`; empty if it did not run to its end."""
     judged: dict[str, str] = field(default_factory=dict)
-    """What was worked out from that."""
+    """Files that were made from these."""
 
     def write(self, folder: Path) -> None:
         """Write it, so that a reader finds the old or the new record and never half of one."""
@@ -89,7 +89,7 @@ class RunRecord:
         """Return the record of a folder; None if there is none.
 
         Raises:
-            RunError: if there is one that cannot be trusted: nothing tells whether the rest is as it was written.
+            RunError: if there is one that cannot be trusted, so that nothing vouches for the other files.
         """
         record = cls.read(folder)
         if record is None and (folder / FILE).exists():
@@ -97,7 +97,7 @@ class RunRecord:
         return record
 
     def _is_sound(self) -> bool:
-        """Whether every value has the type that it has here: the file may be anybody's."""
+        """Return whether every value has its type here, since the file may come from anybody."""
         blank = RunRecord("", "", {})
         for name, usual in vars(blank).items():
             value = getattr(self, name)

@@ -1,4 +1,4 @@
-"""The files of a run folder, read with patience: what is missing or broken reads as nothing."""
+"""Tolerant readers of the files of a run folder: missing or broken ones read as empty."""
 
 import csv
 import json
@@ -22,7 +22,7 @@ def read_measures(run_dir: Path) -> tuple[Array, dict[str, Array]]:
 
 
 def read_events(run_dir: Path) -> list[dict[str, Any]]:
-    """Return the occurrences in `events.jsonl`; touches that no event of the case names have the name None."""
+    """Return the occurrences in `events.jsonl`; touches that belong to no event of the case have the name None."""
     rows = []
     for line in read_text(run_dir / "events.jsonl").splitlines():
         try:
@@ -59,7 +59,7 @@ def _is_real(value: Any) -> bool:
 
 
 def read_json(path: Path) -> Any:
-    """Return what a JSON file holds, or None."""
+    """Return what a JSON file holds; None if it is missing or broken."""
     try:
         return json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -67,7 +67,7 @@ def read_json(path: Path) -> Any:
 
 
 def read_text(path: Path) -> str:
-    """Return a text file, or nothing."""
+    """Return the text of a file; empty if it cannot be read."""
     try:
         return path.read_text("utf-8", "replace")
     except OSError:

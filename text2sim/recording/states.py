@@ -62,7 +62,7 @@ class LinkRecord:
     inertia: tuple[tuple[float, ...], ...]
     """About the centre of mass [kg m2], in the link's frame."""
     fixed: bool
-    """Held by the world."""
+    """Whether it is fixed to the world."""
 
 
 @dataclass(frozen=True)
@@ -79,14 +79,14 @@ class JointRecord:
     dof: tuple[int, int]
     """Its columns of `dofs_velocity` and `dofs_force`, from and to."""
     limits: tuple[float | None, float | None]
-    """[rad or m]; None where it has none."""
+    """[rad or m]; None without a limit."""
     link: int = -1
     """Column of the link that it carries."""
 
 
 @dataclass(frozen=True)
 class RunStates:
-    """What was recorded, as arrays over all frames; each is read when it is first asked for."""
+    """What was recorded, as arrays over all frames; each is read when it is first needed."""
 
     dt: float
     """Time step [s]."""
@@ -97,13 +97,13 @@ class RunStates:
     links: tuple[LinkRecord, ...]
     joints: tuple[JointRecord, ...]
     chunks: Chunks
-    """Those that could be read, in order, without a gap."""
+    """Chunks that could be read, in order, without a gap."""
     deformables: tuple[RecordedDeformable, ...] = ()
-    """Bodies that are points, not links, in the order of the arrays."""
+    """Deformable bodies, in the order of the arrays."""
     removed: dict[str, float] = field(default_factory=dict)
     """When bodies left the scene [s], by copy."""
     losses: tuple[str, ...] = ()
-    """What could not be read, in words."""
+    """Messages about what could not be read."""
     layout: dict[str, Any] = field(default_factory=dict, repr=False)
     """The layout file as written."""
 
@@ -112,7 +112,7 @@ class RunStates:
         """Open the recording of a run. Chunks from the first unreadable one on are left out and reported.
 
         Raises:
-            RunError: if the layout is missing or no layout.
+            RunError: if the layout is missing or invalid.
         """
         folder = run_dir / "states"
         try:
@@ -142,7 +142,7 @@ class RunStates:
 
     @property
     def frames(self) -> int:
-        """How many frames were recorded."""
+        """Number of recorded frames."""
         return len(self.time)
 
     @property
@@ -151,11 +151,11 @@ class RunStates:
         return float(self.time[-1]) if self.frames else 0.0
 
     def gone(self, copy: str) -> Array:
-        """Whether a copy has left the scene, shape (F,)."""
+        """Return whether a copy has left the scene, shape (F,)."""
         return self.time > self.removed.get(copy, np.inf) + 1e-9
 
     def lacks(self, state: str) -> str:
-        """Return what a run that ended in `state` should have recorded and has not; empty if it is all there."""
+        """Return what a run that ended in `state` should have recorded but has not; empty if nothing is missing."""
         if self.losses:
             return self.losses[0]
         wanted = self.layout.get("n_frames")
@@ -166,7 +166,7 @@ class RunStates:
     @cached_property
     def time(self) -> Array:
         """Times of the frames [s], shape (F,)."""
-        return self._gather("time", ())
+        return self.chunks.gather("time", ())
 
     @cached_property
     def steps(self) -> Array:
@@ -176,64 +176,61 @@ class RunStates:
     @cached_property
     def pos(self) -> Array:
         """Origins of the links [m], world, shape (F, L, 3)."""
-        return self._gather("links_pos", (len(self.links), 3))
+        return self.chunks.gather("links_pos", (len(self.links), 3))
 
     @cached_property
     def quat(self) -> Array:
         """Orientations (w, x, y, z) of the links, shape (F, L, 4)."""
-        return self._gather("links_quat", (len(self.links), 4))
+        return self.chunks.gather("links_quat", (len(self.links), 4))
 
     @cached_property
     def vel(self) -> Array:
         """Velocities of the links' centres of mass [m/s], world, shape (F, L, 3)."""
-        return self._gather("links_vel", (len(self.links), 3))
+        return self.chunks.gather("links_vel", (len(self.links), 3))
 
     @cached_property
     def ang(self) -> Array:
         """Angular velocities of the links [rad/s], world, shape (F, L, 3)."""
-        return self._gather("links_ang", (len(self.links), 3))
+        return self.chunks.gather("links_ang", (len(self.links), 3))
 
     @cached_property
     def qpos(self) -> Array:
         """Joint positions [rad or m], shape (F, Q)."""
-        return self._gather("qpos", (max((j.q[1] for j in self.joints), default=0),))
+        return self.chunks.gather("qpos", (max((j.q[1] for j in self.joints), default=0),))
 
     @cached_property
     def dofs_velocity(self) -> Array:
         """Joint velocities [rad/s or m/s], shape (F, D)."""
-        return self._gather("dofs_velocity", (self._dofs,))
+        return self.chunks.gather("dofs_velocity", (self._dofs,))
 
     @cached_property
     def dofs_force(self) -> Array:
-        """What the motors give [N or N m], shape (F, D)."""
-        return self._gather("dofs_control_force", (self._dofs,))
+        """Forces of the motors [N or N m], shape (F, D)."""
+        return self.chunks.gather("dofs_control_force", (self._dofs,))
 
     @cached_property
     def soft_velocity(self) -> Array:
         """Velocities of the deformable bodies' centres of mass [m/s], world, shape (F, B, 3)."""
-        return self._gather("soft_velocity", (len(self.deformables), 3))
+        return self.chunks.gather("soft_velocity", (len(self.deformables), 3))
 
     @cached_property
     def soft_kinetic(self) -> Array:
         """Kinetic energies of the deformable bodies [J], shape (F, B)."""
-        return self._gather("soft_kinetic", (len(self.deformables),))
+        return self.chunks.gather("soft_kinetic", (len(self.deformables),))
 
     @cached_property
     def soft_speed(self) -> Array:
         """Largest speed of any point of each deformable body [m/s], shape (F, B)."""
-        return self._gather("soft_speed", (len(self.deformables),))
+        return self.chunks.gather("soft_speed", (len(self.deformables),))
 
     def contact(self, name: str) -> Array:
         """Return one array of the contacts of all steps, without the prefix `contact_`, shape (n, ...)."""
         key = f"contact_{name}"
-        return self._gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
+        return self.chunks.gather(key, tuple(int(n) for n in CONTACT_FIELDS[key]))
 
     @property
     def _dofs(self) -> int:
         return max((j.dof[1] for j in self.joints), default=0)
-
-    def _gather(self, name: str, row: tuple[int, ...]) -> Array:
-        return self.chunks.gather(name, row)
 
 
 def _link(index: int, row: dict[str, Any]) -> LinkRecord:
