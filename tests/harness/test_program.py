@@ -80,7 +80,7 @@ def test_a_program_that_ends_well_is_finished(make_run):
 def test_a_program_that_says_nothing_about_its_end_has_failed(make_run):
     outcome = run(make_run("")).outcome
     assert outcome.state == "failed"
-    assert "without saying how far" in outcome.message
+    assert "without a status" in outcome.message
 
 
 def test_divergence_is_named(make_run):

@@ -1,4 +1,4 @@
-"""The folder of a run: made whole in one step, reused where its contents still hold, never half replaced."""
+"""The folder of a run: put in place in one step, reused where its contents are still valid, never half replaced."""
 
 import os
 import shutil
@@ -19,11 +19,11 @@ from text2sim.spec_schema.errors import RunError
 
 _STAGING = ".staging-"
 _STALE = 86_400.0
-"""Age [s] from which on a folder of a process that is gone is nobody's."""
+"""Age [s] above which a folder of a process that is gone is deleted."""
 
 
 class Work(Enum):
-    """What has to be done, from everything to nothing."""
+    """The work that a run takes, from all to none."""
 
     SIMULATE = "simulated"
     FILM = "filmed again"
@@ -33,7 +33,7 @@ class Work(Enum):
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a run shall be a run of."""
+    """What a run folder should contain."""
 
     key: dict[str, str]
     """As in `RunRecord`."""
@@ -46,7 +46,7 @@ def remaining_work(folder: Path, wanted: Wanted) -> tuple[Work, str]:
     """Compare what lies in a run folder with what is wanted.
 
     Returns:
-        What is to be done; and what was found damaged, in words, if that is why.
+        The work to do; and a message about damage, if that is why.
     """
     record = RunRecord.read(folder)
     if record is None or record.state not in COMPLETE or record.key != wanted.key or _has_links(folder):
@@ -56,7 +56,7 @@ def remaining_work(folder: Path, wanted: Wanted) -> tuple[Work, str]:
     if damage := fault(folder, record.recorded, content=False):
         return Work.SIMULATE, damage
     work, why = _beyond_states(folder, record, wanted)
-    # To read all states takes a moment: only where something new is made of them.
+    # Reading all states takes a moment, and is only needed if something new is made from them.
     if work is not Work.NOTHING and (damage := fault(folder, record.recorded)):
         return Work.SIMULATE, damage
     return work, why
@@ -75,11 +75,11 @@ def _beyond_states(folder: Path, record: RunRecord, wanted: Wanted) -> tuple[Wor
 
 @contextmanager
 def staging(parent: Path) -> Iterator[Path]:
-    """A folder beside the final place, from which things are moved there in one step; gone afterwards.
+    """Make a folder beside the final place, from which things are moved there in one step; delete it afterwards.
 
     Raises:
         RunError: if the folder cannot be made.
-        OSError: From the body of the `with`; a file in the folder has the name that it would get.
+        OSError: from the body of the `with`; a file in the folder is named as in its final place.
     """
     try:
         parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def staging(parent: Path) -> Iterator[Path]:
     except OSError as error:
         if not str(error.filename).startswith(str(folder)):
             raise
-        # To its user a file has the name that it would get.
+        # The user knows a file by the name of its final place.
         name = parent / Path(error.filename).relative_to(folder)
         raise OSError(error.errno, error.strerror, str(name)) from error
     finally:
@@ -102,7 +102,7 @@ def staging(parent: Path) -> Iterator[Path]:
 
 
 def _sweep(parent: Path) -> None:
-    """Delete what killed processes left behind; a day is left to those of other machines on the same disk."""
+    """Delete what killed processes left behind, after a day: processes of other machines may use the same disk."""
     for stale in parent.glob(f"{_STAGING}*"):
         with suppress(OSError, ValueError):
             holder = int(stale.name.removeprefix(_STAGING).partition("-")[0])
@@ -111,7 +111,7 @@ def _sweep(parent: Path) -> None:
 
 
 def install_run(staged: Path, folder: Path) -> None:
-    """Put a fresh run folder in place; what was recorded there stays as `<name>.previous` until that is complete.
+    """Put a fresh run folder in place; an older recording stays as `<name>.previous` until the run is complete.
 
     Raises:
         RunError: if there is a symbolic link in its place.
@@ -138,13 +138,13 @@ def install_program(staged: Path, program: Path) -> None:
     """Put a program folder in place of an older one.
 
     Raises:
-        RunError: if what is there is no program of ours: it is not ours to delete.
+        RunError: if something else is there, which we must not delete.
     """
     if program.is_symlink():
         raise RunError(f"{program} is a symbolic link; remove it, or choose another folder")
     if program.exists():
         if not program.is_dir() or (any(program.iterdir()) and not _is_program(program)):
-            raise RunError(f"{program} is there and is no program of text2sim; choose another folder")
+            raise RunError(f"{program} exists and is not a program of text2sim; choose another folder")
         _discard(program, staged.parent)
     os.rename(staged, program)
 
@@ -154,13 +154,13 @@ def _is_program(folder: Path) -> bool:
 
 
 def _discard(path: Path, bin_folder: Path) -> None:
-    # Renamed first: a folder that is half deleted must not be taken for one that is whole.
+    # Renamed first, so that nobody takes a half-deleted folder for a complete one.
     if path.is_symlink() or path.exists():
         os.rename(path, Path(tempfile.mkdtemp(dir=bin_folder)) / path.name)
 
 
 def _has_links(folder: Path) -> bool:
-    # A run folder may come from a repository of someone else: nothing is written through links in it.
+    # A run folder may come from somebody else's repository: nothing is written through links in it.
     if folder.is_symlink():
         return True
     for root, folders, files in os.walk(folder):

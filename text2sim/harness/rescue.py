@@ -1,4 +1,4 @@
-"""Simulations that came to their end, although the process that watched them did not."""
+"""Rescue of simulations that ran to their end, although the process that watched them was killed."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from text2sim.spec_schema.errors import RunError
 
 
 def rescue(folder: Path, key: dict[str, str]) -> None:
-    """Write down that a run is complete, if its program said so and all that it recorded is there.
+    """Record that a run is complete if its program said so and nothing of the recording is missing.
 
     Args:
         folder: The run folder, which nobody else writes to.
-        key: What the run should be a run of, as in `RunRecord`.
+        key: What the recorded states should depend on, as in `RunRecord`.
     """
     record, status = RunRecord.read(folder), read_status(folder / "status.json")
     if record is None or record.state != "running" or record.key != key or status.get("state") not in COMPLETE:
@@ -29,5 +29,5 @@ def rescue(folder: Path, key: dict[str, str]) -> None:
     if record.state == "diverged":
         record.message = " ".join(clean(str(status.get("message") or "")).split())
     record.recorded = list_files(folder, RECORDED)
-    record.notes.append("its text2sim was killed after the simulation had come to its end")
+    record.notes.append("text2sim was killed after the simulation was complete")
     record.write(folder)

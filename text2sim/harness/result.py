@@ -11,7 +11,7 @@ from text2sim.spec_schema.errors import Problem
 
 @dataclass(frozen=True)
 class RunResult:
-    """What `run_case` did and what came of it."""
+    """What `run_case` did, and the outcome."""
 
     case: str
     """Name of the case."""
@@ -26,17 +26,17 @@ class RunResult:
     message: str
     """Why the simulation ended early; empty if it did not."""
     problem: Problem | None
-    """The same, at the line of the case to blame, if that is known."""
+    """The same as a problem at the line of the case to blame, if that is known."""
     evidence: dict[str, Any] | None
     """As in `evidence.json`; None if nothing was recorded."""
     film: Path | None
     film_message: str
-    """Why there is no film although there should be one."""
+    """Why there is no film although one was wanted."""
     report: Path | None
     stopped: bool
     """Whether someone asked to stop."""
     damage: str = ""
-    """What of the run that lay there was found missing or damaged, and what was done about it."""
+    """What was missing or damaged in the existing run folder, and what was done about it."""
     warnings: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     timings: dict[str, float] = field(default_factory=dict)
@@ -51,14 +51,14 @@ class RunResult:
 
     @property
     def passed(self) -> bool:
-        """Whether the simulation came to its end and everything expected came true."""
+        """Whether the simulation ran to its end and met all expectations."""
         return self.state == "finished" and (self.evidence or {}).get("verdict") == "passed"
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], folder: Path) -> "RunResult":
-        """Return the result as `as_dict` wrote it down in another process, of the run that now lies in `folder`.
+        """Return the result that `as_dict` gave in another process, for the run that is now in `folder`.
 
-        Besides what is written there, `data` says under `stopped` whether someone asked to stop.
+        In addition, `stopped` in `data` says whether someone asked to stop.
         """
         own: dict[str, Any] = {
             name: data[name] for name in ("case", "state", "time", "message", "film_message", "stopped", "damage")

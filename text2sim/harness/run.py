@@ -1,4 +1,4 @@
-"""Runs a case into a folder with evidence, doing only what is not yet done."""
+"""Runs a case into a folder with evidence; does only what is not yet done."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -34,6 +34,7 @@ from text2sim.runtime.program import Finished, run_program
 from text2sim.runtime.progress import Clock, OnProgress, ignore
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.overlay import needs_layers
 from text2sim.spec_schema.whole_files import write_atomically
@@ -49,7 +50,7 @@ Compile = Callable[["LoadedCase", Path], "Plan"]
 Runner = Callable[..., Finished]
 """Runs the program of a run folder, as `run_program` does."""
 Device = Literal["cpu", "gpu"]
-"""What the engine computes on. The CPU is the faster of the two for a scene of a few hundred bodies."""
+"""What the engine computes on. The CPU is faster for a scene of a few hundred bodies."""
 
 
 def run_case(
@@ -67,12 +68,12 @@ def run_case(
     lint: Sequence[dict[str, Any]] = (),
     runner: Runner = run_program,
 ) -> RunResult:
-    """Bring the run folder of a case up to date: simulate, film, judge and report what is not yet.
+    """Bring the run folder of a case up to date: simulate, film, judge and report, as far as needed.
 
     Args:
         loaded: The case.
         runs: The folder of run folders.
-        on_progress: Told how far it has come.
+        on_progress: Receives progress.
         timeout: Wall time [s] that the program may take.
         memory_gb: Memory [GB] that it may use; 85 % of the machine's if left out.
         film: Whether a film is wanted.
@@ -175,12 +176,12 @@ class _Run:
         self.runner: Runner = run_program
         self.film_message = ""
         self.damage = ""
-        """What was found damaged of the run that lay there."""
+        """Damage of the existing run folder, and what was done about it."""
         self.problem: Problem | None = None
         self.evidence: dict[str, Any] | None = None
 
     def work(self, *, force: bool) -> Work:
-        """What is to be done."""
+        """Return the work to do."""
         if force:
             return Work.SIMULATE
         rescue(self.folder, self.record.key)
@@ -191,7 +192,7 @@ class _Run:
         return work
 
     def do(self, work: Work, staged: Path) -> None:
-        """Do it, with the program that lies in `staged`."""
+        """Do the work, with the program in `staged`."""
         if work is Work.SIMULATE:
             self._write_inputs(staged)
             self.record.started = datetime.now(UTC).isoformat(timespec="seconds")
@@ -210,7 +211,7 @@ class _Run:
             drop_previous(self.folder, staged.parent)
 
     def result(self, work: Work) -> RunResult:
-        """Write down what it took, and say what came of it."""
+        """Record timings, and return the result."""
         timings, record = self.clock.finish(), self.record
         if record.state == "diverged":
             self.problem = self._blame_body()
@@ -220,7 +221,7 @@ class _Run:
         video, report = self.folder / "video.mp4", self.folder / "report.html"
         current = record.render_digest == self.film_digest and video.is_file()
         if self.evidence is not None:
-            # The file is sorted by name; people read expectations in the order in which the case lists them.
+            # The file is sorted by name, but people expect the order of the case.
             expect = self.evidence["expect"]
             self.evidence["expect"] = {name: expect[name] for name in self.loaded.case.actions.expect if name in expect}
         return RunResult(
@@ -250,7 +251,7 @@ class _Run:
         write_atomically(folder / "resolved.json", json.dumps(resolved, indent=1) + "\n")
 
     def _refresh(self, staged: Path, work: Work) -> None:
-        """Take up the record that lies there; bring all but the states to the case as it is now."""
+        """Take over the existing record; bring everything but the states up to date with the case."""
         fresh, self.record = self.record, RunRecord.read(self.folder) or self.record
         if work is Work.NOTHING and self.record.case_digest == fresh.case_digest:
             return
@@ -284,9 +285,9 @@ class _Run:
         record.write(self.folder)
 
     def _blame_body(self) -> Problem | None:
-        """The divergence at the line of the body that it was first seen on."""
+        """Return the divergence as a problem at the line of the body on which it was first seen."""
         where = read_status(self.folder / "status.json").get("where")
-        name = str(where.get("body")).split("[")[0] if isinstance(where, dict) else ""
+        name = body_of(str(where.get("body"))) if isinstance(where, dict) else ""
         if name not in self.loaded.case.bodies:
             return None
         return self.loaded.problem(("bodies", name), self.record.message, key=True, rule="diverged")
@@ -329,7 +330,7 @@ class _Run:
         self.clock.enter("judge")
         try:
             judge(self.folder, self.loaded.case)
-            self.evidence = read_evidence(self.folder)  # as a later process finds it, in the same order
+            self.evidence = read_evidence(self.folder)  # in the order in which a later process reads it
         except RunError as error:
             self.record.notes.append(f"nothing could be judged: {error}")
             return
@@ -341,7 +342,7 @@ class _Run:
     def _make_replay(self) -> None:
         from text2sim.replay.page import NAME, is_quick, write_replay
 
-        (self.folder / NAME).unlink(missing_ok=True)  # of what was recorded or expected before
+        (self.folder / NAME).unlink(missing_ok=True)  # it shows an older recording or expectations
         if not is_quick(self.folder):
             return
         try:
@@ -351,7 +352,7 @@ class _Run:
 
 
 def _case_digest(loaded: "LoadedCase") -> str:
-    """Digest of the case as it is written, its prefabs, and what is laid over it."""
+    """Return the digest of the case as written, its prefabs, and what is laid over it."""
     text = loaded.source.text
     if needs_layers(loaded.written.data, loaded.overlay):
         text += "\0" + repr(loaded.overlay) + "\0" + expanded_text(loaded)
@@ -359,7 +360,7 @@ def _case_digest(loaded: "LoadedCase") -> str:
 
 
 def _judge_digest(loaded: "LoadedCase", film_digest: str) -> str:
-    """Digest of all that evidence depends on besides recorded states, and of the code that makes it."""
+    """Return the digest of what evidence depends on besides recorded states, and of the code that makes it."""
     case = loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
     # How well bodies are seen depends on the cameras.
     return sha256((case + film_digest + judge_code()).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Digests of our own code. A version number says too little between two releases: changed code makes other results."""
+"""Digests of our own code, since its results change between releases while the version number does not."""
 
 from collections.abc import Iterable
 from hashlib import sha256
@@ -11,7 +11,7 @@ TEMPLATES = Path(str(templates.__file__)).parent
 
 
 def simulation_code() -> str:
-    """Return the digest of the templates that a simulation depends on: all but those that only film it."""
+    """Return the digest of the templates that a simulation depends on: all except those that only film."""
     return _digest(TEMPLATES, (path for path in _sources(TEMPLATES) if path.name not in FILM_TEMPLATES))
 
 

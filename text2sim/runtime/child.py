@@ -1,4 +1,4 @@
-"""One program in a process of its own, within limits of time, memory and log."""
+"""A program in a process of its own, with limits on time, memory and log."""
 
 import os
 import signal
@@ -19,12 +19,12 @@ from text2sim.runtime import kernel_cache
 from text2sim.runtime.stop import Stop
 
 POLL = 0.1
-"""Time [s] between looks at the child."""
+"""Time [s] between checks of the child."""
 MEMORY_POLL = 0.5
-"""Time [s] between looks at its memory, which cost more."""
+"""Time [s] between checks of its memory, which cost more."""
 
-# Names that a program needs to find its engine, its caches and its devices. All others stay here: an
-# environment holds keys and addresses that a generated program has no business to see.
+# Variables that a program needs to find its engine, caches and devices. It gets no others: an environment holds keys
+# and addresses that a generated program must not see.
 _KEPT = frozenset(
     "PATH HOME USER LOGNAME SHELL LANG LANGUAGE TZ TMPDIR TEMP TMP DISPLAY WAYLAND_DISPLAY XAUTHORITY "
     "LD_LIBRARY_PATH PYTHONPATH PYTHONHOME PYOPENGL_PLATFORM VIRTUAL_ENV MPLCONFIGDIR "
@@ -34,8 +34,8 @@ _KEPT_PREFIXES = (
     "LC_ XDG_ QD_ GS_ CUDA_ NVIDIA_ NV_ HIP_ ROCR_ ROCM_ HSA_ DYLD_ EGL_ __EGL_ __GLX_ LIBGL_ MESA_ GALLIUM_ "
     "LP_ VK_ OMP_ MKL_ OPENBLAS_ NUMBA_ TORCH_ PYTORCH_ CONDA_"
 ).split()
-# Linux kills a program with this prefix when the thread that started it dies, however that happens. (What `prctl`
-# sets lasts through `exec`; 1 is PR_SET_PDEATHSIG. Python between fork and exec is not safe among threads.)
+# With this prefix, Linux kills a program when the thread that started it dies, for whatever reason. (What `prctl` sets
+# survives `exec`; 1 is PR_SET_PDEATHSIG. Running Python between fork and exec is not safe with threads.)
 _MORTAL = """\
 import ctypes, os, sys
 ctypes.CDLL(None).prctl(1, 9)
@@ -43,7 +43,7 @@ if os.getppid() == int(sys.argv[1]):
     os.execv(sys.argv[2], sys.argv[2:])
 """
 THREADS = 1
-"""Of the libraries that share out sums: with another number, fem bodies are 0.1 mm elsewhere after 0.3 s."""
+"""Threads of numeric libraries. Sums depend on it: with another number, fem bodies are 0.1 mm off after 0.3 s."""
 _SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
 
 
@@ -56,9 +56,9 @@ class Limits:
     memory: int | None = None
     """Resident memory [bytes] of the program and all its children; `default_memory` if None."""
     grace: float = 20.0
-    """Time [s] that a program has to write down what it has, once it is asked to stop."""
+    """Time [s] that a program has to save its results, once it is asked to stop."""
     log: int = 20_000_000
-    """Size [bytes] of the log; what lies between its beginning and its end is left out."""
+    """Size [bytes] of the log; a longer one loses its middle."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class ChildExit:
     """How a program ended."""
 
     cause: Literal["ended", "timeout", "memory", "stopped"]
-    """Its own end, or why we ended it."""
+    """`ended` by itself, or why we ended it."""
     code: int
     """Exit code; negative is the signal that killed it."""
     wall: float
@@ -74,13 +74,13 @@ class ChildExit:
     peak_memory: int
     """Largest resident memory [bytes] seen."""
     memory_limit: int
-    """What it might use [bytes]."""
+    """Memory that it was allowed [bytes]."""
     log_left_out: int
     """Bytes that did not fit into the log."""
 
 
 def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the part of an environment that a program gets: never a key, a token or a secret."""
+    """Return the part of an environment that a program gets: without keys, tokens and secrets."""
     kept = {
         name: value
         for name, value in environment.items()
@@ -99,14 +99,14 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
 
 
 def mortal(command: Sequence[str]) -> tuple[str, ...]:
-    """Return a command that ends with us, where the system can do that; its first word is the path of a program."""
+    """Return a command, which begins with the path of a program, so that it dies with us, if the system can do that."""
     if sys.platform != "linux":
         return tuple(command)
     return sys.executable, "-I", "-S", "-c", _MORTAL, str(os.getpid()), *command
 
 
 def default_memory() -> int:
-    """Return 85 % of the memory [bytes] of this machine, or of the container that we are in."""
+    """Return 85 % of the memory [bytes] of this machine, or of its container."""
     total = psutil.virtual_memory().total
     for path in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
         with suppress(OSError, ValueError):  # no such file, or the word `max`
@@ -124,18 +124,18 @@ def run_child(
     on_poll: Callable[[], bool | None],
     inherit: Sequence[int] = (),
 ) -> ChildExit:
-    """Run a command to its end, or to ours.
+    """Run a command until it ends, or exceeds a limit.
 
-    It gets a session of its own, so that Ctrl-C in a terminal reaches us alone and we decide what it means. Should we
-    be killed, it dies too: nobody would keep it within its limits.
+    It gets a session of its own, so that Ctrl-C in a terminal reaches only us and we decide what it means. If we are
+    killed, it dies too, since nobody would enforce its limits.
 
     Args:
         command: What to run; the first word is a path.
         folder: Its working directory.
         log: Where its output goes, appended.
         limits: What it may use.
-        stop: Requests to stop: at the first it is asked to, at the second it is killed.
-        on_poll: Called about ten times a second; true where it is no use to wait for the end, which then is a timeout.
+        stop: Requests to stop: the first asks it to stop, the second kills it.
+        on_poll: Called about ten times a second; if it returns true, the command is stopped as for a timeout.
         inherit: File descriptors that it keeps open (the lock of its run).
     """
     memory_limit = limits.memory or default_memory()
@@ -159,7 +159,7 @@ def run_child(
                 if on_poll():
                     watch.give_up()
         finally:
-            # Also reached when the listener fails, and for grandchildren that outlive the program.
+            # Also if the listener fails, and for grandchildren that outlive the program.
             watch.kill()
             process.wait()
             left_out = pump.finish()
@@ -197,7 +197,7 @@ class _Watch:
             self.peak = max(self.peak, used)
             if used > self._memory_limit:
                 self.cause = "memory"
-                self.kill()  # no grace: what it would write down needs memory too
+                self.kill()  # no grace: saving results needs memory too
         if self.cause == "ended":
             if stop.count:
                 self._ask("stopped", signal.SIGINT, now)
@@ -246,7 +246,7 @@ def _tree_memory(pid: int) -> int:
 
 
 class _Pump:
-    """Moves output into the log: all of its beginning, and its end, where the reason of a failure stands."""
+    """Moves output into the log: its beginning, and its end, which tells the reason of a failure."""
 
     def __init__(self, source: IO[bytes], sink: IO[bytes], limit: int) -> None:
         self._source = source
@@ -261,7 +261,7 @@ class _Pump:
         self._thread.start()
 
     def finish(self) -> int:
-        """Write the end of the log; return how many bytes [1] are left out."""
+        """Write the end of the log; return how many bytes are left out."""
         self._thread.join(timeout=5.0)
         if self._left_out:
             self._write(b"\n[... %d bytes left out ...]\n" % self._left_out)
@@ -270,7 +270,7 @@ class _Pump:
         return self._left_out
 
     def _run(self) -> None:
-        # Reading never ends before the source does: a full pipe would stop the program.
+        # Reads until the source ends: a full pipe would block the program.
         while block := os.read(self._source.fileno(), 1 << 16):
             if self._head > 0:
                 self._write(block[: self._head])

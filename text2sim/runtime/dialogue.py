@@ -1,4 +1,4 @@
-"""A process that takes orders and gives news, both as lines of JSON."""
+"""A process that takes orders and sends news, both as lines of JSON."""
 
 import json
 import os
@@ -19,31 +19,30 @@ from text2sim.runtime import kernel_cache
 from text2sim.runtime.child import child_environment, mortal
 
 LINE = 100_000
-"""Longest line of news that is believed [characters]."""
+"""Longest line of news that is read [characters]."""
 LOG = 2_000_000
-"""Size [bytes] at which a log is begun anew."""
+"""Size [bytes] at which a new log is begun."""
 
 
 @dataclass(frozen=True)
 class News:
-    """What a process said; `died` with its exit code is the last."""
+    """A message of a process; the last one is `died` with its exit code."""
 
     child: "Child"
     data: dict[str, Any]
 
 
 class Child:
-    """A process of ours in a session of its own, so that Ctrl-C in a terminal reaches us alone.
+    """A process of ours in a session of its own, so that Ctrl-C in a terminal reaches only us.
 
-    It ends when its input ends, so that it cannot outlive us, whatever happens to us; on Linux it dies with the thread
-    that started it.
+    It ends when its input ends, so it cannot outlive us; on Linux it dies with the thread that started it.
 
     Args:
-        name: Of the thread that listens to it.
+        name: Name of the thread that listens to it.
         module: What it runs.
         arguments: Its arguments.
         log: Where its errors go, appended.
-        inbox: Where its news go.
+        inbox: Where its news goes.
         secrets: Whether it gets the whole environment, keys included: only for code of ours.
     """
 
@@ -60,7 +59,7 @@ class Child:
         self.name = name
         kernel_cache.unlock()
         environment = dict(os.environ) if secrets else child_environment(os.environ)
-        # The package may lie in a folder that only our own interpreter was told of.
+        # The package may be in a folder that only our own interpreter knows.
         home = str(Path(text2sim.__file__).resolve().parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [home, environment.get("PYTHONPATH", "")]))
         if log.is_file() and log.stat().st_size > LOG:
@@ -83,11 +82,11 @@ class Child:
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Process id."""
         return self._process.pid
 
     def send(self, **order: Any) -> None:
-        """Give an order; to a process that is dead, it is lost."""
+        """Send an order; a dead process loses it."""
         assert self._process.stdin is not None
         with suppress(OSError, ValueError):
             self._process.stdin.write(json.dumps(order) + "\n")
@@ -101,7 +100,7 @@ class Child:
             return 0
 
     def worked(self) -> float:
-        """Return the processor time [s] that it has had; 0 if it is gone."""
+        """Return the processor time [s] that it has used; 0 if it is gone."""
         try:
             used = psutil.Process(self._process.pid).cpu_times()
         except psutil.Error:
@@ -109,7 +108,7 @@ class Child:
         return float(used.user + used.system)
 
     def end(self) -> None:
-        """Let it end by itself: it then keeps the kernels that it compiled."""
+        """Let it end by itself, so that it saves the kernels that it compiled."""
         assert self._process.stdin is not None
         with suppress(OSError, ValueError):
             self._process.stdin.close()

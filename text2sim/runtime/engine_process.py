@@ -1,11 +1,11 @@
 """The process that keeps Genesis warm: it simulates one freshly compiled program after the other.
 
-The first scene of a process takes ten seconds or more, for imports and for kernels that are loaded; the next takes a
-tenth of a second to build. What a program records is the same, bit for bit, as in a process of its own.
+The first scene of a process takes ten seconds or more, to import and to load kernels; the next takes a tenth of a
+second to build. A program records the same, bit for bit, as in a process of its own.
 
 Every line of the standard input is an order, `{"order": 1, "program": folder, "out": folder}`, or `{"cancel": 1}`; the
 end of the input ends the process. Every line of the standard output is news. What the engine prints goes to the
-standard error. Nothing here needs text2sim: programs come with all that they use.
+standard error. Nothing here needs text2sim: programs contain all that they use.
 """
 
 import gc
@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any
 
 FRAMES_PER_CHUNK = 20
-"""Recorded frames after which they are written down, so that the page can show them before the end."""
+"""Recorded frames in a chunk, small enough for the page to show them before the end."""
 GRACE = 5.0
 """Time [s] that a simulation has to stop when the input has ended."""
 _STAYS = frozenset({"engine"})
-"""Modules of programs that are not loaded anew: kernels hold on to the functions in them."""
+"""Modules of programs that are not reloaded, since kernels refer to the functions in them."""
 
 
 class Warm:
@@ -38,13 +38,13 @@ class Warm:
         self._started = False
         self._kept: dict[Any, Any] = {}
         self._path: str | None = None
-        # The file of a kernel's function must stay readable, and programs come and go: theirs is a copy of this one.
+        # The file of a kernel's function must stay readable, and programs come and go: theirs are copies of this one.
         sys.path.insert(0, str(templates))
         importlib.import_module("engine")
         sys.path.remove(str(templates))
         _skip_tracebacks()
         _keep_shapes()
-        if live:  # what is written here is looked at in the next second, not after a power cut
+        if live:  # what is written here is read within a second, and need not survive a power cut
             os.fsync = lambda fd: None
 
     def load(self, folder: Path) -> Any:
@@ -63,14 +63,14 @@ class Warm:
         return program
 
     def start(self, program: Any) -> None:
-        """Start the engine for a program; only the seed of a later program is still to be set."""
+        """Start the engine for a program; for later programs, only the seed is set."""
         program.start_engine(self._gs.cpu)
         if not self._started:
             self._started = True
             self._gs.init = _again
 
     def forget(self, scene: Any | None) -> None:
-        """Let go of a scene that was simulated, but not of what makes the next one quick."""
+        """Release a scene that was simulated, but not what makes the next one fast."""
         for solver in scene.sim.solvers if scene is not None else ():
             collider = getattr(solver, "collider", None)
             for holder in (solver, collider, getattr(collider, "gjk", None)):
@@ -90,22 +90,22 @@ def _again(*, seed: int | None = None, **options: Any) -> None:
 
 
 def _skip_tracebacks() -> None:
-    """Keep quadrants from writing a traceback for every array of a scene: half of the time that a build takes."""
+    """Keep quadrants from making a traceback for every array of a scene, which takes half the time of a build."""
     for name, module in list(sys.modules.items()):
         if name.startswith("quadrants") and hasattr(module, "get_traceback"):
             module.get_traceback = lambda stacklevel=1: ""  # type: ignore[attr-defined]
 
 
 def _keep_shapes() -> None:
-    """Keep what was computed for the shapes of the last scene, and of none before it, for the next is much like it."""
+    """Keep what was computed for the shapes of the last scene only, since the next is much like it."""
     from genesis.utils import cache
 
-    cache.enable_owned_cache_release()  # lets go of what no scene uses any more
+    cache.enable_owned_cache_release()  # releases what no scene uses any more
     cache.disable_owned_cache_release()
 
 
 def _empty_dispatchers() -> None:
-    """Release the arrays of past scenes: a dispatcher keeps all arguments that it ever chose a kernel for."""
+    """Release the arrays of past scenes, which a dispatcher keeps with the kernels that it chose for them."""
     from genesis.engine.solvers.rigid.constraint import solver
 
     dispatcher = solver.func_solve_body
@@ -117,7 +117,7 @@ def _empty_dispatchers() -> None:
 
 
 class CommandLoop:
-    """Takes orders from the standard input, and gives news on the standard output."""
+    """Takes orders from the standard input, and sends news to the standard output."""
 
     def __init__(self) -> None:
         self._news = os.fdopen(os.dup(1), "w", encoding="utf-8")
@@ -128,7 +128,7 @@ class CommandLoop:
         self.started = False
         """Whether the engine has been imported."""
         self.orders: queue.Queue[dict[str, Any] | None] = queue.Queue()
-        """What is to be done; None at the end."""
+        """Orders to carry out; None at the end."""
         threading.Thread(target=self._listen, name="orders", daemon=True).start()
 
     def tell(self, **news: Any) -> None:
@@ -161,7 +161,7 @@ class CommandLoop:
         self.orders.put(None)
         with self._lock:
             if self._running is None:
-                return  # the end of the process writes down the kernels that it compiled: let it take its time
+                return  # the process saves the kernels that it compiled as it ends: give it time
             self._running[1].append(0)
         timer = threading.Timer(GRACE, os._exit, (1,))  # for a step that never ends
         timer.daemon = True
@@ -175,7 +175,7 @@ class CommandLoop:
 
 
 def _simulate(warm: Warm, commands: CommandLoop, order: dict[str, Any]) -> dict[str, Any]:
-    """Carry out an order; return what came of it."""
+    """Carry out an order; return its result."""
     number, folder, out = order["order"], Path(order["program"]), Path(order["out"])
     scene, program = None, None
     answer: dict[str, Any] = {"state": "finished"}
@@ -220,17 +220,17 @@ def main() -> None:
         gc.disable()
         answer = _simulate(warm, commands, order)
         commands.tell(order=order["order"], **answer)
-        # Now that nobody waits for it.
+        # Now, when nobody waits.
         gc.enable()
         gc.collect()
-        if first:  # what the engine itself is made of need not be looked through again
+        if first:  # the engine's own objects need not be searched again
             gc.freeze()
             first = False
         commands.tell(memory=_memory())
 
 
 def _memory() -> int:
-    """Resident memory of this process [bytes]."""
+    """Return the resident memory of this process [bytes]."""
     import psutil
 
     return psutil.Process().memory_info().rss

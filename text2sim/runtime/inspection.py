@@ -1,6 +1,6 @@
-"""Inspection of this machine: what it has, what it lacks, and how to mend that.
+"""Inspection of this machine: what it has, what it lacks, and how to fix that.
 
-Genesis, torch and the rest are asked in child processes.
+Genesis, torch and others are tried in child processes.
 """
 
 import json
@@ -40,18 +40,18 @@ API_KEYS = (
     "XAI_API_KEY",
 )
 MIN_MEMORY = 4 * 2**30
-"""Least memory [bytes] for comfort: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
+"""Recommended memory [bytes]: a small rigid scene takes 1 GB, compiling its kernels up to 3 GB."""
 
 _REINSTALL = "scripts/bootstrap (or: pip install -c constraints.txt .)"
 _RENDER_INSTALL = "pip install -c constraints.txt '.[render]'"
 _DRIVERS = "sudo apt-get install -y libegl-mesa0 libgl1-mesa-dri; NVIDIA containers: NVIDIA_DRIVER_CAPABILITIES=all"
 _CHILD_LIMIT = 120.0
-"""Wall time [s] after which a child is given up; `import genesis` from a cold disk takes half a minute."""
+"""Wall time [s] after which a child is killed; `import genesis` from a cold disk takes half a minute."""
 
 
 @dataclass(frozen=True)
 class MachineFinding:
-    """One thing that was looked at."""
+    """Result of one check."""
 
     name: str
     ok: bool
@@ -60,14 +60,14 @@ class MachineFinding:
     value: str
     """What was found, or what is wrong."""
     fix: str
-    """One line that mends it; empty if there is nothing to mend."""
+    """One line that fixes it; empty if nothing is wrong."""
 
 
 def inspect_machine() -> list[MachineFinding]:
-    """Look at everything that a run depends on, in about ten seconds.
+    """Check everything that a run depends on, in about ten seconds.
 
     Returns:
-        What was found, in a fixed order. Values of secrets are never part of it.
+        The results in a fixed order, without values of secrets.
     """
     # The first child loads gigabytes of libraries, so it starts first and the others run beside it.
     slow = (_genesis_and_opengl, _path_tracer, _torch, _ipc, _encoder, _formatter)
@@ -85,16 +85,16 @@ def inspect_machine() -> list[MachineFinding]:
 
 
 def ask_child(code: str, *, timeout: float = _CHILD_LIMIT) -> tuple[dict[str, Any], str]:
-    """Run Python code in a child process, so that a crash or a hang in it is an answer too.
+    """Run Python code in a child process, so that a crash or a hang in it can be reported.
 
     Args:
-        code: Statements that print JSON objects, one on a line, as they learn something.
+        code: Statements that print JSON objects, one per line.
         timeout: Limit on wall time [s].
 
     Returns:
         All that was printed, merged, and why the child failed (empty if it did not).
     """
-    # -P: with the repository as working directory its root links would shadow real packages (`templates`).
+    # -P: links in the root of the repository would shadow real packages (`templates`) if it is the working directory.
     try:
         child = subprocess.run(
             [sys.executable, "-P", "-c", code],
@@ -148,8 +148,8 @@ def _libraries() -> MachineFinding:
     return MachineFinding("system libraries", False, "required", value, _install_line(missing))
 
 
-# Genesis chooses the OpenGL platform as it is imported, so its own renderer is asked rather than imitated.
-# It comes last: making a context is what crashes where drivers are broken, and the rest is known by then.
+# Genesis chooses the OpenGL platform when it is imported, so its own renderer is tried. That comes last: making a
+# context crashes where drivers are broken, and the rest is known by then.
 _ASK_GENESIS = """
 import json
 import genesis
@@ -204,24 +204,17 @@ def _torch() -> list[MachineFinding]:
     if devices:
         return [torch, MachineFinding("cuda", True, "optional", f"{', '.join(devices)}, CUDA {learned['cuda']}", "")]
     if not hardware:
-        return [
-            torch,
-            MachineFinding("cuda", False, "optional", "no NVIDIA device: runs use the CPU", "a machine with one"),
-        ]
+        cuda = MachineFinding("cuda", False, "optional", "no NVIDIA device: runs use the CPU", "a machine with one")
+        return [torch, cuda]
     if learned["cuda"] is None:
-        value, fix = (
-            "torch is the CPU build",
-            f"pip install --force-reinstall torch=={learned['version'].split('+')[0]}",
-        )
+        value = "torch is the CPU build"
+        fix = f"pip install --force-reinstall torch=={learned['version'].split('+')[0]}"
     else:
-        value, fix = (
-            f"torch (CUDA {learned['cuda']}) does not see it",
-            "update the NVIDIA driver; see nvidia-smi",
-        )
+        value, fix = f"torch (CUDA {learned['cuda']}) does not see it", "update the NVIDIA driver; see nvidia-smi"
     return [torch, MachineFinding("cuda", False, "optional", f"{', '.join(hardware)}, but {value}", fix)]
 
 
-# That it imports says little: libuipc opens the device as it makes its engine.
+# An import says little: libuipc opens the device when it makes its engine.
 _ASK_IPC = """
 import json, tempfile, uipc
 print(json.dumps({"uipc": True}), flush=True)
@@ -232,7 +225,7 @@ print(json.dumps({"engine": True}))
 
 
 def _ipc() -> list[MachineFinding]:
-    """Whether cases with contact model ipc run here; all others do without."""
+    """Check whether cases with contact model ipc run here; no others need it."""
     need = "only cases with contact model ipc need it"
     if obstacle := ipc_obstacle():
         fix = IPC_INSTALL if device_kind() == "cuda" else "a machine with an NVIDIA device and torch for CUDA"
@@ -241,11 +234,8 @@ def _ipc() -> list[MachineFinding]:
     if "engine" in learned:
         return [MachineFinding("ipc", True, "optional", f"pyuipc {version_of('pyuipc')}", "")]
     fix = "update the NVIDIA driver: pyuipc is built for CUDA 12.8" if learned else IPC_INSTALL
-    return [
-        MachineFinding(
-            "ipc", False, "optional", f"pyuipc {version_of('pyuipc')} does not start: {failure}; {need}", fix
-        )
-    ]
+    value = f"pyuipc {version_of('pyuipc')} does not start: {failure}; {need}"
+    return [MachineFinding("ipc", False, "optional", value, fix)]
 
 
 def _encoder() -> list[MachineFinding]:
@@ -255,7 +245,7 @@ def _encoder() -> list[MachineFinding]:
     return [MachineFinding("video encoder", bool(learned), "optional", value, "" if learned else _REINSTALL)]
 
 
-# The variants of the path tracer are tried in children of this child: one that does not suit may abort.
+# The variants of the path tracer are tried in children of this child, since an unsuitable one may abort.
 _ASK_RENDERER = """
 import json
 from text2sim.rendering.renderer import find_variant, is_installed
@@ -267,7 +257,7 @@ _VARIANTS = {"cuda": "on the NVIDIA device", "llvm": "compiled by LLVM", "scalar
 
 
 def _path_tracer() -> list[MachineFinding]:
-    """What `text2sim render` traces with; no simulation needs it."""
+    """Check what `text2sim render` traces with; no simulation needs it."""
     name = "path tracer"
     learned, failure = ask_child(_ASK_RENDERER, timeout=3 * _CHILD_LIMIT)
     if "variant" in learned:
@@ -315,7 +305,7 @@ def _memory_bytes() -> int | None:
         size = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):  # Windows has no sysconf
         return None
-    try:  # a container is often given less than the machine has
+    try:  # a container often has less than the machine
         return min(size, int(Path("/sys/fs/cgroup/memory.max").read_text()))
     except (OSError, ValueError):
         return size

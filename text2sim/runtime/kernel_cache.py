@@ -6,7 +6,7 @@ from pathlib import Path
 from time import time
 
 STALE = 120.0
-"""Age [s] at which a lock was left behind: the engine holds it while it reads or writes the index, for seconds."""
+"""Age [s] at which a lock counts as abandoned: the engine holds it for seconds, while it reads or writes the index."""
 
 
 def folder() -> Path:
@@ -18,7 +18,7 @@ def folder() -> Path:
 
 
 def is_warm() -> bool:
-    """Whether the engine has compiled anything on this machine before."""
+    """Return whether the engine has compiled anything on this machine before."""
     with suppress(OSError):
         return any(folder().iterdir())
     return False
@@ -27,7 +27,7 @@ def is_warm() -> bool:
 def unlock() -> None:
     """Remove the lock of an engine that was killed while it held it.
 
-    Nobody else does, and as long as it lies there every run compiles all of its kernels anew, for minutes.
+    Nobody else does, and as long as it is there, every run compiles all of its kernels again, for minutes.
     """
     for lock in folder().glob("**/qdcache.lock"):
         with suppress(OSError):  # another process was faster

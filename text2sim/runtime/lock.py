@@ -1,4 +1,4 @@
-"""One process per run folder: a lock that the system itself lifts when its holders are dead."""
+"""One process per run folder: a lock that the system releases when its holders are dead."""
 
 import os
 from pathlib import Path
@@ -16,9 +16,9 @@ else:
 class RunLock:
     """Holds a run folder for this process, and for the program that inherits `fileno`.
 
-    The lock is the system's, on an open file: it ends with the last process that has it open, so that a lock
-    of dead processes cannot stay behind, and a program that outlives us still keeps others off its folder.
-    The file itself stays: to delete a file that others may be about to lock would let two in.
+    The system locks an open file, until the last process that has it open ends: no lock of dead processes stays
+    behind, and a program that outlives us still keeps others off its folder. The file itself stays: to delete a file
+    that others may be about to lock would let two in.
     """
 
     def __init__(self, runs: Path, name: str) -> None:

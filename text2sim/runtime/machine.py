@@ -1,4 +1,4 @@
-"""This machine: its device, its system libraries, and the versions of what is installed.
+"""This machine: its device, its system libraries, and the versions of installed packages.
 
 `scripts/bootstrap` runs this file with a bare Python, before anything is installed: only the standard library
 may be imported here, and nothing else of ours.
@@ -27,13 +27,13 @@ DISTRIBUTIONS = (
     "av",
     "pyuipc",
 )
-"""The packages whose versions can change what a run gives."""
+"""Packages whose versions can change the results of a run."""
 IPC_INSTALL = "pip install -c constraints.txt '.[ipc]'"
 
 
 @dataclass(frozen=True)
 class SystemLibrary:
-    """A shared library that no Python package brings."""
+    """A shared library that no Python package contains."""
 
     soname: str
     package: str
@@ -52,7 +52,7 @@ SYSTEM_LIBRARIES = (
     SystemLibrary("libglib-2.0.so.0", "libglib2.0-0", "OpenCV does not import without it"),
     SystemLibrary("libatomic.so.1", "libatomic1", "the path tracer does not import without it"),
 )
-"""All that a minimal Debian lacks, each found by running without it. libgl1 and libegl1 bring Mesa."""
+"""Libraries that a minimal Debian lacks, each found by running without it. libgl1 and libegl1 bring Mesa."""
 
 
 def missing_libraries() -> list[SystemLibrary]:
@@ -84,7 +84,7 @@ def ipc_obstacle() -> str:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of Python and of the packages that can change what a run gives, if installed."""
+    """Return the versions of Python and of installed packages that can change the results of a run."""
     found = {name: version_of(name) for name in DISTRIBUTIONS}
     return {"python": platform.python_version(), **{name: version for name, version in found.items() if version}}
 

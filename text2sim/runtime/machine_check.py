@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 def needs_cuda(loaded: "LoadedCase") -> bool:
-    """Whether a case runs on a CUDA device only."""
+    """Return whether a case only runs on a CUDA device."""
     from text2sim.compiler.soft.solvers import contact_model
 
     return contact_model(loaded.case.bodies.values(), loaded.case.scene) == "ipc"
 
 
 def check_ability(loaded: "LoadedCase") -> None:
-    """Stop before the engine starts, if the contact model of a case does not run here.
+    """Raise an error before the engine starts if the contact model of a case does not run here.
 
     Raises:
         MachineError: with the reason, and the variants of the case that do run here.
@@ -40,7 +40,7 @@ def _variants(loaded: "LoadedCase") -> list[str]:
 
 
 def _runs(loaded: "LoadedCase", variant: str) -> bool:
-    """Whether the case with one variant laid over it does without ipc."""
+    """Return whether the case, with one variant laid over it, needs no ipc."""
     from text2sim.spec_schema.load import load_text
 
     if variant in loaded.overlay.variants:

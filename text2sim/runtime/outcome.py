@@ -16,7 +16,7 @@ GIGA = 1e9
 
 _ANSI = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
 _SIGNALS = {
-    "SIGSEGV": "the engine crashed (SIGSEGV: it touched memory that is not its own); "
+    "SIGSEGV": "the engine crashed (SIGSEGV: it accessed memory that is not its own); "
     "most often the simulation had diverged, so look for a time step that is too long or bodies that overlap",
     "SIGABRT": "the engine gave up (SIGABRT: one of its own checks failed)",
     "SIGBUS": "the engine crashed (SIGBUS: memory or a file that it used went away; is a disk full?)",
@@ -27,7 +27,7 @@ _SIGNALS = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a simulation."""
+    """Result of a simulation."""
 
     state: str
     """One of `record.STATES`."""
@@ -36,15 +36,15 @@ class Outcome:
     message: str
     """Why it ended early; empty if it did not."""
     film_message: str = ""
-    """Why the program ended early after the simulation had come to its end: while it made the film."""
+    """Why the program ended early while it made the film, after the simulation was complete."""
 
 
 def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: str, time: float) -> Outcome:
-    """Judge what came of a simulation.
+    """Return the result of a simulation.
 
     Args:
         ended: How the program ended.
-        limits: What it might use.
+        limits: What it was allowed.
         status: Its `status.json`; empty if it wrote none.
         log: What it printed.
         time: Simulated time [s] of its last sign of life.
@@ -53,10 +53,10 @@ def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: st
     state, message = _state(ended, limits, said, log)
     simulated = status.get("state")
     if simulated in ("finished", "diverged"):
-        # The simulation is over and written down: what failed after that can only be the film.
+        # The simulation is over and saved: only the film can have failed after that.
         return Outcome(simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message)
     if state == "finished":
-        return Outcome("failed", time, "the program ended without saying how far it came")
+        return Outcome("failed", time, "the program ended without a status")
     return Outcome(state, time, message)
 
 
@@ -90,7 +90,7 @@ def _signalled(number: int, ended: ChildExit) -> tuple[str, str]:
             return "out_of_memory", "the system killed it (SIGKILL), most likely because memory ran out"
         return (
             "crashed",
-            f"somebody killed it (SIGKILL): it used no more than {ended.peak_memory / GIGA:.2g} GB of memory",
+            f"someone killed it (SIGKILL): it used no more than {ended.peak_memory / GIGA:.2g} GB of memory",
         )
     if name in ("SIGINT", "SIGTERM"):
         return "interrupted", f"someone stopped it ({name})"
@@ -106,7 +106,7 @@ def last_error(log: str) -> str:
     rows = log[begin:].splitlines()[1:]
     for index, row in enumerate(rows):
         if row and not row[0].isspace():
-            # An engine's message may go on for several lines; the first say what is wrong.
+            # An engine's message may have several lines; the first ones say what is wrong.
             return " ".join(" ".join(rows[index : index + 6]).split())[:600]
     return ""
 
@@ -117,7 +117,7 @@ def clean(text: str) -> str:
 
 
 def read_status(path: Path) -> dict[str, Any]:
-    """Return what a program said about its end; empty if it said nothing."""
+    """Return the status that a program wrote; empty if there is none."""
     try:
         status = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RecursionError):

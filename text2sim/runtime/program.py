@@ -1,4 +1,4 @@
-"""Runs the program of a run folder and says what came of it."""
+"""Runs the program of a run folder and reports its result."""
 
 import re
 import sys
@@ -19,23 +19,23 @@ NEW_KIND = "still compiling physics kernels: every new combination of options do
 STOPPING = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
 PATIENCE = 30.0
-"""Wall time [s] of a build after which the user wants to know why."""
+"""Wall time [s] of a build after which the user is told why."""
 SETTLED = 120.0
 """Wall time [s] of simulating after which its speed is known."""
 HOPELESS = 3.0
-"""A simulation that would take so many times its limit is stopped then: machines are not that uneven."""
+"""A simulation that would take this many times its limit is stopped; its speed does not vary that much."""
 
 
 @dataclass(frozen=True)
 class Finished:
-    """A program that ran."""
+    """Result of a program."""
 
     outcome: Outcome
     ended: ChildExit
     blame: tuple[int, str] | None
-    """Line of the case and the program's code, where a failure could be traced."""
+    """Line of the case and code of the program behind a failure, if they are known."""
     no_film: str
-    """Why the program made no film, in its own words."""
+    """Why the program made no film, as it said itself."""
 
 
 def run_program(
@@ -54,7 +54,7 @@ def run_program(
         flags: `--film-only` or `--no-film`, or nothing.
         limits: What it may use.
         stop: Requests to stop.
-        clock: Told about its phases.
+        clock: Receives its phases.
         inherit: File descriptors that it keeps open.
     """
     folder = folder.resolve()
@@ -78,7 +78,7 @@ def run_program(
 
 
 class Relay:
-    """Passes on what the program says about its progress, and explains a long silence."""
+    """Passes on the progress that a program reports, and explains a long silence."""
 
     def __init__(self, path: Path, clock: Clock, stop: Stop, timeout: float) -> None:
         self._tail = ProgressTail(path)
@@ -90,10 +90,10 @@ class Relay:
         self.simulated = 0.0
         """Simulated time reached [s]."""
         self.hopeless = ""
-        """Why it cannot end in time, once that is known."""
+        """Why it cannot end in time; empty as long as it may."""
 
     def poll(self) -> bool:
-        """Return whether it is no use to wait for the end."""
+        """Pass on news; return whether the program cannot end in time."""
         for record in self._tail.read():
             self._take(record)
         if self._stop.count and not self._stopping:
@@ -121,7 +121,7 @@ class Relay:
             self._clock.tell(time, duration=duration)
 
     def _judge_speed(self, time: float, duration: float) -> None:
-        """Find out, after a while, whether the simulation can end within its limit; the first step loads kernels."""
+        """Judge, after a while, whether the simulation can end in time, without its first step, which loads kernels."""
         now = self._clock.wall
         if time > 0.0 and self._first is None:
             self._first = now, time

@@ -18,13 +18,13 @@ PHASES = {
     "judge": "judging",
     "report": "writing the report",
 }
-"""What is done in each, in order; a run that only films or judges again leaves some out."""
+"""Phases in order, with words for them; a run that only films or judges again skips some."""
 
 CHILD_PHASES = ("start", "build", "simulate", "film")
-"""Those that the program itself reports."""
+"""Phases that the program itself reports."""
 
 WINDOW = 15.0
-"""Span of wall time [s] over which speed is measured: contact makes it vary by a hundred within one run."""
+"""Wall time [s] over which speed is measured: contact makes it vary by a factor of a hundred within a run."""
 
 CHUNK = 1 << 20
 
@@ -42,7 +42,7 @@ class Progress:
     wall: float = 0.0
     """Time [s] since the run began."""
     speed: float | None = None
-    """Simulated seconds per second, lately."""
+    """Recent simulated seconds per second."""
     eta: float | None = None
     """Time left [s] in this phase, at that speed."""
     note: str = ""
@@ -50,7 +50,7 @@ class Progress:
 
     @property
     def fraction(self) -> float | None:
-        """Part of the phase that is done, 0 to 1; None where nobody knows."""
+        """Part of the phase that is done, 0 to 1; None if unknown."""
         if self.phase not in ("simulate", "film") or self.duration <= 0:
             return None
         return min(1.0, max(0.0, self.t / self.duration))
@@ -60,11 +60,11 @@ OnProgress = Callable[[Progress], None]
 
 
 def ignore(progress: Progress) -> None:
-    """Tell nobody."""
+    """Do nothing."""
 
 
 class Clock:
-    """Tells the listener about phases, and keeps how long each took."""
+    """Reports phases to a listener, and keeps their durations."""
 
     def __init__(self, listener: OnProgress, duration: float = 0.0) -> None:
         self.duration = duration
@@ -81,7 +81,7 @@ class Clock:
         return monotonic() - self._begun
 
     def enter(self, phase: str, note: str = "") -> None:
-        """Begin a phase (again, if it is the one that runs)."""
+        """Begin a phase, unless it is already running."""
         if phase != self._phase:
             self._close()
             self._phase = phase
@@ -100,7 +100,7 @@ class Clock:
         Args:
             t: Time that the phase has reached [s].
             duration: Its length, if it has its own [s].
-            note: What is being done.
+            note: Something to tell the user once.
         """
         now = monotonic()
         duration = duration or self.duration
@@ -126,11 +126,11 @@ class Clock:
 
 
 class ProgressTail:
-    """Reads what a program appends to its `progress.jsonl`, without ever failing on it."""
+    """Reads what a program appends to its `progress.jsonl`; never fails."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        # What an earlier program wrote (a film made again appends) is not news.
+        # Lines of an earlier program are skipped: filming again appends to the same file.
         self._offset = path.stat().st_size if path.is_file() else 0
         self._rest = b""
 

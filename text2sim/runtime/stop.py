@@ -11,15 +11,15 @@ SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 
 
 class Stop:
-    """Counts requests to stop while there is something to end gently; elsewhere they interrupt as usual.
+    """Counts requests to stop while there is something to end gently; otherwise they interrupt as usual.
 
-    A `with` block takes the signals over. Outside the main thread, where Python allows no handlers, only
-    `request` counts.
+    A `with` block takes over the signals. Outside the main thread, where Python allows no handlers, only calls of
+    `request` count.
     """
 
     def __init__(self) -> None:
         self.count = 0
-        """Requests so far: at the first a program is asked to stop, at the second it is killed."""
+        """Requests so far: the first asks a program to stop, the second kills it."""
         self._gentle = False
         self._before: dict[signal.Signals, Any] = {}
 
@@ -39,7 +39,7 @@ class Stop:
     def __enter__(self) -> "Stop":
         if current_thread() is main_thread():
             for number in SIGNALS:
-                # What a shell told us to ignore (`nohup`, jobs in the background) stays ignored.
+                # Signals that a shell made us ignore (`nohup`, background jobs) stay ignored.
                 if signal.getsignal(number) is not signal.SIG_IGN:
                     self._before[number] = signal.signal(number, self._signalled)
         return self

@@ -1,4 +1,4 @@
-"""Reports of our own errors, kept where only their user can read them."""
+"""Reports of internal errors, kept where only their user can read them."""
 
 import os
 import platform
@@ -12,7 +12,7 @@ from text2sim import __version__
 
 
 def keep_details(error: BaseException) -> str:
-    """Write down what a maintainer needs: versions, arguments, traceback; nothing of the environment.
+    """Save what a maintainer needs: versions, arguments and traceback, but no environment variables.
 
     Returns:
         The file, in the user's cache folder, one for each error; empty if it could not be written.
@@ -37,7 +37,7 @@ def keep_details(error: BaseException) -> str:
 
 
 def told(error: BaseException) -> str:
-    """Return what to say of an error of ours, with the command that shows what to send us."""
+    """Return the message for an internal error, with the command that prints what to send us."""
     file = keep_details(error)
     words = f"internal error, which is our bug: {type(error).__name__}: {error}"
     return f"{words}; please send us what `cat {file}` prints" if file else words

@@ -1,4 +1,4 @@
-"""The warm engine as its user sees it: starting, idle, or at work; replaced when it dies or has grown too large."""
+"""The warm engine: starting, idle or at work; replaced when it dies or uses too much memory."""
 
 import queue
 from dataclasses import dataclass, field
@@ -15,13 +15,13 @@ MODULE = "text2sim.runtime.engine_process"
 START_LIMIT = 180.0
 """Processor time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
-"""Processor time [s] for building a scene: a new combination of options compiles kernels for minutes."""
+"""Processor time [s] for building a scene: a new combination of options takes minutes to compile kernels."""
 PATIENCE = 10.0
-"""Wall time over these limits, at most: on a machine that others use, a process may wait longer than it works."""
+"""Most wall time over these limits: on a shared machine, a process may wait longer than it works."""
 STOP_LIMIT = 5.0
-"""Time [s] that a simulation has to stop, once it is asked to; a build, too, if nobody waits for the next."""
+"""Time [s] that a simulation has to stop once it is asked to, and a build outside of live mode."""
 DEATHS = 3
-"""Deaths in a row, before it was ready, after which there is no use in another start."""
+"""Deaths in a row before it was ready, after which it is not started again."""
 MEMORY_POLL = 0.5
 
 
@@ -35,23 +35,23 @@ class Job:
     phase: str = "build"
     since: float = field(default_factory=monotonic)
     worked: float = 0.0
-    """Processor time [s] that the process had had by then."""
+    """Processor time [s] that the process had used by then."""
     begun: bool = False
-    """Whether the process has said that it is at it."""
+    """Whether the process has reported that it began."""
     cancelled: float | None = None
     overdue: bool = False
     """Whether it was cancelled because it took too long."""
 
 
 class Engine:
-    """Keeps one process warm; a second one only while it takes over from the first.
+    """Keeps one process warm, and a second one only while it takes over from the first.
 
     Args:
         folder: Where its log goes.
-        inbox: Where its news go.
+        inbox: Where its news goes.
         memory: Resident memory [bytes] above which another process takes over.
         module: What the process runs.
-        live: Whether somebody looks at what it writes while it does: in small chunks.
+        live: Whether somebody watches its results meanwhile, so that it writes them in small chunks.
     """
 
     def __init__(
@@ -77,20 +77,20 @@ class Engine:
         self.peak = 0
         """Largest resident memory [bytes] seen."""
         self.size = 0
-        """Resident memory [bytes] when it last told."""
+        """Resident memory [bytes] that it last reported."""
         self.words = ""
-        """Why it died, the last time that it did."""
+        """Why it died last."""
         self.renewals = 0
-        """How often another process took over because of memory."""
+        """How often another process took over to free memory."""
 
     @property
     def hopeless(self) -> bool:
-        """Whether it dies before it is ready."""
+        """Whether it keeps dying before it is ready."""
         return self._deaths >= DEATHS
 
     @property
     def idle(self) -> bool:
-        """Whether it would carry out an order at once."""
+        """Whether it can carry out an order at once."""
         return self._ready and self.job is None
 
     @property
@@ -105,9 +105,9 @@ class Engine:
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
 
     def fits(self, precision: str) -> bool:
-        """Whether it can compute with so many bits; if not, another process starts that can.
+        """Return whether it can compute with so many bits; if not, start another process that can.
 
-        Genesis decides on its precision once in a process.
+        Genesis chooses its precision once in a process.
         """
         if self._precision in (None, precision):
             self._precision = precision
@@ -134,17 +134,17 @@ class Engine:
 
     @property
     def said(self) -> str:
-        """What it has printed since its last order."""
+        """Output since its last order."""
         return read_end(self._log, self._log_begin)
 
     def cancel(self) -> None:
-        """Ask it to stop what it does."""
+        """Ask it to stop its job."""
         if self._child is not None and self.job is not None and self.job.cancelled is None:
             self.job.cancelled = monotonic()
             self._child.send(cancel=self.job.order)
 
     def receive(self, child: Child, data: dict[str, Any]) -> dict[str, Any] | None:
-        """Receive news of a process; return what came of the job, if this is its end."""
+        """Receive news of a process; return the result of the job if it has ended."""
         if child is not self._child:
             self._take_aside(child, data)
             return None
@@ -168,7 +168,7 @@ class Engine:
         return None
 
     def guard(self) -> dict[str, Any] | None:
-        """Look after it; kill it if it does not keep to a limit. Return what that does to the job."""
+        """Kill the process if it exceeds a limit; return the result of the job if it ended thereby."""
         now = monotonic()
         if self._child is None:
             return None
@@ -184,7 +184,7 @@ class Engine:
         if job is None:
             return None
         if job.cancelled is not None:
-            # Whoever edits a case comes back to it, and wants the kernels that are being compiled.
+            # Whoever edits a case will run it again, and needs the kernels that are being compiled.
             limit = BUILD_LIMIT if self._live and job.phase == "build" else STOP_LIMIT
             if now - job.cancelled > limit:
                 return self._kill("timeout" if job.overdue else "interrupted", "it did not stop when it was asked to")
@@ -196,14 +196,14 @@ class Engine:
         return None
 
     def _over(self, limit: float, since: float, worked: float) -> bool:
-        """Whether the process took longer than a limit [s] of processor time, or far longer by the clock."""
+        """Return whether the process exceeded a limit [s] of processor time, or far exceeded it in wall time."""
         assert self._child is not None
         wall = monotonic() - since
         return wall > PATIENCE * limit or (wall > limit and self._child.worked() - worked > limit)
 
     @property
     def ended(self) -> bool:
-        """Whether none of its processes is there any more."""
+        """Whether all its processes have ended."""
         return all(child.gone for child in self._children)
 
     def end(self) -> None:
@@ -226,7 +226,7 @@ class Engine:
         return Child("engine", self._module, [str(folder), *["live"] * self._live], self._log, self._inbox)
 
     def _take_aside(self, child: Child, data: dict[str, Any]) -> None:
-        """Receive news of a process that is not, or no longer, the one that works."""
+        """Receive news of a process that is not the current one."""
         if "died" in data:
             self._leaving = [other for other in self._leaving if other is not child]
             if child is self._successor:
@@ -236,7 +236,7 @@ class Engine:
             self._hand_over()
 
     def _hand_over(self) -> None:
-        """Let the successor take over, if there is one that can, and nothing is being done."""
+        """Let the successor take over if it is ready and nothing is being done."""
         if self._successor is None or not self._successor_ready or self.job is not None or self._child is None:
             return
         self._child.end()
@@ -255,13 +255,13 @@ class Engine:
     def _kill(self, state: str, message: str) -> dict[str, Any] | None:
         assert self._child is not None
         self._child.kill()
-        # Of its death, the inbox will tell; until then, nothing more is given to it.
+        # The inbox will report its death; until then it gets no orders.
         self._ready, self._killed = False, True
         job, self.job = self.job, None
         return None if job is None else {"order": job.order, "state": state, "message": message, "killed": True}
 
     def _bury(self, code: int) -> dict[str, Any] | None:
-        """The process is gone: start another; return what that does to the job."""
+        """Replace a process that has died; return the result of its job."""
         text = read_end(self._log, self._log_begin)
         exit = ChildExit("ended", code, monotonic() - self._started, self.peak, default_memory(), 0)
         outcome = outcome_of(exit, Limits(), {}, text, 0.0)
@@ -278,10 +278,5 @@ class Engine:
         job, self.job = self.job, None
         if job is None:
             return None
-        return {
-            "order": job.order,
-            "state": outcome.state,
-            "message": outcome.message,
-            "traceback": text,
-            "killed": True,
-        }
+        message = {"message": outcome.message, "traceback": text, "killed": True}
+        return {"order": job.order, "state": outcome.state, **message}

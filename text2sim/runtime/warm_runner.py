@@ -1,4 +1,4 @@
-"""Programs run one after the other in an engine that stays warm, as `run_program` runs each in a process of its own."""
+"""Runs programs one after the other in a warm engine, where `run_program` starts a process for each."""
 
 import queue
 from contextlib import suppress
@@ -17,11 +17,11 @@ from text2sim.runtime.warm_engine import Engine
 from text2sim.spec_schema.errors import EngineError
 
 POLL = 0.05
-"""Time [s] between looks at progress and requests to stop."""
+"""Time [s] between checks of progress and requests to stop."""
 RENEW = 3_000_000_000
-"""Resident memory [bytes] above which a fresh engine takes the place of the one that has grown."""
+"""Resident memory [bytes] above which a new engine replaces the old one."""
 FAREWELL = 10.0
-"""Time [s] that the engine has to write down the kernels that it compiled."""
+"""Time [s] that the engine has to save the kernels that it compiled."""
 CODES = {"finished": 0, "diverged": EXIT_DIVERGED}
 
 
@@ -38,7 +38,7 @@ class WarmRunner:
         self._started, self._orders = False, 0
 
     def start(self) -> None:
-        """Start the engine, unless it was; the first program then finds it ready."""
+        """Start the engine, unless it has started, so that the first program finds it ready."""
         if not self._started:
             self._started = True
             self._engine.start()
@@ -53,7 +53,7 @@ class WarmRunner:
         clock: Clock,
         inherit: tuple[int, ...] = (),
     ) -> Finished:
-        """Run a program, as `run_program` does. Films, and what runs on the GPU, get processes of their own."""
+        """Run a program, as `run_program` does. Films and runs on a GPU get processes of their own."""
         rest: dict[str, Any] = {"limits": limits, "stop": stop, "clock": clock, "inherit": inherit}
         if "--film-only" in flags or "--backend" in flags:
             return run_program(folder, flags=flags, **rest)
@@ -99,7 +99,7 @@ class WarmRunner:
     def _carry_out(
         self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: Relay
     ) -> dict[str, Any]:
-        """Return what the engine says of a program's end.
+        """Let the engine simulate a program, and return its result.
 
         Raises:
             EngineError: if it does not start.
