@@ -8,7 +8,7 @@ from typing import Any
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
-from text2sim.compiler.shapes.piece import outer_polygon_radius
+from text2sim.compiler.shapes.piece import outer_polygon_radius, wall_radii
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Rows, Vec, quat_of, quat_rotate, quat_to_rows
 from text2sim.compiler.shapes.sagging import sheet_reach
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
@@ -19,16 +19,6 @@ from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, F
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
-
-
-def wall_radii(shape: Tube | Cup | Funnel) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the inner and outer radius [m] of a round wall at its bottom and at its top."""
-    if isinstance(shape, Tube):
-        return (shape.inner_radius, shape.outer_radius), (shape.inner_radius, shape.outer_radius)
-    if isinstance(shape, Cup):
-        return (shape.radius - shape.thickness, shape.radius), (shape.radius - shape.thickness, shape.radius)
-    low, high = shape.bottom_radius, shape.top_radius
-    return (low, low + shape.thickness), (high, high + shape.thickness)
 
 
 # The reach of a shape along a direction u of its own frame: the largest u.x over its points x [m].

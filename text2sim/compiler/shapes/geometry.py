@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
-from text2sim.compiler.shapes.extents import wall_radii
 from text2sim.compiler.shapes.hulls import corners_and_sides
-from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces
+from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
 from text2sim.compiler.shapes.rotation import (
     Vec,
     frame_apply,

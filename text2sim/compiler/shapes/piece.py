@@ -18,6 +18,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_cross,
     vector_minus,
 )
+from text2sim.spec_schema.models.shapes import Cup, Funnel, Tube
 
 CONE_SIDES = 32
 
@@ -133,6 +134,16 @@ class Piece:
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.vertices[i], self.vertices[j], self.vertices[k]
             total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
         return total / 6
+
+
+def wall_radii(shape: Tube | Cup | Funnel) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the inner and outer radius [m] of a round wall at its bottom and at its top."""
+    if isinstance(shape, Tube):
+        return (shape.inner_radius, shape.outer_radius), (shape.inner_radius, shape.outer_radius)
+    if isinstance(shape, Cup):
+        return (shape.radius - shape.thickness, shape.radius), (shape.radius - shape.thickness, shape.radius)
+    low, high = shape.bottom_radius, shape.top_radius
+    return (low, low + shape.thickness), (high, high + shape.thickness)
 
 
 def outer_polygon_radius(outer: float, inner: float, segments: int) -> float:

@@ -10,8 +10,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.extents import wall_radii
 from text2sim.compiler.shapes.hulls import hull_of
+from text2sim.compiler.shapes.piece import wall_radii
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
 from text2sim.spec_schema.models.shapes import (
     Box,
