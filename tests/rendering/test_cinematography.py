@@ -132,7 +132,7 @@ def test_whoever_cannot_film_it_loses_nothing(make_run: MakeRun, tmp_path: Path)
     assert studio.events[-1][0] == "not_styled"
     studio.model.vision = False
     assert studio.shoot() == CASE
-    assert "cannot see" in studio.events[-1][1]["why"]
+    assert "does not accept pictures" in studio.events[-1][1]["why"]
 
 
 @pytest.fixture

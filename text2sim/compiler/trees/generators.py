@@ -70,6 +70,15 @@ def _bar(length: float, radius: float, density: float, friction: float, rgba: Rg
     return TreeGeom(piece, density, friction, rgba)
 
 
+LOADED_ARMATURE = 2e-6
+"""Least armature of the joints of a chain that carries a payload, over `M L^2` of the payload about the upper end.
+
+The mass matrix is factored with numbers of 32 bits (relative error 1.2e-7). A thin chain's own inertia is lost in it
+beside the payload's, and any touch throws the chain apart. Measured with 50 kg on links of 5 cm and 3 mm, at 28
+substeps of 10 ms: 20 links need 8e-8 to 8e-7 of `M L^2`, and 40 links 2.2e-7 to 4.5e-7.
+"""
+
+
 def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[TreeGeom, ...], float] | None) -> Tree:
     """Return a hanging chain as one tree of ball joints: it cannot stretch, whatever hangs on it.
 
@@ -92,6 +101,10 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
     link: TreeLink | None = None
     if payload is not None:
         geoms, reach = payload
+        if chain.joint.armature is None:
+            load = sum(geom.density * geom.piece.volume() for geom in geoms)
+            least = LOADED_ARMATURE * load * (chain.links * length + reach) ** 2
+            joint = replace(joint, armature=max(joint.armature, least))
         hanger = TreeJoint("ball", anchor=(0.0, 0.0, reach), damping=joint.damping, armature=joint.armature)
         link = TreeLink("payload", pos=(0.0, 0.0, -length - reach), joint=hanger, geoms=geoms)
     for index in reversed(range(chain.links)):

@@ -250,7 +250,8 @@ class Chain(Linked):
     """What hangs at the end."""
     joint: JointDynamics = JointDynamics.model_construct()
     """Of every joint; of what is left out, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and
-    length L of a link."""
+    length L of a link. With a payload, the armature is at least 2e-6 of the payload's mass times the square of the
+    chain's length: less is lost in rounding beside a heavy payload, and the chain flies apart."""
     material: Material = Material.model_construct(density=7800.0)
     """Of the bars."""
 

@@ -1,0 +1,43 @@
+"""Joints of a chain that carries something heavy."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from text2sim.compiler.build import resolve_case
+from text2sim.spec_schema.load import load_case
+
+CASE = """
+text2sim: 2
+name: loaded
+scene: {{duration: 1}}
+bodies:
+  line: {{kind: chain, links: 20, link_length: 0.05, radius: 0.003, pose: {{pos: [0, 0, 2.5]}}{more}}}
+"""
+PAYLOAD = ", payload: {shape: {kind: sphere, radius: 0.115}, material: {density: 7850}}"
+LINK = 7800 * (math.pi * 0.003**2 * 0.044 + 4 / 3 * math.pi * 0.003**3)
+"""Mass [kg] of a link: a cylinder of 44 mm, and a ball."""
+LOAD = 7850 * 4 / 3 * math.pi * 0.115**3
+"""Mass [kg] of the payload: 50 kg."""
+REACH = 20 * 0.05 + 0.115
+"""From the upper end to the payload's centre [m]."""
+
+
+@pytest.mark.parametrize(
+    ("more", "armature"),
+    [
+        ("", 0.02 * LINK * 0.05**2),
+        (PAYLOAD, 2e-6 * LOAD * REACH**2),
+        (PAYLOAD + ", joint: {armature: 3.0e-4}", 3e-4),
+        (PAYLOAD.replace("7850", "2") + ", material: {density: 40000}", 0.02 * LINK * 40000 / 7800 * 0.05**2),
+    ],
+)
+def test_a_heavy_payload_asks_for_armature_unless_the_author_gives_it(tmp_path: Path, more: str, armature: float):
+    """0.02 m l2 of a link, and 2e-6 M L2 of the payload at least: less is lost in 32 bits (generators.py)."""
+    (tmp_path / "case.yaml").write_text(CASE.format(more=more))
+    tree = resolve_case(load_case(tmp_path)).lowering.trees["line"]
+    links = list(tree.links())
+    assert len(links) == 20 + bool("payload" in more)
+    found = [link.joint.armature for link in links[1:]]
+    assert found == pytest.approx([armature] * len(found), rel=1e-6)
