@@ -31,7 +31,7 @@ render: {resolution: [64, 64], fps: 10, cameras: {side: {kind: still, from: [0, 
 
 
 def test_a_render_that_is_killed_goes_on(make_run: MakeRun) -> None:
-    folder = make_run({"crate": SLIDING}, fps=100.0)
+    folder = make_run({"crate": SLIDING | {"velocity": (10.0, 0, 0)}}, fps=100.0)
     command = [sys.executable, "-m", "text2sim", "render", str(folder), "--resolution", "32x18"]
     child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     frames, limit = folder / "render" / "frames", time.monotonic() + 120
@@ -96,3 +96,12 @@ def test_an_older_run_without_a_section_of_looks_has_its_recorded_colours(make_r
     folder = make_run({"crate": SLIDING | {"color": (0.1, 0.2, 0.9)}})
     (folder / "program" / "looks.json").write_text(json.dumps({}))
     assert read_recording(folder).parts[0].look.color == (0.1, 0.2, 0.9)
+
+
+@pytest.mark.parametrize(("speed", "drawn"), [(1e-6, 1), (0.12, 2), (1.0, 4)])
+def test_frames_in_which_nothing_moves_visibly_are_drawn_once(make_run: MakeRun, speed: float, drawn: int) -> None:
+    """At 4 m and with 36 pixels for 40 degrees, 0.1 s of 0.12 m/s are 0.15 pixels: every second frame is drawn."""
+    folder = make_run({"crate": SLIDING | {"velocity": (speed, 0, 0)}})
+    filming = Filming(read_recording(folder), size=(64, 36), samples=4)
+    reel = filming.reels()[0]
+    assert len({filming.finished(frame) for frame in reel.frames}) == drawn

@@ -70,7 +70,8 @@ def cut_down(
         width, height = (max(16, round(length * scale / 2) * 2) for length in filming.size)
         other = filming if (scale, every) == STEPS[0] else filming.resized((width, height), fps)
         made = reels(other)
-        missing = sum(not other.finished(frame).is_file() for reel in made for frame in reel.frames)
+        wanted = {other.finished(frame) for reel in made for frame in reel.frames}
+        missing = sum(not path.is_file() for path in wanted)
         seconds = missing * (fixed + each * scale**2)
         found.append(Fitted(other, made, missing, seconds, found[0].whole if found else seconds))
         if seconds <= 60 * minutes:

@@ -21,6 +21,7 @@ from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
 from text2sim.rendering.frames import Digests, save, sweep
 from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.resting import drawn_frames
 from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError
@@ -88,6 +89,7 @@ class Filming:
         self.folder = recording.folder / "render"
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
+        self._drawn: dict[Frame, Frame] = {}
 
     @cached_property
     def stage(self) -> FilmStage:
@@ -97,7 +99,7 @@ class Filming:
     def resized(self, size: tuple[int, int], fps: float) -> "Filming":
         """Return a copy with another size [pixels] and frame rate [1/s]."""
         other = copy(self)
-        other.size, other.fps, other._digests = size, fps, Digests(self.recording, self._how, size)
+        other.size, other.fps, other._digests, other._drawn = size, fps, Digests(self.recording, self._how, size), {}
         return other
 
     def reels(
@@ -123,6 +125,7 @@ class Filming:
         made = []
         for name, shots in found.items():
             pictures = frames(film, shots, self.recording.last)
+            self._drawn |= drawn_frames(pictures, self.recording, self._cameras, self.size[1])
             if span is not None:
                 if not pictures[slice(*span)]:
                     raise RunError(
@@ -142,7 +145,7 @@ class Filming:
     def trace(self, frame: Frame) -> Traced:
         """Trace one frame."""
         start = perf_counter()
-        stage, moments, view = self.stage, [], None
+        stage, moments, view, frame = self.stage, [], None, self._drawn.get(frame, frame)
         for t, part in frame.moments(self._how.blur):
             view = self._cameras.view(frame.camera, t, part)
             moments.append((stage.at(t), sensor(view, self.size)))
@@ -163,7 +166,7 @@ class Filming:
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
         """Return the path of a frame, whether it exists or not."""
-        return self.folder / "frames" / f"{self._digests(frame)}.{format}"
+        return self.folder / "frames" / f"{self._digests(self._drawn.get(frame, frame))}.{format}"
 
     def render(
         self,

@@ -14,7 +14,7 @@ from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-LOOKS = 12
+LOOKS = 13
 """Raised whenever this package draws the same thing differently."""
 ABANDONED = 3600.0
 """Time [s] after which nobody is writing a file any more."""

@@ -14,7 +14,7 @@ import numpy as np
 from text2sim.compiler.film_lights import ROOM as ROOMY
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
-from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
+from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import RenderMesh
@@ -43,8 +43,6 @@ class FilmMoment:
 
     solid: Any
     """All but what is as clear as glass."""
-    is_solid: bool
-    """Whether nothing else is seen through, or cut out."""
     gloss: Any = None
     """Only what clear things reflect: everything else is black. None if nothing is clear."""
 
@@ -73,11 +71,6 @@ class FilmStage:
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
         self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics)
         states = recording.states.soft
-        looks = [part.look for part in (*recording.parts, *recording.soft)]
-        kinds = {finish_of(worn(look.finish, look.color)).kind for look in looks}
-        self._is_solid = kinds <= {"solid", "clear"} and all(
-            look.opacity in (0, 1) and look.picture is None for look in looks
-        )
         self._soft = None if states is None else SoftBodies(recording.soft, states)
 
     def _floor_look(self) -> tuple[SurfaceLook, set[str]]:
@@ -135,7 +128,7 @@ class FilmStage:
         solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
         if not clear or not gloss:
-            return FilmMoment(solid, self._is_solid)
+            return FilmMoment(solid)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
@@ -148,7 +141,7 @@ class FilmStage:
         film = self.recording.film
         room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
-        return FilmMoment(solid, self._is_solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
+        return FilmMoment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""

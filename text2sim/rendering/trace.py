@@ -26,11 +26,10 @@ GUIDE_SAMPLES, GUIDE_SAMPLES_BLURRED = 8, 16
 """Per pixel, of a sharp picture and over all moments of a blurred one, whose samples are spread less evenly.
 
 Edges of the picture are as clean as these."""
-SEEN = {"type": "path", "max_depth": 5, "hide_emitters": True}
-"""The cheapest that sees what a path sees and no more: neither lamps, nor the holes of a cut-out; and what is behind
-three sides of dark glass."""
 MET = {"type": "depth"}
-"""A fifth of its time; it meets these, too, see `_edges`."""
+"""Integrator of coverage: a tenth of the time of paths. It also hits what these do not see, see `_edges`."""
+SEEN_THROUGH = 0.2
+"""Coverage by which paths stay behind first hits, on average around a pixel, where they see through a surface."""
 ROULETTE = 3
 """Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
@@ -88,8 +87,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
-    integrator, guide = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES})
-    seen_at_all = mi.load_dict(MET if moments[0][0].is_solid else SEEN)
+    integrator, guide, met = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES}), mi.load_dict(MET)
     # The moments of a motion-blurred frame share the samples of a sharp one.
     wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
     samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
@@ -103,7 +101,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
-                more = mi.render(moment.solid, sensor=sensor, integrator=seen_at_all, spp=guiding, seed=seed)
+                more = mi.render(moment.solid, sensor=sensor, integrator=met, spp=guiding, seed=seed)
                 there = _edges(there, np.array(more)[..., 3])
             alphas.add(there)
         if moment.gloss is not None:
@@ -125,11 +123,12 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
 
 
 def _edges(few: Array, many: Array) -> Array:
-    """Return the coverage of pixels (h, w), from many samples.
+    """Return the coverage of pixels (h, w), from many first hits.
 
-    These may hit lamps, which paths do not: there the few samples of the paths count.
+    Where these hit a lamp, a hole of a cut-out or dark glass before the background, the few samples of the paths count.
     """
-    return np.where(maximum_filter((few == 0) & (many > 0.5), 3), few, many)
+    hidden = maximum_filter((few == 0) & (many > 0.5), 3)
+    return np.where(hidden | (uniform_filter(many - few, 5) > SEEN_THROUGH), few, many)
 
 
 class _Mean:
