@@ -19,7 +19,7 @@ from text2sim.templates.cadence import Frame
 def test_the_time_it_takes_is_said_before_and_the_film_is_there(
     make_run: MakeRun, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}})
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}})
     film, why = last_film(run, "draft", None, quiet=False)
     assert film == run / "render" / "draft.mp4"
     assert film.is_file()
@@ -32,7 +32,7 @@ def test_the_time_it_takes_is_said_before_and_the_film_is_there(
 
 @pytest.mark.usefixtures("tracer")
 def test_a_film_that_is_stopped_is_made_of_what_is_there(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     trace, traced = Filming.trace, []
 
     def stopping(filming: Filming, frame: Frame) -> Traced:
@@ -55,7 +55,7 @@ def test_a_film_that_is_stopped_is_made_of_what_is_there(make_run: MakeRun, monk
 
 @pytest.mark.usefixtures("tracer")
 def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     (run / "video.mp4").write_bytes(b"preview")
     monkeypatch.setattr(Filming, "trace", lambda *_: signal.raise_signal(signal.SIGTERM))
     film, told = last_film(run, "draft", None, quiet=True)
@@ -64,7 +64,7 @@ def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, mo
 
 
 def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -> None:
-    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (1, 0, 0)}}, fps=50.0)
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     filming = Filming(read_recording(run))
     fits = {given: cut_down(filming, Filming.reels, given / 60, 0.1, 0.9) for given in (20, 13, 8, 5, 0)}
     assert [(fit.filming.size, fit.filming.fps) for fit in fits.values()] == [

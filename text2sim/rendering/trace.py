@@ -128,7 +128,7 @@ def _edges(few: Array, many: Array) -> Array:
     Where these hit a lamp, a hole of a cut-out or dark glass before the background, the few samples of the paths count.
     """
     hidden = maximum_filter((few == 0) & (many > 0.5), 3)
-    return np.where(hidden | (uniform_filter(many - few, 5) > SEEN_THROUGH), few, many)
+    return np.where(np.logical_or(hidden, uniform_filter(many - few, 5) > SEEN_THROUGH), few, many)
 
 
 class _Mean:
