@@ -98,6 +98,19 @@ def test_what_was_stopped_is_not_kept(tmp_path: Path, monkeypatch: pytest.Monkey
     assert TITLE not in attempt.evidence
 
 
+@pytest.mark.parametrize(("wall", "now", "runs"), [(200.0, 30.0, 0), (100.0, 30.0, 1), (200.0, None, 1)])
+def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wall: float, now: float | None, runs: int
+) -> None:
+    seen: list[Any] = []
+    done = SimpleNamespace(stopped=False, state="finished", expectations={})
+    monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
+    attempt, made = Attempt(1, TEXT, "x", wall=wall), plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
+    Attempts(tmp_path).compare(attempt, made, 1.0, lambda progress: None, now)
+    assert len(seen) == runs
+    assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)
+
+
 def test_a_case_that_cannot_be_without_it_is_said() -> None:
     placed = TEXT.replace("pose: {pos: [0.3, 0, 0.0801]}", "place: {on: floor, at: [0.3, 0]}")
     load_text(placed, FILE)

@@ -124,7 +124,7 @@ def test_lights_of_the_author_take_the_place_of_a_studios():
     )
     assert list(made["lights"]) == ["key", "bulb", "ambient"]
     assert made["lights"]["key"] | {"color": ()} == {
-        "kind": "softbox", "strength": 3.0, "color": (), "direction": (0, 0, -1), "at": (0, 0, 0.5), "distance": 2, "size": 0.7,
+        "kind": "softbox", "strength": 3.0, "color": (), "direction": (0, 0, -1), "at": (0, 0, 0.5), "distance": 2, "size": 0.48,
     }  # fmt: skip
     sky = film("{lights: {day: {kind: sky}}, exposure: 1}")
     assert list(sky["lights"]) == ["day"]

@@ -93,6 +93,17 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
     return facts
 
 
+def untried(plan: CasePlan, seconds: float) -> Fact:
+    """Return what is told of causes where a further run takes too long.
+
+    Args:
+        plan: The plan that names the causes.
+        seconds: Wall time of a run [s].
+    """
+    told = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
+    return Fact(next(iter(plan.causes)), None, told)
+
+
 def part_of(facts: Iterable[Fact]) -> str:
     """Return the section of the evidence text that states these facts."""
     rows = [f"- `{fact.requirement}`: {fact.told}" for fact in facts]

@@ -232,7 +232,8 @@ class AgentLoop:
             return AttemptReport(problems=problems, rules=rules)
         self.attempts.look_up(attempt, self.agreement.plan, examined.loaded)
         if attempt.state == "finished" and not attempt.missed(list(attempt.expect)):
-            self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress)
+            now = self.limits.minutes_left()
+            self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
         report = AttemptReport(evidence=with_effects(self.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)

@@ -13,7 +13,7 @@ from text2sim.spec_schema.models.render import Render
 
 FAR = 4.0
 """Default distance of a softbox, in radii of the scene."""
-SOFT = 0.35
+SOFT = 0.24
 """Default side of a softbox, in units of its distance."""
 ROOM = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside and light the wall too."""
@@ -53,15 +53,15 @@ STUDIOS = {
     # For places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
     "daylight": Studio(
         {
-            "key": _softbox((0.75, 0.5, -1.15), 3.0, "#fff7ee"),
-            "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#e3ecff"),
-            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.45, angle_deg=35.0),
-            "fill": Environment.model_construct(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.17),
+            "key": _softbox((0.75, 0.5, -1.15), 3.4, "#fff7ee"),
+            "rim": _softbox((-0.7, -0.7, -1.5), 1.0, "#e3ecff"),
+            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.6, angle_deg=35.0),
+            "fill": Environment.model_construct(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.1),
         },
         "wall",
         "#e8e0d2",
         0.45,
-        -0.05,
+        0.1,
     ),
     "sunlight": Studio(
         {

@@ -42,10 +42,11 @@ PLACES = {
 DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """Fields of `render` that decide about light or background."""
 PAIRS = (
-    ("slabs", "#7c8b97", "#d9e6ef"),
-    ("slabs", "#968a7b", "#efe6d6"),
-    ("slabs", "#6f767d", "#9aa6b1"),
-    ("slabs", "#7c756b", "#b9ae9c"),
+    ("slabs", "#8d8379", "#a9c8df"),
+    ("slabs", "#7f8b94", "#e6cda8"),
+    ("slabs", "#9a8a78", "#a3c4b4"),
+    ("slabs", "#59636d", "#8298ad"),
+    ("slabs", "#6b6058", "#c79a7c"),
 )
 """Pattern and colour of the floor, and colour of the wall, of a place that nobody chose; the most usual first."""
 USUAL = 0.03

@@ -49,8 +49,9 @@ DEEP, SHALLOW = 5.0, 2.2
 """Farthest and nearest distance of a straight wall, in radii of what the film is about,"""
 BEYOND, MOST = 0.7, 99.0
 """and how far behind this part [%] of all that is seen it stands."""
-WIDE, TALL, COVE = 9.0, 3.2, 0.05
-"""Width and height of a straight wall at least, and the radius of its curve to the floor, in its distances."""
+WIDE, TALL = 9.0, 3.2
+"""Least width and height of a straight wall, in its distances. It meets the floor in an edge: a curve would catch the
+light as a pale band."""
 WIDEST, TALLEST, MARGIN = 30.0, 12.0, 1.05
 """The same at most: cameras that see farther along it get a round one; and what it is larger by than cameras see."""
 FALLOFF = 0.3
@@ -105,17 +106,13 @@ def wall_mesh(
         x, y = backdrop["center"][:2]
         placed = made.vertices + (x, y, backdrop["level"] - SUNK)
         return RenderMesh(placed, made.faces, made.normals), np.ones(len(placed))
-    cove, (width, height) = COVE * away, extent
-    turn = np.linspace(0, np.pi / 2, 9)
-    rise = np.append(cove - cove * np.cos(turn), np.linspace(cove, height, 24)[1:])
-    depth = np.append(away - cove + cove * np.sin(turn), np.full(23, away))
-    lean = np.append(np.cos(turn), np.zeros(23))
-    side = np.linspace(-width / 2, width / 2, 49)
-    across = np.array([ahead[1], -ahead[0]])
-    flat = side[:, None, None] * across + depth[None, :, None] * ahead
-    vertices = np.concatenate([flat, np.broadcast_to(rise[None, :, None], (*flat.shape[:2], 1))], axis=2)
-    normals = np.concatenate([-np.sqrt(1 - lean**2)[:, None] * ahead, lean[:, None]], axis=1)
-    normals = np.broadcast_to(normals, vertices.shape)
+    width, height = extent
+    side, rise = np.linspace(-width / 2, width / 2, 49), np.linspace(0, height, 25)
+    foot = away * ahead + side[:, None] * np.array([ahead[1], -ahead[0]])
+    vertices = np.concatenate(
+        [np.repeat(foot[:, None], len(rise), axis=1), np.broadcast_to(rise[:, None], (len(side), len(rise), 1))], axis=2
+    )
+    normals = np.broadcast_to([*-ahead, 0.0], vertices.shape)
     k = np.arange(len(side) * len(rise)).reshape(len(side), len(rise))
     corners = [k[:-1, :-1].ravel(), k[1:, :-1].ravel(), k[1:, 1:].ravel(), k[:-1, 1:].ravel()]
     faces = np.concatenate([np.stack([corners[i] for i in row], axis=1) for row in ((0, 2, 1), (0, 3, 2))])

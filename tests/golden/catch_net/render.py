@@ -31,37 +31,37 @@ SHOTS = [
     {"name": "rest", "camera": "main", "from": 1.6, "to": 2.8, "speed": 1.0, "hold": 0.0},
 ]
 
-BACKGROUND = (0.851, 0.902, 0.9373)
+BACKGROUND = (0.6627, 0.7843, 0.8745)
 AMBIENT = 0.45  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.0,
+        "strength": 3.4,
         "color": (1.0, 0.9686, 0.9333),
         "direction": (0.4406, 0.7864, -1.15),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
-        "size": 3.979,
+        "size": 2.729,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 0.9,
+        "strength": 1.0,
         "color": (0.8902, 0.9255, 1.0),
         "direction": (-0.3051, -0.9418, -1.5),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
-        "size": 3.979,
+        "size": 2.729,
     },
     "front": {
         "kind": "sun",
-        "strength": 0.45,
+        "strength": 0.6,
         "color": (1.0, 1.0, 1.0),
         "direction": (-0.6774, 0.7769, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.17,
+        "strength": 0.1,
         "color": (0.9569, 0.9647, 0.9804),
         "horizon": (0.9333, 0.9176, 0.8941),
     },
@@ -75,6 +75,6 @@ BACKDROP = {
     "floor": {"pattern": "slabs", "color": (0.7255, 0.749, 0.7686), "tile": 1.0},
     "supports": True,
 }
-GAIN = 0.689  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 0.7265  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

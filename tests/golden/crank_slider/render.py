@@ -39,7 +39,7 @@ LIGHTS = {
         "direction": (0.5713, 0.6623, -1.0),
         "at": (0.22, -0.01, -0.155),
         "distance": 2.41,
-        "size": 0.844,
+        "size": 0.578,
     },
     "rim": {
         "kind": "softbox",
@@ -48,7 +48,7 @@ LIGHTS = {
         "direction": (-0.2879, -1.0426, -1.4),
         "at": (0.22, -0.01, -0.155),
         "distance": 2.41,
-        "size": 0.844,
+        "size": 0.578,
     },
     "front": {
         "kind": "sun",

@@ -37,7 +37,7 @@ LIGHTS = {
         "direction": (0.6526, 0.5824, -1.0),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
-        "size": 3.384,
+        "size": 2.321,
     },
     "rim": {
         "kind": "softbox",
@@ -46,7 +46,7 @@ LIGHTS = {
         "direction": (-0.421, -0.9964, -1.4),
         "at": (0.0, 0.0, 1.615),
         "distance": 9.67,
-        "size": 3.384,
+        "size": 2.321,
     },
     "front": {
         "kind": "sun",

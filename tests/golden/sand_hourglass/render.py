@@ -40,7 +40,7 @@ LIGHTS = {
         "direction": (0.0429, 0.5574, -1.0),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
-        "size": 0.814,
+        "size": 0.558,
     },
     "rim": {
         "kind": "softbox",
@@ -49,7 +49,7 @@ LIGHTS = {
         "direction": (-0.1612, -0.9295, -1.3),
         "at": (0.0, 0.0, 0.1835),
         "distance": 2.325,
-        "size": 0.814,
+        "size": 0.558,
     },
     "fill": {
         "kind": "environment",

@@ -38,7 +38,7 @@ LIGHTS = {
         "direction": (0.4824, 0.7296, -1.0),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
-        "size": 0.893,
+        "size": 0.612,
     },
     "rim": {
         "kind": "softbox",
@@ -47,7 +47,7 @@ LIGHTS = {
         "direction": (-0.153, -1.0708, -1.4),
         "at": (0.0, 0.0, 0.2626),
         "distance": 2.551,
-        "size": 0.893,
+        "size": 0.612,
     },
     "front": {
         "kind": "sun",

@@ -41,37 +41,37 @@ AUTO = {
 # The shots of `video.mp4`, in order.
 SHOTS = []
 
-BACKGROUND = (0.6039, 0.651, 0.6941)
+BACKGROUND = (0.6627, 0.7843, 0.8745)
 AMBIENT = 0.45  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.0,
+        "strength": 3.4,
         "color": (1.0, 0.9686, 0.9333),
         "direction": (0.4162, 0.7996, -1.15),
         "at": (0.0, 0.0, 0.3206),
         "distance": 1.872,
-        "size": 0.655,
+        "size": 0.449,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 0.9,
+        "strength": 1.0,
         "color": (0.8902, 0.9255, 1.0),
         "direction": (-0.276, -0.9507, -1.5),
         "at": (0.0, 0.0, 0.3206),
         "distance": 1.872,
-        "size": 0.655,
+        "size": 0.449,
     },
     "front": {
         "kind": "sun",
-        "strength": 0.45,
+        "strength": 0.6,
         "color": (1.0, 1.0, 1.0),
         "direction": (-0.701, 0.7557, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.17,
+        "strength": 0.1,
         "color": (0.9569, 0.9647, 0.9804),
         "horizon": (0.9333, 0.9176, 0.8941),
     },
@@ -82,9 +82,9 @@ BACKDROP = {
     "center": (0.0, 0.0, 0.3206),
     "radius": 3.745,
     "planes": ["floor"],
-    "floor": {"pattern": "slabs", "color": (0.4353, 0.4627, 0.4902), "tile": 0.5},
+    "floor": {"pattern": "slabs", "color": (0.5529, 0.5137, 0.4745), "tile": 0.5},
     "supports": True,
 }
-GAIN = 1.1721  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.0813  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

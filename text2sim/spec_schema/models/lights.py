@@ -40,7 +40,7 @@ class Softbox(Model):
     distance: Positive | None = Field(default=None, le=1e4)
     """Distance [m] from there; goes with the size of the scene if left out."""
     size: Positive | None = Field(default=None, le=1e4)
-    """Length [m] of its sides: larger is softer. 0.35 of the distance if left out."""
+    """Length [m] of its sides: larger is softer. 0.24 of the distance if left out."""
 
 
 class Lamp(Model):
