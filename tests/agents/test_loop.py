@@ -119,6 +119,20 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert (case / outcome.best.run / "report.html").is_file()
 
 
+def test_a_session_that_is_resumed_with_more_time_asks_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    never = "name: never\nevent: A wheel that turns for ever.\npossible: no\nwhy: Friction takes it.\n"
+    model, case = scripted({"planner": [never]}), tmp_path / "never"
+    monkeypatch.setattr(sessions, "endpoint_of", lambda spec, case: model)
+    Session.begin(case, SessionWish("generate", REQUEST, {"": "x"}, minutes=30), [], []).run(lambda event, what: None)
+    resumed = Session.resume(case)
+    resumed.wish.minutes = 60
+    assert resumed.run(lambda event, what: None).state == "impossible"
+    (planned,) = model.questions("planner")
+    assert "There are 30 minutes" in planned
+
+
 def test_what_cannot_be_done_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     model = scripted(
         {"planner": ["name: never\nevent: A wheel that turns for ever.\npossible: no\nwhy: Friction takes it.\n"]}

@@ -3,10 +3,14 @@
 import json
 import os
 import shutil
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from tests.agents.models.chat_server import ChatServer, completion
@@ -55,6 +59,29 @@ def test_any_command_fills_a_method_folder(suite: Path, tmp_path: Path) -> None:
     assert drop.result.total is None, "nobody counted"
     assert "said A red ball falls" in (drop.folder / "log.txt").read_text()
     assert (sag.result.status, sag.result.why) == ("failed", "it ended with exit code 7")
+
+
+def test_generate_ends_with_an_evaluation_that_is_stopped(suite: Path, tmp_path: Path) -> None:
+    mail = tmp_path / "mail"
+    words = [
+        "evaluate",
+        "run",
+        str(suite),
+        "--method",
+        "text2sim",
+        "--out",
+        str(tmp_path),
+        "--model",
+        f"mailbox:{mail}",
+    ]
+    parent = subprocess.Popen([sys.executable, "-m", "text2sim", *words], stderr=subprocess.DEVNULL)
+    limit = time.monotonic() + 60
+    while not list(mail.rglob("*.request.md")) and time.monotonic() < limit:
+        time.sleep(0.1)
+    (child,) = psutil.Process(parent.pid).children()
+    parent.send_signal(signal.SIGTERM)
+    parent.wait(30)
+    assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
 
 
 def test_what_a_prompt_says_is_no_blank_and_no_shell(suite: Path, tmp_path: Path) -> None:

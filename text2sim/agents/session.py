@@ -67,6 +67,9 @@ class SessionWish:
     """Text of the existing case that is to be changed."""
     style: bool = False
     """Whether the best film of an accepted case is searched for."""
+    planned_minutes: float | None = None
+    """`minutes` when the session began. The Planner is told these, so that a session that is resumed with more time
+    sends the same prompts and repeats no finished call."""
 
 
 class Session:
@@ -107,6 +110,7 @@ class Session:
         wish.text = plain_text(wish.text)
         if not wish.text.strip():
             raise RunError("the request is empty")
+        wish.planned_minutes = wish.minutes
         if len(wish.text) > LONGEST:
             raise RunError(f"the request has {len(wish.text):,} characters, and may have {LONGEST:,}")
         for file in images:
@@ -135,8 +139,9 @@ class Session:
         """
         file = case / "generation" / "request.json"
         try:
-            return cls(case, SessionWish(**json.loads(file.read_text("utf-8"))))
-        except (OSError, ValueError, TypeError) as error:
+            written = json.loads(file.read_text("utf-8"))
+            return cls(case, SessionWish(**{"planned_minutes": written.get("minutes"), **written}))
+        except (OSError, ValueError, TypeError, AttributeError) as error:
             raise RunError(f"{file}: there is nothing to resume ({error})") from None
 
     def run(
@@ -167,7 +172,7 @@ class Session:
         dealt = DealtCards(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
         probed(self.case, wish.inputs, journal)
-        request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.minutes)
+        request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.planned_minutes)
         loop = AgentLoop(
             self.case, request, chat, dealt, journal, LoopLimits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )

@@ -33,6 +33,7 @@ from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json
 from text2sim.runtime.child import kill_group
+from text2sim.runtime.stop import Stop
 from text2sim.service.exits import BUG
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
@@ -256,8 +257,11 @@ def _filled(word: str, blanks: Mapping[str, str]) -> str:
 def _ours(
     words: Sequence[str], log: Path, variables: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[int, dict[str, Any]]:
-    """Exit code of a text2sim command and the JSON document that it prints; other output goes to a log."""
-    with log.open("ab") as sink:
+    """Exit code of a text2sim command and the JSON document that it prints; other output goes to a log.
+
+    The command ends with this process, also when that is asked to stop by SIGTERM.
+    """
+    with log.open("ab") as sink, Stop():
         command = [sys.executable, "-m", "text2sim", *words]
         done = subprocess.run(
             command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False, env=os.environ | variables
