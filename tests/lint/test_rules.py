@@ -53,7 +53,7 @@ def test_a_row_says_everything(rule: Rule) -> None:
     assert rule.title.endswith(".")
     assert "\n" not in rule.title
     assert len(rule.reason) > 40
-    assert len(rule.way_out) > 10
+    assert len(rule.remedy) > 10
 
 
 def test_ids_are_unique() -> None:

@@ -27,7 +27,7 @@ def check(
     settings: Annotated[bool, typer.Option("--settings", help="Say which settings were derived, and why.")] = False,
     rules: Annotated[bool, typer.Option("--rules", help="List the rules of the lint.")] = False,
     explain: Annotated[
-        str, typer.Option("--explain", metavar="RULE", help="Say what a rule means, why, and the way out.")
+        str, typer.Option("--explain", metavar="RULE", help="Say what a rule means, why, and the remedy.")
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:

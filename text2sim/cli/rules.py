@@ -33,7 +33,7 @@ def say_rule(name: str, as_json: bool) -> int:
     if as_json:
         say_json(_plain(rule))
         return exits.OK
-    say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nWay out: {rule.way_out}\n\nFor example:\n")
+    say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n")
     say(_indented(rule.example))
     if rule.fix:
         say(f"\nLaid over it, this mends it (`null` takes a key away):\n\n{_indented(rule.fix)}")

@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.boxes import Bounds, union
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate
+from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_rotate, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, StandingPart, near
@@ -26,6 +26,7 @@ from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class Facts:
 
     def where(self, name: str, *keys: str) -> Path:
         """Return the path of a body or static (or of one of its copies, `brick[3]`), or of a value inside it."""
-        body = name.split("[")[0]
+        body = body_of(name)
         section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
         return (*section, body, *keys)
 
@@ -110,7 +111,7 @@ class Facts:
             for copy, entity in zip(self.placed[group.name], group.entities, strict=True):
                 if copy.shape.kind == "plane":
                     up = quat_rotate(copy.quat, (0.0, 0.0, 1.0))
-                    level = sum(u * p for u, p in zip(up, copy.pos, strict=True))
+                    level = vector_dot(up, copy.pos)
                     found.append(Ground(copy, up, level, entity.options["plane_size"][0] / 2))
         return found
 
@@ -154,7 +155,7 @@ class Facts:
     def _attached(self) -> set[str]:
         """Deformable bodies of which some part is held at some time."""
         controls = self.case.actions.controls.values()
-        return {control.body.split("[")[0] for control in controls if control.kind == "attach"}
+        return {body_of(control.body) for control in controls if control.kind == "attach"}
 
     @cached_property
     def moving(self) -> list[Copy]:
@@ -165,7 +166,7 @@ class Facts:
     def meant_to_leave(self) -> set[str]:
         """Bodies that the case expects to get away."""
         events = [e for e in self.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
-        return {event.of.split("[")[0].split(".")[0] for event in events if event.kind != "enters"}
+        return {body_of(event.of) for event in events if event.kind != "enters"}
 
     # --- geometry at the start ---------------------------------------------------------------------------------
 

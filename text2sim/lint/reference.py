@@ -53,7 +53,7 @@ def _section(rule: Rule) -> str:
         "",
         rule.reason,
         "",
-        f"**Way out.** {rule.way_out}",
+        f"**Remedy.** {rule.remedy}",
     ]
     lines += ["", "```yaml", rule.example.rstrip("\n"), "```", ""]
     if rule.fix:

@@ -25,7 +25,7 @@ class Rule:
     """What is found, in one line."""
     reason: str
     """Why it goes wrong: what the engine does, with numbers."""
-    way_out: str
+    remedy: str
     """What to do."""
     example: str
     """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` gives what they leave out."""

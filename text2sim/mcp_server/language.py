@@ -134,7 +134,7 @@ def _whole(page: Page) -> str:
 
 
 def _rule(rule: Rule) -> str:
-    text = f"{rule.title}\n\n{rule.reason}\n\nWay out: {rule.way_out}\n\nFor example:\n\n{rule.example}"
+    text = f"{rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n\n{rule.example}"
     if rule.fix:
         text += f"\nInstead:\n\n{rule.fix}"
     return f"{text}\nIf it is meant:\n\nwaive: {{{rule.id}: why it is meant}}\n"

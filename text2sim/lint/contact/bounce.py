@@ -14,6 +14,7 @@ from text2sim.compiler.settings import CRISPNESS
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
@@ -31,7 +32,7 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
     name, largest = max(found, key=lambda row: (row[1], row[0]))
     body, _, link = name.partition(".")
     inside = () if not link else (link,) if link == "payload" else ("links", link)
-    where = facts.where(body.split("[")[0], *inside, "material", "restitution")
+    where = facts.where(body_of(body), *inside, "material", "restitution")
     says = f"restitution {largest:g}"
     needed = ceil(dt / (SCATTER_BOUND * time))
     if step > ENERGY_BOUND * time * (1 + 1e-9):
@@ -65,7 +66,7 @@ RULES = (
 The engine has no restitution: it is made from the stiffness and damping of the contact, which is a spring that the
 solver takes explicitly. At a substep above 0.95 times `timeconst x damping ratio` every bounce gains energy, and bodies
 are shot away.""",
-        way_out="More substeps, or leave `scene.contact.timeconst` to the compiler.",
+        remedy="More substeps, or leave `scene.contact.timeconst` to the compiler.",
         example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
         fix="scene: {substeps: null, contact: null, dt: 0.01}",
         run=lambda facts: _bounce(facts, "restitution-step"),
@@ -78,7 +79,7 @@ are shot away.""",
         reason="""\
 At long substeps the compiler makes contacts that bounce so soft that they stay stable. Above 20 ms the touch is seen as
 a dent, and bodies that hit each other in a row no longer do so one after the other.""",
-        way_out="More substeps: the message says how many.",
+        remedy="More substeps: the message says how many.",
         example=_BALL % "dt: 0.01, substeps: 2",
         fix="scene: {substeps: null}",
         run=lambda facts: _bounce(facts, "soft-bounce"),

@@ -6,7 +6,7 @@ from itertools import combinations, islice
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross
+from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross, vector_dot
 from text2sim.compiler.slopes import tilted
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.sliding import friction_between
@@ -61,7 +61,7 @@ def _creeping(facts: Facts) -> Iterator[Problem]:
             if is_soft(copy.model) or not facts.free(copy) or copy.name in facts.velocities:
                 continue
             for other, normal in supports:
-                slope = math.acos(min(1.0, sum(a * b for a, b in zip(normal, up, strict=True))))
+                slope = math.acos(min(1.0, vector_dot(normal, up)))
                 friction = friction_between(facts, copy, other)
                 stopped = scene.solver.noslip_iterations >= NOSLIP and math.tan(slope) < LESS * friction
                 if math.tan(slope) < friction and not stopped and _lies_on(facts, copy, other, normal):
@@ -110,7 +110,7 @@ def _supports(facts: Facts, up: Vec) -> Iterator[tuple[Copy, Vec]]:
         if facts.mount(copy) in ("static", "fixed", "driven") and getattr(copy.shape, "kind", "") == "box":
             turned = [quat_rotate(copy.quat, AXES[axis]) for axis in ("x", "y", "z")]
             faces = [face for x, y, z in turned for face in ((x, y, z), (-x, -y, -z))]
-            steepest = max(faces, key=lambda face: sum(a * b for a, b in zip(face, up, strict=True)))
+            steepest = max(faces, key=lambda face: vector_dot(face, up))
             if math.hypot(*vector_cross(steepest, up)) > STEEP:
                 yield copy, steepest
 
@@ -158,7 +158,7 @@ to 15 %, friction 0.45 to 2, slopes of 5 and 20 deg; from u = 0.9 on it slips by
 the elliptic cone it is a hundredth. Scenes of free bodies with slopes get that cone by themselves; trees of links,
 piles with cg, and what bounces do not. Cards that lean on each other touch with one contact, and part by 1.9 mm in 2 s
 with the pyramidal cone; with the elliptic one they stay within 10 micrometres (`tests/physics/test_friction.py`).""",
-        way_out="""\
+        remedy="""\
 Set `scene.contact.friction_cone: elliptic`; where that cannot be, `solver: {noslip_iterations: 10}`, which stops what
 uses less than half of its friction, or more substeps: the creep goes with the time constant.""",
         example=_RAMP % "pyramidal",

@@ -127,7 +127,7 @@ RULES = (
 A driven body goes where its motion says, and pushes what can move out of its way. The ground, statics and bodies with
 a fixed mount cannot, and so it passes through them: between them there is no contact. Reported is what gets deeper than
 {SLACK * 1e3:g} mm and {CLOSE:.0%} of its thinnest piece, if it starts outside.""",
-        way_out="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
+        remedy="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
         example=_STAMP % "-0.6",
         fix=_STAMP % "-0.44",
         run=_driven_through,

@@ -30,7 +30,7 @@ RULES = (
         reason="""\
 A net is made of rigid links on ball joints, and its edges are held by the world. Its strands cannot stretch, so that
 all that it can give way is built into it: one that is built flat stays flat.""",
-        way_out="Give it a `sag`: a tenth of its shorter side catches what falls like a net.",
+        remedy="Give it a `sag`: a tenth of its shorter side catches what falls like a net.",
         example="""\
 bodies:
   net: {kind: net, cells: [4, 4], size: [1, 1], radius: 0.01, pose: {pos: [0, 0, 1]}}

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.text.document import Path
@@ -45,7 +45,7 @@ def hardest(parts: list[StandingPart], target: StandingPart, velocity: Vec) -> t
     """
     best = (0.0, math.inf, math.inf)
     for normal in _normals(target, velocity):
-        speed = abs(sum(v * n for v, n in zip(velocity, normal, strict=True)))
+        speed = abs(vector_dot(velocity, normal))
         thickness = width([target], normal)
         room = (width(parts, normal) + thickness) / 2
         if speed * best[1] > best[0] * room:
@@ -67,7 +67,7 @@ def _normals(part: StandingPart, velocity: Vec) -> list[Vec]:
         return columns
     if part.piece.kind == "cylinder":
         axis = columns[2]
-        along = sum(a * b for a, b in zip(axis, ahead, strict=True))
+        along = vector_dot(axis, ahead)
         across = tuple(a - along * b for a, b in zip(ahead, axis, strict=True))
         return [axis, vector_unit(across)] if math.hypot(*across) > 1e-6 else [axis]
     if part.piece.kind in ("hull", "mesh"):

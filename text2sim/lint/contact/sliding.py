@@ -7,7 +7,7 @@ from typing import NamedTuple
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.boxes import apart
-from text2sim.compiler.shapes.rotation import Vec, vector_cross
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
@@ -76,10 +76,10 @@ def _slide(facts: Facts, row: StartVelocity, up: Vec) -> _Slide | None:
     if support is None:
         return None
     low = min(part.lowest(normal) for part in facts.parts(copy))
-    height = sum(p * n for p, n in zip(copy.pos, normal, strict=True)) - low
+    height = vector_dot(copy.pos, normal) - low
     arm = (-height * normal[0], -height * normal[1], -height * normal[2])
     velocity = tuple(v + w for v, w in zip(row.linear, vector_cross(row.angular, arm), strict=True))
-    rising = sum(v * n for v, n in zip(row.linear, normal, strict=True))
+    rising = vector_dot(row.linear, normal)
     if rising > 0.05:
         return None
     slip = math.hypot(*(v - rising * n for v, n in zip(velocity, normal, strict=True)))
@@ -131,7 +131,7 @@ The pyramidal friction cone, which scenes without slopes have, takes fast slidin
 it into lift: a body that slides at the speed v with the friction m is thrown up at `m v / (1 + m^2)` within a step, a
 ball at `m v / (1 + 3.5 m^2)` (measured to 5 %, 1 to 12 m/s, friction 0.2 to 0.8: a box with friction 0.5 at 5 m/s flies
 0.22 m high). The elliptic cone does not. Reported if it rises by more than 2 % of its size.""",
-        way_out="""\
+        remedy="""\
 Set `scene.contact.friction_cone: elliptic`; start the body a few millimetres in the air, if it is to fly anyway; give a
 ball the spin with which it rolls.""",
         example="""\

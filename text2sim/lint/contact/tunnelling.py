@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.passing import Pass, grip, hardest, width
 from text2sim.lint.contact.sweeping import sweeping
@@ -61,7 +61,7 @@ def _flying(facts: Facts) -> Iterator[Pass]:
             continue
         if meeting.part is None:
             ground = next(ground for ground in facts.planes if ground.copy is other)
-            speed = -sum(v * u for v, u in zip(meeting.velocity, ground.up, strict=True))
+            speed = -vector_dot(meeting.velocity, ground.up)
             room, thickness = width(parts, ground.up), math.inf
         else:
             speed, room, thickness = hardest(parts, meeting.part, meeting.velocity)
@@ -89,7 +89,7 @@ def _fastest(facts: Facts) -> list[Copy]:
 
 def _along(gravity: Vec, point: Vec) -> float:
     """Height [m] of a point against gravity."""
-    return -sum(g * p for g, p in zip(gravity, point, strict=True)) / (math.hypot(*gravity) or 1.0)
+    return -vector_dot(gravity, point) / (math.hypot(*gravity) or 1.0)
 
 
 def _lowest(facts: Facts) -> float:
@@ -121,7 +121,7 @@ passed by what is wholly below it when it is first seen.
 Looked at are bodies that are thrown or that fall from where they start, up to what they meet first, and driven
 bodies with what is in their way at the start. Substeps that the compiler derives take account of start
 velocities and blows, not of falls.""",
-        way_out="""\
+        remedy="""\
 More `scene.substeps`; the timeconst follows, unless the case gives it. Or make the body, or what it meets, thicker.""",
         example="""\
 scene: {dt: 0.01, substeps: 2, statics: {plate: {shape: {kind: box, size: [1, 0.01, 1]}, pose: {pos: [0, 2, 0.5]}}}}

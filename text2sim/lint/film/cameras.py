@@ -136,7 +136,7 @@ in any camera's picture at the start, or something hides it in all of them; bodi
 Who judges the film sees nothing of what is expected. What is driven, or starts with a velocity that will probably
 bring it into a picture, may come in later. A film that begins later than {EARLY:g} s is not judged, nor is a camera
 that nobody placed: it is put where it sees everything that moves.""",
-        way_out="Let a camera look at it, widen the field of view, or move the camera round what is in the way.",
+        remedy="Let a camera look at it, widen the field of view, or move the camera round what is in the way.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}
 bodies:
@@ -157,7 +157,7 @@ render:
         reason=f"""\
 It fills less than {SMALL:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of 1280 by 720.
 What happens to it is not recognised.""",
-        way_out="Move the camera nearer, as the message says, or narrow its field of view.",
+        remedy="Move the camera nearer, as the message says, or narrow its field of view.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}
 bodies:
@@ -177,7 +177,7 @@ render:
         title="Less than half of a body that the script is about is in any picture.",
         reason="""\
 In every camera's picture at the start, most of the body (or of its copies) lies beyond the edges.""",
-        way_out="Move the camera back, or widen its field of view as the message says.",
+        remedy="Move the camera back, or widen its field of view as the message says.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, place: {on: floor},

@@ -15,6 +15,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.names.selectors import body_of
 
 GONE = 0.5
 """Part of a way that may be out of the picture, of what comes back into it."""
@@ -22,7 +23,7 @@ GONE = 0.5
 
 def _leaves(facts: Facts) -> Iterator[Problem]:
     framed = {
-        selector.split("[")[0].split(".")[0]
+        body_of(selector)
         for camera in facts.case.render.cameras.values()
         if getattr(camera, "within", None) is None
         for selector in getattr(camera, "frame", None) or ()
@@ -79,7 +80,7 @@ camera's picture where it comes down, or for more than {GONE:.0%} of that way, a
 from outside. What happens afterwards is not known here; the report of a run says what its cameras saw. A camera that
 nobody placed is not judged, nor is one with a `frame` that names the body: it stands where it shows all that was
 recorded.""",
-        way_out="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
+        remedy="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}

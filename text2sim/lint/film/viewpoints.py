@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.shapes.rotation import IDENTITY, vector_dot
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
 from text2sim.lint.film.shots import shot, some, taken
@@ -33,7 +33,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
         where = ("render", "cameras", view.name)
         eye = StandingPart(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
         for ground in facts.planes:
-            below = ground.level - sum(u * p for u, p in zip(ground.up, view.pos, strict=True))
+            below = ground.level - vector_dot(ground.up, view.pos)
             if below > 0 and ground.beside(view.pos) < 0:
                 text = f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_when(t)} and sees its underside"
                 yield facts.problem("camera-inside", where, f"{text}; raise it", key=True)
@@ -80,7 +80,7 @@ RULES = (
 From inside a body, the picture shows its inner side and nothing else; from below a plane, its underside. The hull of a
 mesh does not count, for a camera may stand in its hollow. Cameras that move by themselves are followed on their way;
 bodies that move count only at the start.""",
-        way_out="Move the camera out, or make what it stands in invisible (`look: {visible: false}`).",
+        remedy="Move the camera out, or make what it stands in invisible (`look: {visible: false}`).",
         example="""\
 scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}
 bodies:
@@ -96,7 +96,7 @@ render:
         severity="error",
         title="A camera stands at what it looks at.",
         reason="It has no direction then. Cameras that move by themselves are followed on their way.",
-        way_out="Move the camera away from the point, or let it look at something else.",
+        remedy="Move the camera away from the point, or let it look at something else.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}

@@ -173,7 +173,7 @@ RULES = (
         title="An angle in radians looks like one in degrees.",
         reason="""\
 Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge without limits means seven turns.""",
-        way_out="Write `${radians(45)}`. If many turns are meant, say them as such: `${14 * pi}`.",
+        remedy="Write `${radians(45)}`. If many turns are meant, say them as such: `${14 * pi}`.",
         example=_DOOR % "90",
         fix=_DOOR % "1.57",
         run=lambda facts: one_each(_degrees(facts)),
@@ -185,7 +185,7 @@ Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge 
         reason="""\
 Fields whose names end in `deg` are in degrees. Where one is 1.571 or 0.7854, a quarter and an eighth of a turn in
 radians, the body is turned by so little that nobody sees it.""",
-        way_out="Write 90 for a right angle, or `${degrees(x)}` for an angle x in radians.",
+        remedy="Write 90 for a right angle, or `${degrees(x)}` for an angle x in radians.",
         example=_PLANK % "1.5708",
         fix=_PLANK % "90",
         run=_radians,

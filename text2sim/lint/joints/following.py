@@ -139,7 +139,7 @@ A change of position by d within T takes an acceleration of at least `4 d / T^2`
 the force for it is that times the inertia of everything beyond the joint, plus gravity along the way, dry friction and
 joint damping. The engine adds `damping x substep` of the motor to that inertia, so that a large damping makes a limited
 motor slower still. Reported if the change would take at least 1.5 times as long as asked for.""",
-        way_out="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
+        remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         run=lambda facts: one_each(_slow(facts)),
@@ -152,7 +152,7 @@ motor slower still. Reported if the change would take at least 1.5 times as long
 A velocity motor pulls with its damping times the speed that is missing. Against dry friction, joint damping or
 gravity it runs where both are equal: `kv (wanted - v) = d v + load`. Reported if more than a tenth of the speed is
 missing, or than the tolerance of an expectation of the joint's velocity.""",
-        way_out="Raise the actuator's `damping` to fifty times what works against it at full speed.",
+        remedy="Raise the actuator's `damping` to fifty times what works against it at full speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
         run=lambda facts: one_each(_short(facts)),
@@ -164,7 +164,7 @@ missing, or than the tolerance of an expectation of the joint's velocity.""",
         reason="""\
 A servo with stiffness kp, damping kv and a load of inertia I swings about its target with the damping ratio
 `kv / (2 sqrt(kp I))`. Below 0.05 it swings on for many turns; without any damping, for ever.""",
-        way_out="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
+        remedy="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
         example=_PUSHER % ("stiffness: 2000", "position: 0.2"),
         fix=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
         run=lambda facts: one_each(_swings(facts)),

@@ -138,7 +138,7 @@ to it included, at its worst within the driven range; along a slider it is `axis
 from then on, if the joint is told to lift it. Where that is more than the
 motor gives, less the dry friction of the joint, the joint sinks instead of following. A force that is smaller than the
 dry friction moves nothing, either.""",
-        way_out="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
+        remedy="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
         example="""\
 bodies:
   arm:
@@ -163,7 +163,7 @@ A position motor is a spring and a damper to its target; the engine does not com
 integral part. At rest it stands `load / stiffness` off: 2 kg on 1000 N/m hang 2 cm low. Reported if that is more than
 5 % of the travel (of a joint that is only held: 0.1 rad or 1 cm), or than the tolerance of an expectation of the
 joint's position.""",
-        way_out="Raise the stiffness, and the damping with it (critical: `2 sqrt(stiffness x inertia)`), or aim off.",
+        remedy="Raise the stiffness, and the damping with it (critical: `2 sqrt(stiffness x inertia)`), or aim off.",
         example="""\
 bodies:
   lift:

@@ -46,7 +46,7 @@ RULES = (
         reason="""\
 An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint
 moves as freely as without it.""",
-        way_out="Drive it (`position: 0` holds the pose of the case), or leave the actuator out.",
+        remedy="Drive it (`position: 0` holds the pose of the case), or leave the actuator out.",
         example="""\
 bodies:
   gate:

@@ -109,7 +109,7 @@ RULES = (
 The joint stops at the end of its range, and its servo goes on pushing against it with the stiffness times the rest of
 the way. A velocity towards the end at which the joint starts moves nothing. Ranges of hinges are given in degrees
 (`range_deg`), targets in radians.""",
-        way_out="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
+        remedy="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         fix=_DOOR % ("range_deg: [0, 90],", "1.57"),
         run=lambda facts: one_each(_range(facts)),
@@ -121,7 +121,7 @@ the way. A velocity towards the end at which the joint starts moves nothing. Ran
         reason=f"""\
 The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and the body is held there as if by
 a rod without mass. Reported where it is more than {FAR:g} times as far from the origin as the body is long.""",
-        way_out="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
+        remedy="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
         example="""\
 bodies:
   door:

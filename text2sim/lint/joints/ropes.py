@@ -49,7 +49,7 @@ Links of mass m and length l under the tension T swing across at up to 2 sqrt(T 
 explicitly: with 2 to 40 kg on links of 2.5 g a rope that was struck diverged at substeps of 1.5 over this frequency
 and more, and held at {LIMIT:g}. T is taken as {SWING:g} times the weight of the rope, its payload and what is attached.
 Substeps that the case leaves open are chosen so short, but no more than 50 in a step.""",
-        way_out="""\
+        remedy="""\
 Leave `scene.substeps` out or take more; a shorter `dt`; fewer links, or a heavier rope; lighter things on it.""",
         example=_ROPE % 1,
         fix=_ROPE % 14,

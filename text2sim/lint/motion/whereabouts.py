@@ -12,6 +12,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import Flight, flight_of
 from text2sim.lint.motion.reach import reach_of
 from text2sim.spec_schema.models.bodies import Driven
+from text2sim.spec_schema.names.selectors import body_of
 
 HIGHEST = 1e4
 """Nothing is thought to get farther [m] than this."""
@@ -92,7 +93,7 @@ class Whereabouts:
             return total
         weight = mass(copy, self.facts.folder)
         for control in self.facts.case.actions.controls.values():
-            if control.kind == "force" and control.body.split("[")[0] == copy.body:
+            if control.kind == "force" and body_of(control.body) == copy.body:
                 times = t * t / 2 / weight
                 times = min(times, t / control.drag) if control.drag else times
                 total = swept(total, around([(0.0, 0.0, 0.0), _scaled(control.force, times)]))

@@ -125,7 +125,7 @@ RULES = (
         reason="""\
 The mass of a compound is the sum of its parts, each with its whole volume: the engine knows nothing of what two of
 them share. A body whose parts stand deep in each other is heavier than it looks, and its centre of mass is off.""",
-        way_out="Say the body's `material.mass`, or shorten a part so that it only touches the next.",
+        remedy="Say the body's `material.mass`, or shorten a part so that it only touches the next.",
         example=_PAIR % "0.5",
         fix=_PAIR % "0.3",
         run=_twice,

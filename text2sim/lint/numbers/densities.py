@@ -154,7 +154,7 @@ nothing that it hits. A part of a compound may have up to {GAS:g}, if it stands 
 divided by the volume of the shape, and may be that of {MATTER[0]:g} to {PACKED:g} kg/m3: balloons are hollow, and a
 small body often stands for a heavy one. What deforms has bounds of its own: of a cloth it is the mass of an area, which
 shops give in g/m2.""",
-        way_out="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts, as for a hollow body.",
+        remedy="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts, as for a hollow body.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7.8}, place: {on: floor}}

@@ -160,7 +160,7 @@ Contacts are soft. What rests on something sinks into it by about {SAG:g} g T^2 
 timeconst: 0.1 mm at the usual 10 ms, whatever the size. For a free body, more than {WALL:.0%} of its thinnest piece is
 a warning, more than {DROWNED:.0%} an error: stacks collapse into each other. A timeconst that the case gives is judged
 elsewhere. Sizes of 10 um and less do not simulate at all.""",
-        way_out="""\
+        remedy="""\
 Shorten `scene.contact.timeconst` (it must be two substeps or more), or check the unit: all lengths are metres.""",
         example="""\
 bodies:
@@ -178,7 +178,7 @@ Lengths are metres, and drawings and mesh files often are not. Bodies of more th
 240 x 115 x 71 is one in millimetres, and falls for minutes. What never moves is reported from {GROUND:g} m on, or if it
 is {THICK:g} m thick and {GIANT:g} times as large as all that moves. From {VAST:g} m on it is an error: single precision
 resolves 6 cm there.""",
-        way_out="Divide millimetres by 1000; give a mesh its `scale`: 0.001 for a file in millimetres.",
+        remedy="Divide millimetres by 1000; give a mesh its `scale`: 0.001 for a file in millimetres.",
         example="""\
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [1200, 800, 800]}, place: {on: floor}}
@@ -194,7 +194,7 @@ bodies:
 The solver takes no inverse mass below 1e-7 for more than it is: a body sinks by {HEAVY:g} m for each kilogram, however
 stiff its contacts are (measured: 1.4 mm at 1e8 kg; at 1e11 kg a box of 0.1 m falls through the floor). More than
 {SUNK:.0%} of the thinnest piece is a warning, more than {DROWNED:.0%} an error.""",
-        way_out="Check `density` and `mass`; a scene moves the same if all its masses are divided by the same number.",
+        remedy="Check `density` and `mass`; a scene moves the same if all its masses are divided by the same number.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1.0e+9}, place: {on: floor}}
@@ -210,7 +210,7 @@ bodies:
         reason=f"""\
 The engine computes in single precision: a position is rounded to {ROUNDING:g} of itself, 1 mm at 10 km. Reported where
 that is more than {SUNK / 10:.1%} of the thinnest piece, an error where it is more than {SUNK:.0%}.""",
-        way_out="Build the scene around the origin.",
+        remedy="Build the scene around the origin.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 9000, 1]}}

@@ -183,7 +183,7 @@ RULES = (
 The constraint solver stops when what is left is small compared with the mass of everything that moves. A link that is
 lighter than the solver's tolerance times that mass may be left wholly unsolved: it shakes, sinks or flies off. The
 tolerance is 1e-8 with newton and 1e-5 with cg unless `scene.solver.tolerance` says otherwise.""",
-        way_out="Make it heavier, take the newton solver, or set `scene.solver.tolerance`.",
+        remedy="Make it heavier, take the newton solver, or set `scene.solver.tolerance`.",
         example="""\
 scene: {solver: {kind: cg}}
 bodies:
@@ -203,7 +203,7 @@ Contacts and welds of the engine are springs whose softness goes with the invers
 mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones, and welds, by seven times that; the
 time constant of welds is two substeps). 60 kg
 on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do not give way.""",
-        way_out="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
+        remedy="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
         example=_TWO % "0.1",
         fix=_TWO % "5",
         run=_ratio,

@@ -249,7 +249,7 @@ RULES = (
 Mass, centre of mass and inertia are those of the solid that a surface encloses. An open surface (an edge with one
 triangle, or with three) encloses none, nor does one whose triangles look to different sides: there the convex hull
 counts, which for a cup is the cup filled to the brim. Reported of bodies that move and have no `mass`.""",
-        way_out="Close the surface in the tool that made it, or give a `mass`; the hull still places its centre.",
+        remedy="Close the surface in the tool that made it, or give a `mass`; the hull still places its centre.",
         example="""\
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
@@ -264,7 +264,7 @@ bodies:
         reason="""\
 The corners of a triangle go counterclockwise, seen from outside. Where all of them go the other way, pictures show the
 inner side, and the volume is negative, so that the convex hull counts for the mass.""",
-        way_out="Turn all faces round in the tool that made the file (`Recalculate outside`, `invert`).",
+        remedy="Turn all faces round in the tool that made the file (`Recalculate outside`, `invert`).",
         example="""\
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: inverted.obj}, pose: {pos: [0, 0, 0.5]}}
@@ -279,7 +279,7 @@ bodies:
         reason="""\
 Soft bodies, grains, liquids and snow are filled with particles or cut into tetrahedra, and an open surface has no
 inside: the engine's filler fills what it takes for it, and its cutter (tetgen) gives up, or ends the process.""",
-        way_out="Close the surface in the tool that made the file; a skin without volume is a `cloth`.",
+        remedy="Close the surface in the tool that made the file; a skin without volume is a `cloth`.",
         example="""\
 bodies:
   mug: {kind: soft, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
@@ -295,7 +295,7 @@ bodies:
 With `collision: decompose` the engine finds convex pieces (CoACD) before the first run, and keeps them on this machine.
 That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (measured, one core). Reported above
 {MANY_TRIANGLES:,}.""",
-        way_out="Use a simplified mesh, or shapes of the language: a `compound`, a `cup`, a `tube`.",
+        remedy="Use a simplified mesh, or shapes of the language: a `compound`, a `cup`, a `tube`.",
         example="""\
 bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: fine.obj, collision: decompose}, pose: {pos: [0, 0, 0.5]}}
@@ -312,7 +312,7 @@ With `collision: exact` the distance to the surface is known at the nodes of a g
 wall of less than two cells it never gets as deep as half of the wall, its gradient vanishes, and the engine no longer
 knows to which side to push. Thickness is measured along rays; a quarter of the surface has thinner walls. A cell larger
 than half of it is a warning, one larger than all of it an error.""",
-        way_out="Take a smaller `cell`, thicker walls, `collision: decompose`, or a hollow shape: `cup`, `tube`.",
+        remedy="Take a smaller `cell`, thicker walls, `collision: decompose`, or a hollow shape: `cup`, `tube`.",
         example="""\
 bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: ring.obj, collision: exact, cell: 0.05}, pose: {pos: [0, 0, 0.5]}}
@@ -329,7 +329,7 @@ bodies:
 With `collision: exact` the engine looks up vertices of one body in the field of the other. Where two edges cross
 between their vertices it finds nothing: a plank of eight corners that was laid across the walls of a channel of sixteen
 fell through it. With the channel divided to edges of a 16th of its length it still fell, of a 32nd it lay still.""",
-        way_out="Take `collision: decompose`, or divide its triangles finely (in Blender `Subdivide`).",
+        remedy="Take `collision: decompose`, or divide its triangles finely (in Blender `Subdivide`).",
         example="""\
 bodies:
   frame: {kind: rigid, shape: {kind: mesh, file: channel.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
@@ -345,7 +345,7 @@ bodies:
         reason="""\
 `collision: exact` is for hollows, holes and threads. Two convex bodies touch as hulls do in any case: the engine makes
 no use of their fields, which take time to make.""",
-        way_out="Leave `collision` out.",
+        remedy="Leave `collision` out.",
         example="""\
 bodies:
   crate: {kind: rigid, shape: {kind: mesh, file: closed.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}

@@ -137,7 +137,7 @@ RULES = (
         reason="""\
 Contacts are looked for once in each substep. What turns by more than half a radian meanwhile reaches into others, or
 jumps past them, before it is seen.""",
-        way_out="More substeps, or a slower turn.",
+        remedy="More substeps, or a slower turn.",
         example=_TURNED % "120",
         fix=_TURNED % "12",
         run=lambda facts: one_each(_spin(facts)),
@@ -150,7 +150,7 @@ jumps past them, before it is seen.""",
 Targets, forces and prescribed motions are set once in each time step. A sine with fewer than two steps in a cycle shows
 as another, slower one, with fewer than eight it is coarse; a ramp that is over within a step is a jump, and of two
 values within one step only one is seen.""",
-        way_out="A shorter `scene.dt`, or a slower schedule.",
+        remedy="A shorter `scene.dt`, or a slower schedule.",
         example=_SHAKEN % "30",
         fix=_SHAKEN % "10",
         run=lambda facts: one_each(_fast(facts)),

@@ -153,7 +153,7 @@ The engine takes stiffness explicitly: a joint of inertia I with a spring or ser
 stable only for `h^2 k < 4 I + 2 h d`, where h is the substep. Beyond, it swings wider with every step until the run
 diverges; a limited motor chatters between its limits (a warning). A swing that is fast for the substep (`h w > 1`) and
 hardly damped has a wrong frequency (a warning). Damping is taken implicitly, and is never too large.""",
-        way_out="More substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
+        remedy="More substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
         example=_CART % "1.0e+5",
         fix=_CART % "4000",
         run=lambda facts: one_each(_stiff(facts)),
@@ -166,7 +166,7 @@ hardly damped has a wrong frequency (a warning). Damping is taken implicitly, an
 An undamped tree of ball joints gains energy from the integrator: a chain of ten links flew apart at substeps of 10 ms
 after 1.3 s, a net (with closed loops) at 5 ms after 0.3 s, both without any contact. A little damping or armature cures
 it at no visible cost; chains, nets and ragdolls of the language have both unless the case says otherwise.""",
-        way_out="Give the joints a `damping` or an `armature`, or take more substeps.",
+        remedy="Give the joints a `damping` or an `armature`, or take more substeps.",
         example=_chain("0"),
         fix=_chain("0.01"),
         run=_undamped,

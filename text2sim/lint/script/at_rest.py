@@ -157,7 +157,7 @@ RULES = (
         reason="""\
 Something is driven, pushed or dropped, and yet the case would pass if the engine did nothing. Such expectations only
 say what must not go wrong; they do not test that anything happened.""",
-        way_out="Add an expectation that fails at the start: an event that has to come, a place to be reached.",
+        remedy="Add an expectation that fails at the start: an event that has to come, a place to be reached.",
         example=_BALL % "",
         fix=_BALL % "    lands: {measure: height, at: end, below: 0.2}\n",
         run=_at_rest,

@@ -139,7 +139,7 @@ RULES = (
         reason="""\
 Two bounds on one measure at the same time leave no value, or two expectations want an event at different times, or an
 event that must not happen. Whatever the run does, the case fails.""",
-        way_out="Change one of the two, or the times to which they apply.",
+        remedy="Change one of the two, or the times to which they apply.",
         example=_BALL % "0.8",
         fix=_BALL % "0.1",
         run=_contradictions,

@@ -121,7 +121,7 @@ RULES = (
 Bodies that touch from the start touch in the first step, and what stands still is at rest at once: such an event says
 nothing of what was meant to happen. A threshold that is passed already, and a region that a body is in already, count
 only when they are passed anew.""",
-        way_out="""\
+        remedy="""\
 Choose a bound or a region beyond the start, or say `after` which other event it is looked for. `check` lists the
 expectations that are true at the start, too.""",
         example=_BALL % "1.2",

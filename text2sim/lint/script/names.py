@@ -87,7 +87,7 @@ RULES = (
         reason="""\
 A parameter changes nothing by itself. One that no `${…}` names is misspelt in one of the two places, or was left
 behind: a sweep over it would run the same case again and again.""",
-        way_out="Use it, or leave it out.",
+        remedy="Use it, or leave it out.",
         example=_BALL % "2.0",
         fix=_BALL % '"${height}"',
         run=_params,
@@ -99,7 +99,7 @@ behind: a sweep over it would run the same case again and again.""",
         reason="""\
 The section `prefabs` describes bodies that are there only where a body says `use`. One that nothing names is misspelt
 in one of the two places, or was left behind.""",
-        way_out="Use it, or leave it out.",
+        remedy="Use it, or leave it out.",
         example="""\
 prefabs:
   cube: {params: {}, body: {kind: rigid, shape: {kind: box, size: [0.1, 0.1, 0.1]}}}

@@ -197,7 +197,7 @@ RULES = (
 By its definition, or by limits that the engine enforces, the measure is never what is asked for; or its value at the
 start, which the case decides, breaks an expectation that includes the start; or the case itself says when an event
 happens, and it is not then.""",
-        way_out="Change the bound, begin `during` after the start, or measure what is meant.",
+        remedy="Change the bound, begin `during` after the start, or measure what is meant.",
         example=_BALL % "during: all, above: 0.5",
         fix=_BALL % "during: [0.2, 1], above: 0.5",
         run=_cannot_hold,
@@ -209,7 +209,7 @@ happens, and it is not then.""",
         reason="""\
 By its definition the measure is always as is asked for, or its value at the start already decides. Such an expectation
 passes whatever happens, and hides that nothing is tested.""",
-        way_out="Ask for what would be wrong if the scene went wrong, or leave it out.",
+        remedy="Ask for what would be wrong if the scene went wrong, or leave it out.",
         example=_BALL % "at: end, above: -1",
         fix=_BALL % "at: end, above: 1",
         run=_cannot_fail,

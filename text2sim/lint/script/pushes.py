@@ -149,7 +149,7 @@ RULES = (
 A blow gives a free body `impulse / mass` at once, a force `force x dt / mass` in each time step. What then moves by
 more than its own length within a substep passes through things instead of hitting them. Anything faster than
 `scene.max_speed` ends the run as diverged: where that is certain it is an error.""",
-        way_out="Newton seconds and newtons fit the mass: to send m at v takes m v. Or take more substeps.",
+        remedy="Newton seconds and newtons fit the mass: to send m at v takes m v. Or take more substeps.",
         example=_PUCK % ("impulse", "impulse: [50, 0, 0], at: 0.1"),
         fix=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
         run=_violent,
@@ -161,7 +161,7 @@ more than its own length within a substep passes through things instead of hitti
         reason=f"""\
 A `point` counts from the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its length
 makes it spin as no push of its surface can.""",
-        way_out="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
+        remedy="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
         example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
         fix=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
         run=_off_body,

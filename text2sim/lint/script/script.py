@@ -82,7 +82,7 @@ RULES = (
 Position, displacement, tilt and turning of a body are those of its root link. Of an articulated body with a fixed base
 they never change, nor does anything of a body that the world holds. A joint's force is that of its motor: without one
 that is driven it is always zero.""",
-        way_out="Measure a link that moves (`arm.hand`), or another body.",
+        remedy="Measure a link that moves (`arm.hand`), or another body.",
         example=_ARM + _TIP % "arm",
         fix=_ARM + _TIP % "arm.beam",
         run=_dead_measures,
@@ -95,7 +95,7 @@ that is driven it is always zero.""",
 Two bodies that their joints keep apart never touch, links of one body do not touch unless `self_collision` is true,
 and a threshold that a measure cannot pass by its definition is never passed. It is an error if an expectation waits
 for such an event, and a warning if none does.""",
-        way_out="Look at the selectors, at the places of the bodies, and at the bound.",
+        remedy="Look at the selectors, at the places of the bodies, and at the bound.",
         example=_POST % 3 + _ARM + _HIT,
         fix=_POST % 0.4 + _ARM + _HIT,
         run=_dead_events,

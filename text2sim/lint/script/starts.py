@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
-from text2sim.compiler.shapes.rotation import Vec, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
@@ -202,6 +202,6 @@ def depth_inside(region: Any, point: Vec) -> float:
         return min(min(p - low, high - p) for low, p, high in sides)
     axis = vector_unit(region.axis)
     offset = [p - c for p, c in zip(point, region.center, strict=True)]
-    along = sum(o * a for o, a in zip(offset, axis, strict=True))
+    along = vector_dot(offset, axis)
     radial = sqrt(max(0.0, sum(o * o for o in offset) - along * along))
     return min(region.radius - radial, region.height / 2 - abs(along))

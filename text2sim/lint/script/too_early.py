@@ -115,7 +115,7 @@ Start velocities, blows and forces before the time t give no body more than some
 than `2 v t + g t^2`, which is twice what a thrown body can do; where everything stands still at first, t counts from
 the first cause. An event or a place that is farther away cannot be reached in time. Nothing is said of what comes after
 a drive has begun, a driven body has set out, or a spring or a bounce is at work.""",
-        way_out="Begin sooner, nearer or faster, or let the span end later than the time in the message.",
+        remedy="Begin sooner, nearer or faster, or let the span end later than the time in the message.",
         example=_BALL % "[0, 0.3]",
         fix=_BALL % "[0, 0.9]",
         run=_soon,

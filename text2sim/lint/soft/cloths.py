@@ -15,6 +15,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 CAUGHT, CAUGHT_WELL = 8.0, 16.0
 """Speed [m/s] at which a sheet still catches a ball, with 4 and with 20 sweeps over its threads: at twice that the ball
@@ -85,8 +86,8 @@ def _one_way(facts: Facts) -> Iterator[Problem]:
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world":
             continue
-        solver = solvers.get(control.body.split("[")[0])
-        holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
+        solver = solvers.get(body_of(control.body))
+        holders = facts.placed.get(body_of(control.to), [])
         loose = [copy for copy in holders if facts.free(copy)]
         if solver and loose:
             text = (
@@ -105,8 +106,8 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
             continue
         if not (region.corner or region.nearest or region.sphere):
             continue
-        body = next((body for body in soft.bodies if body.body == control.body.split("[")[0]), None)
-        holders = facts.placed.get(control.to.split("[")[0].split(".")[0], [])
+        body = next((body for body in soft.bodies if body.body == body_of(control.body)), None)
+        holders = facts.placed.get(body_of(control.to), [])
         pieces = [part.solid for copy in holders for part in facts.parts(copy)]
         if body is None or not pieces or len(facts.placed[body.body]) > 1:
             continue
@@ -134,7 +135,7 @@ Particles of cloth are pushed out of rigid bodies from half of `particle_size` o
 substep: what moves farther in a substep may be on the other side. Walls may be thin: 4 mm held a tumbling cloth as long
 as speed times substep stayed below the shell. A sheet of 20 mm particles caught a ball at 4 and 8 m/s and let it pass
 at 16; with {WELL} sweeps over its threads and half the substep it caught it at 16 and not at 32.""",
-        way_out="""\
+        remedy="""\
 Take the `scene.substeps` that the message names, larger particles, or more `scene.pbd.stretch_iterations`.""",
         example="""\
 scene: {dt: 0.01, substeps: 2}
@@ -156,7 +157,7 @@ actions:
 The engine moves the held points of soft bodies with the link that holds them, and gives the link nothing back: a free
 body to which a soft one is attached falls as if it were alone, and takes it along. Cloth of solver pbd pulls at what
 holds it.""",
-        way_out="""\
+        remedy="""\
 Attach it to what is fixed, driven, or moved by a motor, or to the `world`; a load can lie on a soft body, which feels
 it; or take cloth.""",
         example="""\
@@ -178,7 +179,7 @@ actions:
         reason="""\
 Attached points follow what holds them from where they are at the start, however far that is: physics is right, but a
 film shows a napkin that hangs below its peg on nothing.""",
-        way_out="Place the body, or what holds it, so that they touch.",
+        remedy="Place the body, or what holds it, so that they touch.",
         example="""\
 scene: {statics: {peg: {shape: {kind: sphere, radius: 0.01}, pose: {pos: [0.2, 0, 1.03]}}}}
 bodies:

@@ -108,7 +108,7 @@ RULES = (
         reason=f"""\
 Each takes about half a kilobyte in the solver, and 24 bytes in every frame. With {MOST:,} a substep of mpm takes
 8 s.""",
-        way_out="A larger `cell`, or a smaller body.",
+        remedy="A larger `cell`, or a smaller body.",
         example="""\
 bodies:
   sand: {kind: granular, cell: 0.0001, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
@@ -125,7 +125,7 @@ A substep takes, on two cores, about 1 ms and {EACH["mpm"] * 1e6:g} us for each 
 {EACH["pbd"] * 1e6:g} us for each pbd particle, {EACH["fem"] * 1e6:g} us for each tetrahedron and
 {EACH["sap"] * 1e6:g} us under contact model sap. Half the cell makes eight times as many particles and twice as many
 substeps. From {LONG / 60:g} minutes on the estimate is told; it is right within a factor of two.""",
-        way_out="Coarser cells, a shorter duration, softer materials (longer steps), fewer bodies.",
+        remedy="Coarser cells, a shorter duration, softer materials (longer steps), fewer bodies.",
         example="""\
 scene: {duration: 5.0}
 bodies:

@@ -97,7 +97,7 @@ Linear tetrahedra lock in bending. Measured at the tip of a cantilever of 0.3 m 
 with shear: 1 element through the thickness lacks 79 % of the deflection, 2 lack 36 %, 3 lack 19 %, 4 lack 12 %, 6 lack
 7 %: n elements about 1 over n to the power of 1.5. Reported below {ENOUGH:g}, for bodies {SLENDER:g} times as long as
 thick.""",
-        way_out="""\
+        remedy="""\
 Give the `cell` that the message names (half of it is about ten times as slow), or take `solver: mpm`.""",
         example="""\
 bodies:
@@ -118,7 +118,7 @@ bodies:
         reason="""\
 Towards 0.5 the stiffness against a change of volume goes to infinity. Linear tetrahedra then lock altogether; particles
 on a grid need steps as short as the speed of sound is high: 4 times as short at 0.49, 13 times at 0.499.""",
-        way_out="Take 0.45 to 0.49: rubber is not seen to differ.",
+        remedy="Take 0.45 to 0.49: rubber is not seen to differ.",
         example="""\
 bodies:
   rubber:
@@ -138,7 +138,7 @@ bodies:
 The engine's explicit fem solver has a neo-Hookean model, but it diverges at steps that anyone can pay for (a box of
 0.1 MPa at 0.2 ms: 77 m away after one step, then a crash of the process); so soft bodies of solver fem are solved
 implicitly, and the implicit solver has none. Under contact model ipc every soft body is neo-Hookean anyway.""",
-        way_out="Leave `model` out, or take `solver: mpm`, which has both.",
+        remedy="Leave `model` out, or take `solver: mpm`, which has both.",
         example="""\
 bodies:
   rubber:

@@ -152,7 +152,7 @@ RULES = (
         reason="""\
 The engine's shells are computed by its ipc coupler. Without the coupler nothing computes them: the scene is built, and
 steps, and every vertex is nan from the first step on, with no error.""",
-        way_out="Leave `scene.contact.model` out, or set it to `ipc`; or take `solver: pbd`, which runs everywhere.",
+        remedy="Leave `scene.contact.model` out, or set it to `ipc`; or take `solver: pbd`, which runs everywhere.",
         example="""\
 scene: {contact: {model: particle}}
 bodies:
@@ -170,7 +170,7 @@ The step in which the grid of the material point method gets its velocities, gra
 engine's coupler of rigid bodies and particles. Sap and ipc are couplers that take its place and have no such step: a
 block of jelly in the air over nothing stayed where it was for the whole run, while fem bodies and cloth beside it fell.
 There is no error.""",
-        way_out="Give soft bodies `solver: fem`; grains, liquids and snow need contact model particle.",
+        remedy="Give soft bodies `solver: fem`; grains, liquids and snow need contact model particle.",
         example="""\
 bodies:
   bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
@@ -190,7 +190,7 @@ of solver pbd feels nothing but itself. `ipc`: rigid bodies, cloth and fem bodie
 under `sap`. `rigid`: nothing that deforms. There is no contact between fem and pbd bodies under any model, and
 fem bodies without sap or ipc only feel what a corner of their surface is in. Where one starts over the other it is an
 error, where they may only come to each other a warning.""",
-        way_out="""\
+        remedy="""\
 Choose the contact model that the message names, or solvers that go together: soft bodies of solver mpm and cloth of
 solver pbd under `particle`; soft bodies of solver fem and rigid bodies under `sap`.""",
         example="""\

@@ -108,7 +108,7 @@ The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 n
 substep. At 0.74 and 1.0 cells bars of 10 MPa diverged within a second: all points in a corner of the domain, finite
 numbers, no error. The engine's own suggestion looks at the grid alone. More than {COURANT:g} is a warning, more than
 {UNSTABLE:g} an error. Without `scene.substeps` enough of them are chosen.""",
-        way_out="""\
+        remedy="""\
 Leave `scene.substeps` out, or take as many as the message says; or make the material softer, or the grid coarser.""",
         example="""\
 scene: {dt: 0.004, substeps: 4}
@@ -131,7 +131,7 @@ bodies:
 A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
 no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error,
 and so is any body thinner than a quarter of a cell: it holds no particle.""",
-        way_out="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
+        remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
         example="""\
 bodies:
   mat: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.4, 0.4, 0.03]}, pose: {pos: [0, 0, 0.3]}}
@@ -147,7 +147,7 @@ bodies:
 Mpm bodies touch through the grid that they share, from 1.6 cells on: two cubes at rest on each other have a gap of 1.6
 cells between their particles. What starts nearer than {NEAR:g} cells pushes itself apart in the first steps, or moves
 as one; what starts inside each other sticks.""",
-        way_out="Leave two cells between bodies, with `clearance`, or more room in `repeat`; or make the grid finer.",
+        remedy="Leave two cells between bodies, with `clearance`, or more room in `repeat`; or make the grid finer.",
         example="""\
 bodies:
   a: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.2]}}

@@ -14,6 +14,7 @@ from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 SAFE = 1e-4
 """Gap [m] besides the thickness of cloth that the check of libuipc surely takes for one."""
@@ -123,7 +124,7 @@ def _unheard(facts: Facts) -> Iterator[Problem]:
         return
     names = {body.body for body in soft.of("ipc", "fem")}
     for name, control in facts.case.actions.controls.items():
-        body = getattr(control, "body", "").split("[")[0].split(".")[0]
+        body = body_of(getattr(control, "body", ""))
         if body not in names or control.kind not in _UNHEARD:
             continue
         text = f"`{body}` cannot be {_UNHEARD[control.kind]} under contact model ipc: {_INSTEAD[control.kind]}"
@@ -169,7 +170,7 @@ Ipc keeps every distance positive from the first step on, so it must find it pos
 it starts, and takes none in which surfaces intersect or are at a distance of 0, or nearer to a cloth than half its
 thickness. That holds for what stands on the floor and for statics among each other, too. Asked for is that and
 {SAFE * 1000:g} mm.""",
-        way_out="""\
+        remedy="""\
 Give `place` a `clearance` of the size that the message names; what no cloth and no free body will touch can stay out of
 it with `material: {touch_soft: false}`.""",
         example=f"""\
@@ -186,7 +187,7 @@ bodies:
         reason="""\
 The coupler makes a body of its own of every link, with contact between all of them. Links of chains, ropes, nets and
 dolls overlap at their joints, and libuipc takes no scene in which bodies intersect.""",
-        way_out="""\
+        remedy="""\
 Leave gaps at the joints of an articulated body, or keep the body out of it with `material: {touch_soft: false}`.""",
         example=f"""\
 bodies:
@@ -202,7 +203,7 @@ bodies:
         reason="""\
 Cloth and soft bodies are libuipc's under this contact model: it refuses constraints of points, starts everything at
 rest, and reads no forces that the engine has for them. Rigid bodies can be driven, pushed and attached.""",
-        way_out="Let rigid bodies do it: a clamp of two plates that close holds a body by friction.",
+        remedy="Let rigid bodies do it: a clamp of two plates that close holds a body by friction.",
         example=f"""\
 bodies:
 {_TOWEL}{_JELLY}actions:
@@ -219,7 +220,7 @@ bodies:
         reason="""\
 Points of a cloth that are no neighbours must be farther apart than it is thick, or libuipc takes them for touching at
 the start and refuses the scene.""",
-        way_out="Take a `cell` of several times the thickness, or a smaller `thickness`.",
+        remedy="Take a `cell` of several times the thickness, or a smaller `thickness`.",
         example="""\
 bodies:
   felt:

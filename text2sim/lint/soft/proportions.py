@@ -108,7 +108,7 @@ RULES = (
 At the foot of a body of height h stand `density g h` of pressure. Where that is more than its stiffness, the body is
 squashed to nothing by its own weight: a jelly of 20 cm needs far more than 2000 Pa. Stiffness is in Pa: 0.05 is what
 someone writes who means MPa.""",
-        way_out="Give `youngs_modulus` (of a liquid `stiffness`) in Pa: ten times the pressure at its foot, or more.",
+        remedy="Give `youngs_modulus` (of a liquid `stiffness`) in Pa: ten times the pressure at its foot, or more.",
         example=_JELLY % "0.05",
         fix=_JELLY % "5.0e+4",
         run=_collapses,
@@ -121,7 +121,7 @@ someone writes who means MPa.""",
 A cloth bends where its triangles meet, and touches things by its corners: between them it is a plate, and what is
 smaller than a plate is missed. With solver pbd the distance of its particles is its thickness in contact as well.
 Reported below {FEW} of them along its longer side. All pbd cloth of a scene has the same distance.""",
-        way_out="Give a smaller `cell`: a twenty-fifth of its side, or less.",
+        remedy="Give a smaller `cell`: a twenty-fifth of its side, or less.",
         example=_RAG % "0.1",
         fix=_RAG % "0.02",
         run=_coarse,

@@ -12,6 +12,7 @@ from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 OTHER = ("sap", "ipc")
@@ -44,7 +45,7 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
 
 
 def _soft(facts: Facts, selector: str) -> bool:
-    body = facts.case.bodies.get(selector.split("[")[0].split(".")[0])
+    body = facts.case.bodies.get(body_of(selector))
     return is_soft(body)
 
 
@@ -102,7 +103,7 @@ RULES = (
 Contacts are recorded as the engine's rigid solver returns them. Under sap and ipc another solver finds them, and the
 engine's list stays empty: a force of 0, a contact that never happens. Contact with a body that deforms is found in the
 recorded points, and works.""",
-        way_out="Ask for a `threshold` of a `distance`, or for the `gap` to a body that deforms.",
+        remedy="Ask for a `threshold` of a `distance`, or for the `gap` to a body that deforms.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}}}
@@ -126,7 +127,7 @@ Cloth of solver pbd knows how much its threads and folds give, in units of that 
 elastic shell with a stiffness in Pa. Neither takes what is meant for the other, and nothing translates between
 them. Only the grid of mpm bodies knows a reach of rigid surfaces. Restitution is made from the damping of the
 engine's own rigid contacts, which contact models sap and ipc do not use.""",
-        way_out="Give what the solver takes, or leave the value out.",
+        remedy="Give what the solver takes, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
         run=_stuff,

@@ -114,7 +114,7 @@ RULES = (
         reason="""\
 The sap coupler refuses planes and has a floor of its own instead: level, endless, one in a scene. It stands where the
 highest level plane is; through all others bodies fall.""",
-        way_out="Put a fixed box, turned and placed as the plane, in its place.",
+        remedy="Put a fixed box, turned and placed as the plane, in its place.",
         example=f"""\
 scene: {{statics: {{floor: {{shape: {{kind: plane}}, pose: {{euler_deg: [0, 20, 0]}}}}}}}}
 bodies:
@@ -129,7 +129,7 @@ bodies:
         reason="""\
 Under sap, what overlaps at the start ends the process: two boxes of 100 mm, 40 mm inside each other, made the engine
 read memory that is not its own in the trial step with which it builds a scene. One above the other they run.""",
-        way_out="Move one of them, or say where it is with `place: {on: …}`.",
+        remedy="Move one of them, or say where it is with `place: {on: …}`.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}}}
@@ -146,7 +146,7 @@ bodies:
 Contact model sap takes the place of the engine's constraint solver, and knows contacts alone: limits of joints, dry
 friction, `connect` loops (nets, closed linkages) and attached rigid bodies are left out without a word. Motors,
 springs and the damping of joints work.""",
-        way_out="Take soft bodies of solver mpm and contact model particle; or do without what is left out.",
+        remedy="Take soft bodies of solver mpm and contact model particle; or do without what is left out.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  door:
@@ -165,7 +165,7 @@ bodies:
         reason="""\
 The sap coupler takes every rigid shape into account, whatever `material.touch_soft` says: a hook that only holds pushes
 what it holds.""",
-        way_out="Leave `touch_soft` out and room between the bodies; or take soft bodies of solver mpm.",
+        remedy="Leave `touch_soft` out and room between the bodies; or take soft bodies of solver mpm.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}, material: {{touch_soft: false}}}}

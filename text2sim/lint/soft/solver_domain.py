@@ -11,6 +11,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 PADDING = 3
 """Cells at each wall of the grid in which the engine stops everything."""
@@ -120,7 +121,7 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
 def _hangs(facts: Facts, body: SoftBody) -> bool:
     """Whether a cloth is held somewhere for the whole run."""
     controls = facts.case.actions.controls
-    holds = {n for n, c in controls.items() if c.kind == "attach" and c.body.split("[")[0] == body.body and not c.at}
+    holds = {n for n, c in controls.items() if c.kind == "attach" and body_of(c.body) == body.body and not c.at}
     let_go = {c.attach for c in controls.values() if c.kind == "release"}
     return body.copy.model.kind == "cloth" and bool(holds - let_go)
 
@@ -142,7 +143,7 @@ RULES = (
         reason=f"""\
 The grid of mpm covers a box, and {PADDING} cells at each side of it stop what comes there: the engine refuses particles
 that start outside of the rest. The bounds of pbd are walls: what is outside is put onto them at once.""",
-        way_out="Leave the bounds out: they are derived from where bodies can come to.",
+        remedy="Leave the bounds out: they are derived from where bodies can come to.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 0.6]}}}
 bodies:
@@ -158,7 +159,7 @@ bodies:
         reason=f"""\
 Bounds are walls for the bodies of their solver, and those of mpm are {PADDING} cells thick: with bounds that begin at a
 floor, bodies come to rest {PADDING} cells above it.""",
-        way_out=f"Leave the bounds out, or let them begin {PADDING} cells below the ground.",
+        remedy=f"Leave the bounds out, or let them begin {PADDING} cells below the ground.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1.0]}}}
 bodies:
@@ -175,7 +176,7 @@ bodies:
 The grid of mpm and the hash of pbd cover a box, and stop at its sides what comes there, without a word. Derived bounds
 have room for what bodies do by their fall, their speed at the start, forces, fields, and what carries them; but a body
 is followed for 2 m at most, and each step goes through all cells: 3 million of mpm, or one of pbd, are the most.""",
-        way_out="Leave the bounds out, or make them as large as the message says; or let the body not get so far.",
+        remedy="Leave the bounds out, or make them as large as the message says; or let the body not get so far.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 1.0]}}}
 bodies:

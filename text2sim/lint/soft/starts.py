@@ -128,7 +128,7 @@ RULES = (
 The solvers know only where points are, not how they got there. Particles of cloth that are inside a rigid body are put
 onto its surface within one substep, which is a speed of metres per second for each millimetre; particles of mpm bodies
 are held by the walls around them; tetrahedra are pushed out with the full stiffness of contact.""",
-        way_out="Move the body as far as the message says, or say where it is with `place`.",
+        remedy="Move the body as far as the message says, or say where it is with `place`.",
         example="""\
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.05]}}
@@ -144,7 +144,7 @@ bodies:
 Contact of points and tetrahedra only knows where they are: what starts in each other is thrown apart, or stays
 entangled for good. Cloths count as in each other when they are nearer than {PERSONAL:g} of the distance of their
 particles. For bodies of mpm there is `soft-too-near`.""",
-        way_out="Move one of them, or say where it is with `place`.",
+        remedy="Move one of them, or say where it is with `place`.",
         example="""\
 bodies:
   lower: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.3]}}

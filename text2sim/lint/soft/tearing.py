@@ -11,6 +11,7 @@ from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.soft.walls import free_by, opening
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
+from text2sim.spec_schema.names.selectors import body_of
 
 APART = 2 / PARTICLE
 """Times its length to which a body can be drawn out until its particles are two cells apart."""
@@ -25,7 +26,7 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
     for name, control in facts.case.actions.controls.items():
         if control.kind != "force":
             continue
-        body = bodies.get(control.body.split("[")[0])
+        body = bodies.get(body_of(control.body))
         if body is None:
             continue
         forced, bore = _forced_stretch(facts, body)
@@ -113,7 +114,7 @@ from then on, whatever the material is. A soft body that was pulled by its nose 
 where force over area and stiffness, and the stretch that the narrowest opening in its way forces (the body's mean
 cross-section over that of the free bore), come to a strain of more than {TEARS:g}; and where the bore alone draws a
 body out to {APART:.2g} times its length.""",
-        way_out="Push on more of the body, with less, or with `drag` so that it moves slowly.",
+        remedy="Push on more of the body, with less, or with `drag` so that it moves slowly.",
         example=f"""\
 bodies:
   jelly: {_JELLY}, material: {{youngs_modulus: 5.0e+4}}}}

@@ -126,7 +126,7 @@ The grid of mpm bodies feels rigid ones at its nodes only. Measured with a pisto
 passed a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. What a
 motor or a prescribed motion presses on mpm bodies should be {LOADED:g} cells thick, and is an error below {LEAKING:g};
 what lies on them {ON_TOP:g}; what stands still {STILL:g}.""",
-        way_out="""\
+        remedy="""\
 Make it thicker (a thin part may be drawn and a thick one touch: a `compound` with two parts), or the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
         example="""\
@@ -149,7 +149,7 @@ bodies:
 The grid feels a wall where one of its nodes comes within reach. In a dam break of 12 cells (benchmarks/soft_leaks.py)
 7 % of the water was in or behind walls of five cells after a second with a `soft_reach` of a tenth of a cell, 2 % with
 a quarter, and none with half a cell, which is what walls have if a case says nothing.""",
-        way_out="Leave `soft_reach` out, or make it half a cell or more; the more, the slower a liquid runs.",
+        remedy="Leave `soft_reach` out, or make it half a cell or more; the more, the slower a liquid runs.",
         example="""\
 scene:
   statics:
@@ -170,7 +170,7 @@ bodies:
         reason=f"""\
 Particles feel a wall from half a cell away. Sand ran steadily through a neck with a radius of 2.6 cells; a soft body
 went through tubes of 3.8 cells. Below {NECK:g} cells of radius flow is slow or stops, whatever the material.""",
-        way_out="Make the opening wider, or the grid finer with `scene.mpm.cell`.",
+        remedy="Make the opening wider, or the grid finer with `scene.mpm.cell`.",
         example="""\
 scene:
   statics:

@@ -5,7 +5,7 @@ from itertools import product
 from math import acos, degrees
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate
+from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate, vector_dot
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import StandingPart
@@ -13,6 +13,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import more_copies
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 TILT = 2.0
 """Angle [deg] between two faces up to which a box counts as lying on its face."""
@@ -28,7 +29,7 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     x, y, z = facts.case.scene.gravity
     if x or y or z >= 0.0:
         return
-    held = {c.body.split("[")[0] for c in facts.case.actions.controls.values() if c.kind == "attach"}
+    held = {body_of(c.body) for c in facts.case.actions.controls.values() if c.kind == "attach"}
     boxes = {
         copy.name: (name, copy, box)
         for name in facts.case.bodies
@@ -113,7 +114,7 @@ def _middle(part: StandingPart) -> Vec:
 
 
 def _angle(axes: list[Vec], normal: Vec) -> float:
-    nearest = max(abs(sum(a * n for a, n in zip(axis, normal, strict=True))) for axis in axes)
+    nearest = max(abs(vector_dot(axis, normal)) for axis in axes)
     return degrees(acos(min(nearest, 1.0)))
 
 
@@ -136,7 +137,7 @@ RULES = (
         reason="""\
 A box that touches what carries it with an edge alone is not in balance: it tips before anything else happens. On a
 slope that is what `place: {on: slope}` comes to where the box stays upright, or is turned about the wrong axis.""",
-        way_out="""\
+        remedy="""\
 Turn the box as its support is turned (the same `euler_deg`; a turn about the normal of the slope comes before that), or
 waive the rule if it is meant to tip.""",
         example=_SLOPE % "0",

@@ -106,7 +106,7 @@ RULES = (
 A plane is solid below. What is partly under it is thrown out as from an overlap; what is wholly under it
 does not touch it any more and falls for ever (seen: a sphere 0.3 m below). A free body that is wholly, or with most of
 its pieces, below the plane is an error.""",
-        way_out="Move the body up by what the message says, or let `place: {on: floor}` find its height.",
+        remedy="Move the body up by what the message says, or let `place: {on: floor}` find its height.",
         example="""\
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [0.4, 0.4, 0.4]}, pose: {pos: [0, 0, 0.15]}}
@@ -121,7 +121,7 @@ bodies:
         reason="""\
 The engine's plane is as large as it is drawn (`size`, 40 m if left out): a body beyond its edge touches nothing and
 falls (measured: with 40 m, a box 19 m from the middle lies on it, one at 21 m falls through).""",
-        way_out="Make the plane larger, up to some kilometres, or place the body over it.",
+        remedy="Make the plane larger, up to some kilometres, or place the body over it.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [25, 0, 0.5]}}

@@ -205,7 +205,7 @@ throw a brick. What a hinge or the world holds cannot get away, and presses agai
 A free body that is as deep as half the thickness of one of the two is an error: on which side it comes out is chance.
 Copies of one body count, and links of different bodies do. Bodies that are attached to each other from the start do not
 touch in the engine and do not count, nor does what would be pushed apart at less than {GENTLE:g} m/s.""",
-        way_out="""\
+        remedy="""\
 Move the body as far as the message says, or say where it is with `place: {on: …}`, which is resolved from true
 geometry; give a `repeat` more room. A mesh touches by its convex hull unless it has `collision: decompose`.""",
         example="""\

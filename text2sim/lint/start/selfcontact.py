@@ -87,7 +87,7 @@ RULES = (
 With `self_collision`, links that are not neighbours touch. But pairs that overlap where all joints are at 0 are taken
 for neighbours by the engine, and pass through each other in the whole run, of which it says one line in its log. Links
 that overlap only at their `initial` positions are pushed apart like any overlapping bodies.""",
-        way_out="Make the links shorter or thinner, or set them apart by their `pose`.",
+        remedy="Make the links shorter or thinner, or set them apart by their `pose`.",
         example="""\
 bodies:
   gripper:

@@ -12,6 +12,7 @@ from text2sim.lint.parts import lowest_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 
 FAR = 10.0
 """Fall [m] from which on it counts that nothing is below."""
@@ -56,7 +57,7 @@ def _held(facts: Facts) -> set[str]:
     """Bodies that something else may keep from falling: what they are attached to, or a force."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
     names += [wrench.entity for wrench in facts.rows.wrenches if wrench.end > wrench.start]
-    return {name.split("[")[0] for name in names}
+    return {body_of(name) for name in names}
 
 
 def _caught(facts: Facts, copy: Copy, up: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
@@ -77,7 +78,7 @@ RULES = (
         reason="""\
 The z axis points up, so that gravity has a negative z: it is [0, 0, -9.81] if left out. With a positive one everything
 that is free leaves the ground and never comes back.""",
-        way_out="Turn the sign, or leave `scene.gravity` out.",
+        remedy="Turn the sign, or leave `scene.gravity` out.",
         example="""\
 scene: {gravity: [0, 0, 9.81]}
 bodies:
@@ -94,7 +95,7 @@ bodies:
 There is gravity and no plane, and nothing that is held lies below the body as far to the side as it may get. It falls
 by half of gravity times the square of the duration; less than {FAR:g} m are not reported, nor is a body that something
 is attached to, that a force acts on, or that an event of kind `left_domain` or `leaves` is about.""",
-        way_out="Give the scene a floor, or something below the body; for a scene in space, set `gravity: [0, 0, 0]`.",
+        remedy="Give the scene a floor, or something below the body; for a scene in space, set `gravity: [0, 0, 0]`.",
         example="""\
 scene:
   duration: 3.0
