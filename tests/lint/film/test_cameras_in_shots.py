@@ -23,7 +23,7 @@ def test_a_frame_follows_what_is_thrown(tmp_path: Path) -> None:
 def test_a_way_through_a_block(tmp_path: Path) -> None:
     way = "kind: dolly, from: [2, -4, 1], to: [4, 4, 1], look_at: ball"
     (found,) = findings(tmp_path, "camera-inside", BALL, BLOCK, cameras(main=way).replace("SHOTS", ""))
-    assert "`main` is inside of `block` after" in found.message
+    assert "`main` is inside `block` after" in found.message
     round_it = "kind: keyframed, times: [0, 1], positions: [[2, -4, 1], [1, -2, 1]], look_at: ball"
     assert findings(tmp_path, "camera-inside", BALL, BLOCK, cameras(main=round_it).replace("SHOTS", "")) == []
 

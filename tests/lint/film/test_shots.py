@@ -43,7 +43,7 @@ class TestUnseen:
         parts = BALL.format("[0, -6, 0.5]", ""), SCRIPT, STILL.format("[0, -4, 1]", "[0, 0, 0.5]")
         (found,) = findings(tmp_path, "unseen-subject", *parts)
         assert found.path == "/render/cameras/main"
-        assert "it is behind the camera; let it look at [0, -6, 0.5]" in found.message
+        assert "it is behind the camera; set look_at to [0, -6, 0.5]" in found.message
 
     def test_beside_the_picture_with_the_angle_that_holds_it(self, tmp_path: Path) -> None:
         parts = BALL.format("[0, 0, 3]", ""), SCRIPT, STILL.format("[0, -4, 0.5]", "[0, 0, 0.5]")
@@ -102,7 +102,7 @@ class TestUnseen:
 def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     far = BALL.format("[0, 0, 0.5]", ""), SCRIPT, STILL.format("[0, -12, 0.5]", "[0, 0, 0.5]")
     (problem,) = findings(tmp_path, "small-subject", *far)
-    assert problem.message.endswith("would show it")
+    assert problem.message.endswith("move it to 2.89 m")
     farther = far[0], far[1], STILL.format("[0, -60, 0.5]", "[0, 0, 0.5]")
     (problem,) = findings(tmp_path, "small-subject", *farther)
     assert "a second camera there" in problem.message, "one there would show nothing else"

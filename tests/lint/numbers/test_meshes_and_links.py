@@ -78,7 +78,7 @@ bodies:
         (found,) = findings(tmp_path, "self-overlap", self.ARM % ("true", 0, 0.5))
         assert found.path == "/bodies/arm/self_collision"
         assert "`arm.base` and `arm.lower` overlap by" in found.message
-        assert "never touch" in found.message
+        assert "never collide" in found.message
 
     def test_overlap_at_the_start_pushes(self, tmp_path: Path) -> None:
         slider = (self.ARM % ("true", -0.1, 0.3)).replace("hinge, axis: y, anchor: [0, 0, 0.2]", "slider, axis: z")

@@ -131,7 +131,7 @@ class TestMeshes:
         (found,) = overlaps(assets, self.bodies("", 0))
         assert found.severity == "error"
         assert found.message.endswith(
-            "(`ring.obj` touches by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
+            "(`ring.obj` collides by its convex hull; `collision: decompose` or `exact` keeps its hollows)"
         )
 
     @pytest.mark.parametrize("collision", ["decompose", "exact"])

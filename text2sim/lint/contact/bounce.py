@@ -1,9 +1,8 @@
-"""Restitution, which is made from contact damping, against the time step.
+"""Restitution, made from contact damping, against the time step.
 
-A contact that bounces is a spring and damper with the angular frequency w = 1 / (time constant x damping ratio). It
-lasts pi / w. The explicit step h is stable up to h w = 0.95 (measured: beyond, each bounce gains energy); up to 0.4 the
-restitution is met within 0.05, which is what a message asks for. See
-`compiler.settings`.
+A bouncing contact is a spring and damper with the angular frequency w = 1 / (time constant x damping ratio). It lasts
+pi / w. The explicit step h is stable up to h w = 0.95 (measured: above, each bounce gains energy). Up to 0.4 the
+restitution is accurate to 0.05, so messages ask for that. See `compiler.settings`.
 """
 
 from collections.abc import Iterator
@@ -19,35 +18,31 @@ from text2sim.spec_schema.names.selectors import body_of
 ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
 SCATTER_BOUND = 0.4
-"""The same for a restitution that is met within 0.05."""
+"""The same for a restitution that is accurate to 0.05."""
 MAX_BOUNCE_TIME = 0.02
-"""Longest time [s] for which a bouncing contact may last without a warning."""
+"""Longest time [s] that a bouncing contact may last without a warning."""
 
 
 def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
     time, step, dt = facts.settings.bounce_time, facts.substep, facts.case.scene.dt
     if not time:
         return
-    found = [row for group in facts.placed.values() for row in bounces(group[:1]).items()]
-    name, largest = max(found, key=lambda row: (row[1], row[0]))
+    restitutions = [row for group in facts.placed.values() for row in bounces(group[:1]).items()]
+    name, largest = max(restitutions, key=lambda row: (row[1], row[0]))
     body, _, link = name.partition(".")
     inside = () if not link else (link,) if link == "payload" else ("links", link)
     where = facts.where(body_of(body), *inside, "material", "restitution")
-    says = f"restitution {largest:g}"
-    needed = ceil(dt / (SCATTER_BOUND * time))
     if step > ENERGY_BOUND * time * (1 + 1e-9):
         if rule == "restitution-step":
             text = (
-                f"{says} with contact timeconst {facts.settings.timeconst:g} s would gain energy at a substep of "
-                f"{step:g} s; it needs scene.substeps of at least {needed}, or a longer timeconst"
+                f"restitution {largest:g} with contact timeconst {facts.settings.timeconst:g} s gains energy at a "
+                f"substep of {step:g} s; use scene.substeps of at least {ceil(dt / (SCATTER_BOUND * time))}, or a "
+                "longer timeconst"
             )
             yield facts.problem(rule, where, text)
     elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
         needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CRISPNESS))
-        text = (
-            f"contacts that bounce last {pi * time:.2g} s and are soft; with scene.substeps of {needed} or more they "
-            "would be crisp"
-        )
+        text = f"bouncing contacts last {pi * time:.2g} s and look soft; use scene.substeps of {needed} or more"
         yield facts.problem(rule, where, text)
 
 
@@ -61,12 +56,12 @@ RULES = (
     Rule(
         id="restitution-step",
         severity="error",
-        title="Contacts that bounce are too fast for the time step, and gain energy.",
+        title="Bouncing contacts are too fast for the time step and gain energy.",
         reason="""\
-The engine has no restitution: it is made from the stiffness and damping of the contact, which is a spring that the
-solver takes explicitly. At a substep above 0.95 times `timeconst x damping ratio` every bounce gains energy, and bodies
-are shot away.""",
-        remedy="More substeps, or leave `scene.contact.timeconst` to the compiler.",
+The engine has no restitution. The compiler makes it from the stiffness and damping of the contact, a spring that the
+solver integrates explicitly. At a substep above 0.95 times `timeconst x damping ratio` every bounce gains energy, and
+bodies shoot away.""",
+        remedy="Use more substeps, or leave `scene.contact.timeconst` to the compiler.",
         example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
         fix="scene: {substeps: null, contact: null, dt: 0.01}",
         run=lambda facts: _bounce(facts, "restitution-step"),
@@ -75,11 +70,11 @@ are shot away.""",
     Rule(
         id="soft-bounce",
         severity="warning",
-        title="Contacts that bounce are soft: they last long enough to be seen.",
+        title="Bouncing contacts are soft: they last long enough to be visible.",
         reason="""\
-At long substeps the compiler makes contacts that bounce so soft that they stay stable. Above 20 ms the touch is seen as
-a dent, and bodies that hit each other in a row no longer do so one after the other.""",
-        remedy="More substeps: the message says how many.",
+At long substeps the compiler softens bouncing contacts to keep them stable. Above 20 ms a contact shows as a dent, and
+bodies in a row no longer collide one after the other.""",
+        remedy="Use more substeps; the message says how many.",
         example=_BALL % "dt: 0.01, substeps: 2",
         fix="scene: {substeps: null}",
         run=lambda facts: _bounce(facts, "soft-bounce"),

@@ -1,4 +1,4 @@
-"""Bodies that friction holds on a slope, and that creep all the same, as the pyramidal friction cone has it."""
+"""Bodies that creep on a slope although friction holds them, because of the pyramidal friction cone."""
 
 import math
 from collections.abc import Iterator
@@ -17,18 +17,18 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import AXES
 
-LOOKED_AT = 30
-"""Free bodies that are looked at."""
-LEAST = 1e-3
-"""Way [m] until the end that is worth a word."""
-STEEP = 0.0087
-"""Slope [rad] from which on something is one."""
+MAX_BODIES = 30
+"""Most copies of a free body that are checked."""
+MIN_CREEP = 1e-3
+"""Shortest distance [m] over the run that is reported."""
+MIN_SLOPE = 0.0087
+"""Smallest slope [rad]."""
 FLUSH = 0.0175
-"""Angle [rad] up to which faces lie flat on each other."""
+"""Largest angle [rad] between faces that lie flat on each other."""
 POINTS = 4
 """Contacts of a face."""
-NOSLIP, LESS = 10, 0.5
-"""Iterations against creeping that stop what needs less than this part of its friction."""
+NOSLIP, NOSLIP_SHARE = 10, 0.5
+"""Noslip iterations that stop the creep of bodies that use less than this share of their friction."""
 SOFT = (1 - 0.9) / 0.9 * 0.95 / 2
 """(1 - dmin) / dmin * dmax / 2 of the engine's contact parameters."""
 
@@ -39,8 +39,8 @@ def creep_speed(pull: float, slope: float, friction: float, timeconst: float) ->
     Args:
         pull: Gravity [m/s2].
         slope: Angle [rad]; its tangent is less than the friction.
-        friction: Coefficient.
-        timeconst: Of contacts [s].
+        friction: Coefficient of friction.
+        timeconst: Time constant [s] of contacts.
     """
     used = math.tan(slope) / friction
     share = used if used < 0.5 else 3 * used - 1
@@ -57,33 +57,33 @@ def _creeping(facts: Facts) -> Iterator[Problem]:
     supports = list(_supports(facts, up))
     for name in facts.case.bodies if supports else ():
         found: list[tuple[float, float, float, Copy, Copy]] = []
-        for copy in facts.placed[name][:LOOKED_AT]:
+        for copy in facts.placed[name][:MAX_BODIES]:
             if is_soft(copy.model) or not facts.free(copy) or copy.name in facts.velocities:
                 continue
             for other, normal in supports:
                 slope = math.acos(min(1.0, vector_dot(normal, up)))
                 friction = friction_between(facts, copy, other)
-                stopped = scene.solver.noslip_iterations >= NOSLIP and math.tan(slope) < LESS * friction
+                stopped = scene.solver.noslip_iterations >= NOSLIP and math.tan(slope) < NOSLIP_SHARE * friction
                 if math.tan(slope) < friction and not stopped and _lies_on(facts, copy, other, normal):
                     speed = creep_speed(pull, slope, friction, facts.settings.timeconst)
                     found.append((speed, slope, friction, copy, other))
                     break
-        if found and (worst := max(found, key=lambda row: row[0]))[0] * scene.duration > LEAST:
+        if found and (worst := max(found, key=lambda row: row[0]))[0] * scene.duration > MIN_CREEP:
             yield _finding(facts, *worst, len(found))
 
 
 def _leaning(facts: Facts) -> Iterator[Problem]:
-    """Free bodies that lean on each other."""
+    """Report free bodies that lean on each other."""
     if facts.settings.cone != "pyramidal":
         return
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
-    leaning = list(islice(tilted(free, facts.case.scene.gravity), LOOKED_AT))
+    leaning = list(islice(tilted(free, facts.case.scene.gravity), MAX_BODIES))
     for a, b in combinations(leaning, 2):
         one, other = facts.box(a), facts.box(b)
         if one is not None and other is not None and not apart(one, other, -RESTING):
             text = (
-                f"`{a.name}` and `{b.name}` lean on each other: with the pyramidal friction cone they slide apart, two "
-                "cards of 90 mm at 20 deg by 2 mm in 2 s; set `friction_cone: elliptic` in scene.contact"
+                f"`{a.name}` and `{b.name}` lean on each other and slide apart with the pyramidal friction cone (two "
+                "cards of 90 mm at 20 deg: 2 mm in 2 s); set `friction_cone: elliptic` in scene.contact"
             )
             yield facts.problem("creeps", ("bodies", a.body), text, key=True)
             return
@@ -92,31 +92,31 @@ def _leaning(facts: Facts) -> Iterator[Problem]:
 def _finding(facts: Facts, speed: float, slope: float, friction: float, copy: Copy, other: Copy, count: int) -> Problem:
     used = math.tan(slope) / friction
     text = (
-        f"`{copy.name}` is held by friction on `{other.name}` ({math.degrees(slope):.3g} deg, {friction:g})"
-        f"{more_copies(count)}, and creeps at {'about' if used < 0.9 else 'no less than'} {1e3 * speed:.2g} mm/s, "
-        f"{length(speed * facts.case.scene.duration)} until the end: the pyramidal friction cone lets it; set "
+        f"friction holds `{copy.name}` on `{other.name}` ({math.degrees(slope):.3g} deg, friction {friction:g})"
+        f"{more_copies(count)}, but it creeps at {'about' if used < 0.9 else 'at least'} {1e3 * speed:.2g} mm/s, "
+        f"{length(speed * facts.case.scene.duration)} in the run, because of the pyramidal friction cone; set "
         "`friction_cone: elliptic` in scene.contact"
     )
-    text += f", or `noslip_iterations: {NOSLIP}` in scene.solver" if used < LESS else ", or take more substeps"
+    text += f", or `noslip_iterations: {NOSLIP}` in scene.solver" if used < NOSLIP_SHARE else ", or use more substeps"
     return facts.problem("creeps", ("bodies", copy.body), text, key=True)
 
 
 def _supports(facts: Facts, up: Vec) -> Iterator[tuple[Copy, Vec]]:
-    """Slopes that do not move, with the directions of their upper faces."""
+    """Yield slopes that do not move, with the normals of their upper faces."""
     for ground in facts.planes:
-        if math.hypot(*vector_cross(ground.up, up)) > STEEP:
+        if math.hypot(*vector_cross(ground.up, up)) > MIN_SLOPE:
             yield ground.copy, ground.up
     for copy in facts.copies.values():
         if facts.mount(copy) in ("static", "fixed", "driven") and getattr(copy.shape, "kind", "") == "box":
             turned = [quat_rotate(copy.quat, AXES[axis]) for axis in ("x", "y", "z")]
             faces = [face for x, y, z in turned for face in ((x, y, z), (-x, -y, -z))]
-            steepest = max(faces, key=lambda face: vector_dot(face, up))
-            if math.hypot(*vector_cross(steepest, up)) > STEEP:
-                yield copy, steepest
+            top = max(faces, key=lambda face: vector_dot(face, up))
+            if math.hypot(*vector_cross(top, up)) > MIN_SLOPE:
+                yield copy, top
 
 
 def _lies_on(facts: Facts, copy: Copy, other: Copy, normal: Vec) -> bool:
-    """Whether a face of a copy lies flat on a slope."""
+    """Return whether a face of a copy lies flat on a slope."""
     kind = getattr(copy.shape, "kind", "")
     axes = ("x", "y", "z") if kind == "box" else ("z",) if kind in ("cylinder", "cup", "tube") else ()
     if not any(math.hypot(*vector_cross(quat_rotate(copy.quat, AXES[a]), normal)) < FLUSH for a in axes):
@@ -149,18 +149,19 @@ RULES = (
     Rule(
         id="creeps",
         severity="warning",
-        title="A body that friction holds on a slope creeps, as the friction cone has it.",
+        title="A body that friction holds on a slope creeps.",
         reason=f"""\
-Contacts are regularised: friction that holds needs a little sliding, and with the pyramidal cone that is seen. Of the
-friction m, a slope of angle s uses u = tan(s) / m. A face, which has {POINTS} contacts, creeps at
+Contacts are regularised: static friction needs a little sliding, and with the pyramidal cone it is visible. A slope of
+angle s uses the share u = tan(s) / m of the friction m. A face, which has {POINTS} contacts, creeps at
 `k m (1 + m^2) g cos(s) / {POINTS}`, times u up to one half and 3 u - 1 above, with k = {SOFT:.3g} timeconst (measured
-to 15 %, friction 0.45 to 2, slopes of 5 and 20 deg; from u = 0.9 on it slips by turns, up to six times as fast). With
-the elliptic cone it is a hundredth. Scenes of free bodies with slopes get that cone by themselves; trees of links,
-piles with cg, and what bounces do not. Cards that lean on each other touch with one contact, and part by 1.9 mm in 2 s
-with the pyramidal cone; with the elliptic one they stay within 10 micrometres (`tests/physics/test_friction.py`).""",
+to 15 %, friction 0.45 to 2, slopes of 5 and 20 deg; above u = 0.9 it slips now and then, up to six times as fast). With
+the elliptic cone the creep is a hundredth of that. Scenes of free bodies with slopes get the elliptic cone by default;
+trees of links, piles with cg, and bouncing bodies do not. Cards that lean on each other touch with one contact and
+slide apart by 1.9 mm in 2 s with the pyramidal cone; with the elliptic one they stay within 10 micrometres
+(`tests/physics/test_friction.py`).""",
         remedy="""\
-Set `scene.contact.friction_cone: elliptic`; where that cannot be, `solver: {noslip_iterations: 10}`, which stops what
-uses less than half of its friction, or more substeps: the creep goes with the time constant.""",
+Set `scene.contact.friction_cone: elliptic`. Otherwise set `solver: {noslip_iterations: 10}`, which stops bodies that
+use less than half of their friction, or use more substeps: the creep is proportional to the time constant.""",
         example=_RAMP % "pyramidal",
         fix=_RAMP % "elliptic",
         run=_creeping,

@@ -1,7 +1,7 @@
-"""Driven bodies that are sent through the ground, or through what never moves.
+"""Driven bodies whose motion leads through the ground or through fixed bodies.
 
-Nothing stops a driven body, and it collides with nothing that never moves (`clear_the_way` in its program). Its way is
-looked at in steps of half the thickness of its pieces, turns in steps of some degrees.
+Nothing stops a driven body, and it does not collide with fixed bodies (`clear_the_way` in its program). The rule
+samples its motion in steps of half the thickness of its pieces, and turns in steps of some degrees.
 """
 
 from collections.abc import Iterator
@@ -22,13 +22,12 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 
-LOOKED_AT = 8
-"""Copies of a driven body that are looked at."""
-SLACK = 0.002
-"""Depth [m] that is a close fit, no blunder; and as a part of the thickness of a piece:"""
-CLOSE = 0.05
+MAX_COPIES = 8
+"""Most copies of a driven body that are checked."""
+SLACK, SLACK_SHARE = 0.002, 0.05
+"""Depth that counts as a close fit: in metres, and as a share of the thickness of a piece."""
 EFFORT = 4000
-"""Steps that depths may take in a case."""
+"""Budget of distance tests for a case."""
 
 
 def _driven_through(facts: Facts) -> Iterator[Problem]:
@@ -37,20 +36,20 @@ def _driven_through(facts: Facts) -> Iterator[Problem]:
         if not isinstance(body, Driven):
             continue
         seen: set[str] = set()
-        for copy in facts.placed[name][:LOOKED_AT]:
+        for copy in facts.placed[name][:MAX_COPIES]:
             for other, t, depth in _struck(facts, copy, effort):
                 if other.body in seen:
                     continue
                 seen.add(other.body)
                 text = (
                     f"`{copy.name}` is driven {length(depth)} into `{other.name}` by {t:.3g} s: nothing stops a driven "
-                    "body, and the film shows it pass through; end its motion before, or start it farther away"
+                    "body, and the film shows it pass through; end its motion earlier, or start it farther away"
                 )
                 yield facts.problem("driven-through", facts.where(name, "motion"), text)
 
 
 def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
-    """What a driven copy is sent into, when it is there deepest [s], and how deep [m]."""
+    """Yield the fixed copies that a driven copy enters, with the time [s] of the largest depth, and that depth [m]."""
     parts = facts.parts(copy)
     if not parts:
         return
@@ -58,7 +57,7 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
     path = list(moments(copy.model.motion, facts.case.scene.duration, stride))
     if not path:
         return
-    allowed = max(SLACK, CLOSE * min(part.thickness for part in parts))
+    allowed = max(SLACK, SLACK_SHARE * min(part.thickness for part in parts))
     for ground in facts.planes:
         depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in path]
         depth, t = max(depths)
@@ -66,8 +65,10 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
         if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
             yield ground.copy, -t, depth
     way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _moved(copy, parts, moment))
-    for other in _fixtures(facts, copy):
+    for other in facts.copies.values():
         box = facts.box(other)
+        if other is copy or facts.mount(other) not in ("static", "fixed"):
+            continue
         if box is None or way is None or apart(way, box):
             continue
         theirs = facts.parts(other)
@@ -79,15 +80,8 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
             yield other, -t, depth
 
 
-def _fixtures(facts: Facts, mover: Copy) -> Iterator[Copy]:
-    """Copies that never move."""
-    for copy in facts.copies.values():
-        if copy is not mover and facts.mount(copy) in ("static", "fixed"):
-            yield copy
-
-
 def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[StandingPart], effort: Effort) -> float:
-    """How deep [m] a copy is in another at a moment."""
+    """Return how deep [m] a copy is in another at a moment."""
     moved = _moved(copy, parts, moment)
     pairs = [(a, b) for a in moved for b in others if inside(a, b)]
     if not pairs or effort.left < 0:
@@ -96,7 +90,7 @@ def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[S
 
 
 def _moved(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
-    """The pieces of a copy at a moment."""
+    """Return the pieces of a copy at a moment."""
     _, (x, y, z), turn = moment
     found = []
     for part in parts:
@@ -122,12 +116,12 @@ RULES = (
     Rule(
         id="driven-through",
         severity="warning",
-        title="A driven body is sent through the ground, or through what never moves.",
+        title="The motion of a driven body leads through the ground or through a fixed body.",
         reason=f"""\
-A driven body goes where its motion says, and pushes what can move out of its way. The ground, statics and bodies with
-a fixed mount cannot, and so it passes through them: between them there is no contact. Reported is what gets deeper than
-{SLACK * 1e3:g} mm and {CLOSE:.0%} of its thinnest piece, if it starts outside.""",
-        remedy="End the motion before, start it farther away, or let a motor move it, which can be stopped.",
+A driven body follows its motion and pushes movable bodies out of the way. The ground, statics and bodies with a fixed
+mount cannot move, so it passes through them: there is no contact between them. The rule reports a body that starts
+outside and gets deeper than {SLACK * 1e3:g} mm and {SLACK_SHARE:.0%} of its thinnest piece.""",
+        remedy="End the motion earlier, start it farther away, or use a motor, which can be stopped.",
         example=_STAMP % "-0.6",
         fix=_STAMP % "-0.44",
         run=_driven_through,

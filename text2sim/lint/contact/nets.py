@@ -1,4 +1,4 @@
-"""Nets that cannot give way."""
+"""Nets that cannot yield."""
 
 from collections.abc import Iterator
 
@@ -8,16 +8,17 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Net
 
-USUAL = 0.1
-"""Sag of a net that gives way, as a part of its shorter side."""
+USUAL_SAG = 0.1
+"""Sag of a compliant net, as a share of its shorter side."""
 
 
 def _flat(facts: Facts) -> Iterator[Problem]:
     for name, body in facts.case.bodies.items():
         if isinstance(body, Net) and body.sag == 0.0:
+            sag = USUAL_SAG * min(body.size)
             text = (
                 f"`{name}` is built flat, and its strands do not stretch: it stays flat under any load, like a grate; "
-                f"`sag: {USUAL * min(body.size):.2g}` ({length(USUAL * min(body.size))}) would let it give way"
+                f"`sag: {sag:.2g}` ({length(sag)}) lets it yield"
             )
             yield facts.problem("flat-net", facts.where(name), text, key=True)
 
@@ -28,9 +29,9 @@ RULES = (
         severity="warning",
         title="A net is built flat, and stays flat under any load.",
         reason="""\
-A net is made of rigid links on ball joints, and its edges are held by the world. Its strands cannot stretch, so that
-all that it can give way is built into it: one that is built flat stays flat.""",
-        remedy="Give it a `sag`: a tenth of its shorter side catches what falls like a net.",
+A net is made of rigid links on ball joints, and the world holds its edges. Its strands cannot stretch, so a net yields
+only by the sag it is built with: one that is built flat stays flat.""",
+        remedy="Give it a `sag`: with a tenth of its shorter side it catches falling bodies.",
         example="""\
 bodies:
   net: {kind: net, cells: [4, 4], size: [1, 1], radius: 0.01, pose: {pos: [0, 0, 1]}}

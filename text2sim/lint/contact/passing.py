@@ -1,4 +1,4 @@
-"""Room for something to get past something else before a contact holds it."""
+"""Distances that bodies travel before a contact holds them."""
 
 import math
 from typing import NamedTuple
@@ -11,23 +11,21 @@ from text2sim.spec_schema.text.document import Path
 
 
 class Pass(NamedTuple):
-    """A body on its way through another."""
+    """A body that may pass through another."""
 
     mover: Copy
     other: Copy
     speed: float
-    """[m/s] towards it."""
+    """Closing speed [m/s]."""
     room: float
-    """Half of both thicknesses [m] along that: in less than this the engine has to notice."""
-    thickness: float
-    """[m] of what it passes; infinite for a plane."""
+    """Half of both thicknesses [m] along the velocity: the engine has to detect the contact within this."""
     where: Path
 
 
 def grip(facts: Facts) -> float:
-    """Return the time [s] that a contact needs to stop what comes.
+    """Return the time [s] that a contact needs to stop a body.
 
-    It is noticed a substep late at worst, and then gives way for its timeconst over e.
+    It is detected a substep late at worst, and then yields for its timeconst over e.
     """
     settings = facts.settings
     if settings.bounce_time:
@@ -35,21 +33,20 @@ def grip(facts: Facts) -> float:
     return max(facts.substep, max(settings.timeconst, 2 * facts.substep) / math.e)
 
 
-def hardest(parts: list[StandingPart], target: StandingPart, velocity: Vec) -> tuple[float, float, float]:
-    """Return the speed [m/s], room [m] and thickness [m] along the normal of the target along which it is passed first.
+def hardest(parts: list[StandingPart], target: StandingPart, velocity: Vec) -> tuple[float, float]:
+    """Return the speed [m/s] and the room [m] along the normal of a piece along which it is passed first.
 
     Args:
-        parts: Pieces of what moves.
+        parts: Pieces of the moving body.
         target: The piece that may be passed.
         velocity: Relative velocity [m/s].
     """
-    best = (0.0, math.inf, math.inf)
+    best = (0.0, math.inf)
     for normal in _normals(target, velocity):
         speed = abs(vector_dot(velocity, normal))
-        thickness = width([target], normal)
-        room = (width(parts, normal) + thickness) / 2
+        room = (width(parts, normal) + width([target], normal)) / 2
         if speed * best[1] > best[0] * room:
-            best = speed, room, thickness
+            best = speed, room
     return best
 
 
@@ -59,7 +56,7 @@ def width(parts: list[StandingPart], axis: Vec) -> float:
 
 
 def _normals(part: StandingPart, velocity: Vec) -> list[Vec]:
-    """Directions across which something may pass a piece."""
+    """Return the directions along which a body may pass a piece."""
     turn = quat_multiply(part.quat, part.piece.quat)
     columns: list[Vec] = list(zip(*quat_to_rows(turn), strict=True))  # type: ignore[arg-type]
     ahead = vector_unit(velocity)

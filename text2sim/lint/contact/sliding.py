@@ -1,4 +1,4 @@
-"""Bodies that start to slide fast along what they stand on, and are thrown into the air by the friction cone."""
+"""Bodies that start to slide fast along their support, and are thrown into the air by the friction cone."""
 
 import math
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
 SPHERE = 3.5
-"""Inverse mass of a ball's surface along itself, over that of its middle: 1 + m r2 / I."""
-HOP, HOPS = 0.02, 0.001
-"""A hop is worth a word from this part of the body's size, and from this height [m] on."""
+"""Tangential inverse mass at the surface of a ball over that at its centre: 1 + m r2 / I."""
+HOP_SHARE, HOP = 0.02, 0.001
+"""Smallest hop that is reported: as a share of the body's size, and in metres."""
 
 
 class _Slide(NamedTuple):
@@ -29,7 +29,7 @@ class _Slide(NamedTuple):
     support: Copy
     row: StartVelocity
     slip: float
-    """Speed [m/s] of its lowest point along what it stands on."""
+    """Speed [m/s] of its lowest point along the support."""
     friction: float
     lift: float
     """Speed [m/s] at which it is thrown up."""
@@ -46,7 +46,7 @@ def _sliding(facts: Facts) -> Iterator[Problem]:
         if slide is not None:
             box = facts.box(slide.copy)
             size = min(high - low for low, high in zip(*box, strict=True)) if box is not None else 0.0
-            if slide.lift**2 / (2 * pull) > max(HOP * size, HOPS):
+            if slide.lift**2 / (2 * pull) > max(HOP_SHARE * size, HOP):
                 found.setdefault(row.control, []).append(slide)
     for control, slides in found.items():
         slide = max(slides, key=lambda slide: slide.lift)
@@ -60,7 +60,7 @@ def _sliding(facts: Facts) -> Iterator[Problem]:
 
 
 def _rolling(slide: _Slide) -> str:
-    """The spin with which a ball would roll."""
+    """Return the advice to let a ball roll, with its spin."""
     shape = slide.copy.shape
     if getattr(shape, "kind", None) != "sphere":
         return ""
@@ -105,7 +105,7 @@ def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
 
 
 def _support(facts: Facts, copy: Copy, up: Vec) -> tuple[Copy | None, Vec]:
-    """What a copy stands on, and the way up from there."""
+    """Return the support of a copy, and the normal of its surface."""
     parts, box = facts.parts(copy), facts.box(copy)
     for ground in facts.planes:
         if any(-RESTING < ground.depth(part) for part in parts) and ground.beside(copy.pos) < 0:
@@ -125,14 +125,14 @@ RULES = (
     Rule(
         id="sliding-start",
         severity="warning",
-        title="A body starts to slide along what it stands on, and will be thrown into the air.",
+        title="A body starts to slide along its support and will be thrown into the air.",
         reason="""\
-The pyramidal friction cone, which scenes without slopes have, takes fast sliding for coming nearer, and turns a part of
+The pyramidal friction cone, the default in scenes without slopes, treats fast sliding as approach and turns a part of
 it into lift: a body that slides at the speed v with the friction m is thrown up at `m v / (1 + m^2)` within a step, a
 ball at `m v / (1 + 3.5 m^2)` (measured to 5 %, 1 to 12 m/s, friction 0.2 to 0.8: a box with friction 0.5 at 5 m/s flies
-0.22 m high). The elliptic cone does not. Reported if it rises by more than 2 % of its size.""",
+0.22 m high). The elliptic cone does not. The rule reports bodies that rise by more than 2 % of their size.""",
         remedy="""\
-Set `scene.contact.friction_cone: elliptic`; start the body a few millimetres in the air, if it is to fly anyway; give a
+Set `scene.contact.friction_cone: elliptic`; start the body a few millimetres in the air if it flies anyway; or give a
 ball the spin with which it rolls.""",
         example="""\
 bodies:

@@ -1,4 +1,4 @@
-"""Driven bodies that sweep over free ones faster than a contact can hold."""
+"""Driven bodies that sweep through free ones faster than a contact can hold."""
 
 import math
 from collections.abc import Iterator
@@ -14,24 +14,23 @@ from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.motion import Spin
 
-LOOKED_AT = 24
-"""Copies of a driven body that are looked at."""
-WAYS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
-"""Where the ends of what turns are looked for."""
+MAX_COPIES = 24
+"""Most copies of a driven body that are checked."""
+DIRECTIONS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
+"""Directions in which the ends of a rotating piece are searched."""
 
 
 def sweeping(facts: Facts) -> Iterator[Pass]:
-    """Driven bodies, which nothing stops, through free ones that are in their way at the start."""
+    """Yield the driven bodies that may pass through free ones, which are in their way at the start."""
     free = [copy for name in facts.case.bodies for copy in facts.placed[name] if facts.free(copy)]
     for name, body in facts.case.bodies.items():
         if not isinstance(body, Driven) or not free:
             continue
-        for copy in facts.placed[name][:LOOKED_AT]:
+        for copy in facts.placed[name][:MAX_COPIES]:
             yield from _sweeping(facts, copy, free)
 
 
 def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
-    """What a driven body sweeps over too fast to hold it."""
     for part in facts.parts(copy):
         for velocity, around in _motions(copy, part):
             quick = math.hypot(*velocity)
@@ -42,20 +41,20 @@ def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
                 if box is None or apart(around, box):
                     continue
                 for piece in facts.parts(other):
-                    speed, room, thickness = hardest([part], piece, velocity)
+                    speed, room = hardest([part], piece, velocity)
                     if speed * grip(facts) > room:
-                        yield Pass(copy, other, speed, room, thickness, facts.where(copy.body, "motion"))
+                        yield Pass(copy, other, speed, room, facts.where(copy.body, "motion"))
                         break
 
 
 def _motions(copy: Copy, part: StandingPart) -> Iterator[tuple[Vec, Bounds]]:
-    """Highest velocities [m/s] of a piece of a driven body, each with the box that is swept meanwhile."""
+    """Yield the highest velocities [m/s] of a piece of a driven body, each with the box that it sweeps."""
     motion = copy.model.motion
     if isinstance(motion, Spin):
         axis, rate = vector_unit(motion.axis), max(map(abs, extremes(motion.speed)))
         x, y, z = copy.pos
-        for way in WAYS:
-            a, b, c = part.solid.support(way)
+        for direction in DIRECTIONS:
+            a, b, c = part.solid.support(direction)
             arm = (a - x, b - y, c - z)
             reach = math.hypot(*arm) + part.solid.rounding
             velocity = vector_times(vector_cross(axis, arm), rate)

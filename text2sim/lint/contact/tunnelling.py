@@ -1,4 +1,4 @@
-"""Bodies that are so fast that they are past something before the engine notices."""
+"""Bodies so fast that they pass through others before the engine detects the contact."""
 
 import math
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
-LOOKED_AT = 24
-"""Bodies whose way is followed; the fastest are looked at first."""
+MAX_BODIES = 24
+"""Most bodies whose path is followed; the fastest come first."""
 
 
 def _tunnelling(facts: Facts) -> Iterator[Problem]:
-    """One finding for each pair of bodies."""
+    """Report each pair of bodies once."""
     found: dict[tuple[str, str], list[Pass]] = {}
     for row in (*_flying(facts), *sweeping(facts)):
         found.setdefault((row.mover.body, row.other.body), []).append(row)
@@ -32,45 +32,43 @@ def _tunnelling(facts: Facts) -> Iterator[Problem]:
 def _text(facts: Facts, row: Pass, count: int) -> str:
     settings, dt = facts.settings, facts.case.scene.dt
     h = facts.substep
-    shift = row.speed * grip(facts)
     text = (
-        f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)}, and goes on for "
-        f"{length(shift)} before the contact holds it (substep {h:.3g} s, timeconst {settings.timeconst:.3g} s), but "
-        f"{length(row.room)} are enough to be past its middle: it may go through; "
+        f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)} and moves "
+        f"{length(row.speed * grip(facts))} before the contact holds it (substep {h:.3g} s, timeconst "
+        f"{settings.timeconst:.3g} s), but is past its middle after {length(row.room)}: it may pass through; "
     )
-    # With substeps of this length, and a timeconst of two of them, it is stopped in time.
+    # Substeps of this length, and a timeconst of two of them, stop it in time.
     needed = math.ceil(dt * row.speed / row.room)
-    holds = max(0.002, 2 * dt / needed) / math.e * row.speed <= row.room
-    if needed <= 200 and holds and facts.case.scene.contact.timeconst is None:
-        return text + f"scene.substeps of {max(needed, settings.substeps + 1)} or more would hold it"
-    if needed <= 200 and holds:
-        return text + f"scene.substeps of {needed} or more and a shorter scene.contact.timeconst would hold it"
-    more = 2 * (max(0.002 / math.e, h) * row.speed - row.room)
-    return text + f"make one of them {length(more)} thicker, or it slower"
+    if needed > 200 or max(0.002, 2 * dt / needed) / math.e * row.speed > row.room:
+        more = 2 * (max(0.002 / math.e, h) * row.speed - row.room)
+        return text + f"make one of them {length(more)} thicker, or make it slower"
+    if facts.case.scene.contact.timeconst is None:
+        return text + f"use scene.substeps of {max(needed, settings.substeps + 1)} or more"
+    return text + f"use scene.substeps of {needed} or more and a shorter scene.contact.timeconst"
 
 
 def _flying(facts: Facts) -> Iterator[Pass]:
-    """What is thrown, or falls."""
+    """Yield the bodies that are thrown or fall."""
     for copy in _fastest(facts):
         flight = flight_of(facts, copy)
         if flight is None or flight.meeting is None:
             continue
         meeting, parts = flight.meeting, facts.parts(copy)
         other = meeting.other
-        if is_soft(other.model):  # `lint.soft` knows what holds what there
+        if is_soft(other.model):  # see `lint.soft`
             continue
         if meeting.part is None:
             ground = next(ground for ground in facts.planes if ground.copy is other)
             speed = -vector_dot(meeting.velocity, ground.up)
-            room, thickness = width(parts, ground.up), math.inf
+            room = width(parts, ground.up)
         else:
-            speed, room, thickness = hardest(parts, meeting.part, meeting.velocity)
+            speed, room = hardest(parts, meeting.part, meeting.velocity)
         if speed * grip(facts) > room:
-            yield Pass(copy, other, speed, room, thickness, _blame(facts, copy))
+            yield Pass(copy, other, speed, room, _blame(facts, copy))
 
 
 def _fastest(facts: Facts) -> list[Copy]:
-    """Free bodies that may become fast enough to pass anything, the fastest first."""
+    """Return the free bodies that may become fast enough to pass anything, the fastest first."""
     gravity, tau, scene = facts.case.scene.gravity, grip(facts), facts.case.scene
     pull = math.hypot(*gravity)
     lowest = _lowest(facts)
@@ -84,16 +82,16 @@ def _fastest(facts: Facts) -> list[Copy]:
             speed = min(math.sqrt(start**2 + 2 * pull * fall), start + pull * scene.duration)
             if speed * tau > facts.thinnest(copy) / 2:
                 found.append((speed, len(found), copy))
-    return [copy for _, _, copy in sorted(found, reverse=True)[:LOOKED_AT]]
+    return [copy for _, _, copy in sorted(found, reverse=True)[:MAX_BODIES]]
 
 
 def _along(gravity: Vec, point: Vec) -> float:
-    """Height [m] of a point against gravity."""
+    """Return the height [m] of a point against gravity."""
     return -vector_dot(gravity, point) / (math.hypot(*gravity) or 1.0)
 
 
 def _lowest(facts: Facts) -> float:
-    """Height [m] against gravity below which there is nothing to meet."""
+    """Return the height [m] against gravity below which there is nothing to meet."""
     gravity = facts.case.scene.gravity
     heights = [_along(gravity, ground.copy.pos) for ground in facts.planes]
     boxes = (box for copy in facts.copies.values() if (box := facts.box(copy)) is not None)
@@ -101,7 +99,7 @@ def _lowest(facts: Facts) -> float:
 
 
 def _blame(facts: Facts, copy: Copy) -> Path:
-    """The control that gives a body its speed; else what puts it so high."""
+    """Return the path of the control that gives a body its speed; else of the pose that puts it so high."""
     rows = [row for row in facts.rows.velocities if row.entity == copy.name]
     return ("actions", "controls", rows[0].control) if rows else facts.said(copy.body, "pose", "place", "repeat")
 
@@ -110,19 +108,19 @@ RULES = (
     Rule(
         id="tunnelling",
         severity="warning",
-        title="A body is so fast that it may pass through what it meets.",
+        title="A body is so fast that it may pass through another.",
         reason="""\
-The engine looks for contacts once in a substep, where bodies are then. A contact holds what comes only after a
-substep, or after its timeconst over e, whichever is longer. What has come farther in that time than half of both
-thicknesses is past the middle, and is pushed out on the far side (measured: balls and cubes of 40 mm against plates of
-2 to 50 mm; up to that bound none passes, at 1.15 times as much a quarter does, at 1.7 times half of them). A plane is
-passed by what is wholly below it when it is first seen.
+The engine detects contacts once per substep. A contact holds a body only after a substep, or after its timeconst over
+e, whichever is longer. A body that moves farther in that time than half of both thicknesses is past the middle and is
+pushed out on the far side (measured: balls and cubes of 40 mm against plates of 2 to 50 mm; up to that bound none
+passes, at 1.15 times as much a quarter does, at 1.7 times half of them). A body passes a plane if it is entirely below
+it when the contact is first detected.
 
-Looked at are bodies that are thrown or that fall from where they start, up to what they meet first, and driven
-bodies with what is in their way at the start. Substeps that the compiler derives take account of start
-velocities and blows, not of falls.""",
+The rule follows bodies that are thrown or fall up to the first body they meet, and checks driven bodies against those
+in their way at the start. Substeps that the compiler derives take start velocities and impulses into account, but not
+falls.""",
         remedy="""\
-More `scene.substeps`; the timeconst follows, unless the case gives it. Or make the body, or what it meets, thicker.""",
+Use more `scene.substeps`; the timeconst follows unless the case gives it. Or make one of the two bodies thicker.""",
         example="""\
 scene: {dt: 0.01, substeps: 2, statics: {plate: {shape: {kind: box, size: [1, 0.01, 1]}, pose: {pos: [0, 2, 0.5]}}}}
 bodies:

@@ -1,4 +1,4 @@
-"""Rules about subjects that the film does not show: out of the picture, hidden, tiny, or cut off."""
+"""Subjects that the film does not show: out of the picture, hidden, tiny, or cut off."""
 
 import math
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.shots import ShotView, shot, taken
-from text2sim.lint.film.subjects import Balls, drawn, middle_of, subjects
+from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
 from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
@@ -14,22 +14,22 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
 SMALL = 0.001
-"""Part of the picture below which a subject is not recognised: 30 x 30 pixels of 1280 x 720."""
-APART = 0.2
-"""Part of a camera's distance; from nearer than that it shows something else."""
+"""Share of the picture below which a subject is not recognisable: 30 x 30 pixels of 1280 x 720."""
+MIN_APPROACH = 0.2
+"""Share of a camera's distance; nearer than that it shows a different picture."""
 CUT = 0.5
-"""Part of a subject, by the area of its balls, that has to be in the picture."""
+"""Share of a subject, by the area of its balls, that has to be in the picture."""
 EARLY = 0.1
-"""A film that starts later [s] than this shows bodies where they have gone."""
+"""Latest start [s] of a film that shows bodies where they start."""
 
 
 def _views(facts: Facts) -> list[ShotView]:
-    """The author's cameras that film the start; none if the camera is derived."""
+    """Return the author's cameras that film the start; none if the camera is derived."""
     return [shot(facts, name, 0.0) for name, pictures in taken(facts).items() if pictures and pictures[0].t <= EARLY]
 
 
 def _share_inside(shot: ShotView, balls: Balls) -> float:
-    """Part of the balls, by their area, whose middle is in the picture."""
+    """Return the share of the balls, by their area, whose centre is in the picture."""
     area = sum(radius**2 for _, radius in balls)
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
@@ -56,21 +56,21 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
-            text = f"{_none(views)} `{name}` at the start, which the script is about: {why}"
+            text = f"{_none(views)} `{name}`, a subject of the script, at the start: {why}"
             yield facts.problem("unseen-subject", blamed(facts, views), text, key=True)
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:
-    """Why a subject is not in the picture of a camera, and what would bring it there."""
-    middle = middle_of(balls)
-    needed = shot.needed(middle)
-    fov = 2 * math.degrees(math.atan(shot.tall))
-    look = f"let it look at {vector(tuple(round(c, 2) for c in middle))}"
+    """Say why a subject is not in the picture of a camera, and what would bring it there."""
+    center = center_of(balls)
+    needed = shot.needed(center)
+    look = f"set look_at to {vector(tuple(round(c, 2) for c in center))}"
     if needed is None:
         return f"it is behind the camera; {look}"
-    if needed < 100:
-        return f"it is beside the picture; {look}, or widen its field of view from {fov:.3g} to {needed * 1.1:.3g} deg"
-    return f"it is beside the picture; {look}"
+    if needed >= 100:
+        return f"it is outside the picture; {look}"
+    fov = 2 * math.degrees(math.atan(shot.tall))
+    return f"it is outside the picture; {look}, or widen the field of view from {fov:.3g} to {needed * 1.1:.3g} deg"
 
 
 def _small(facts: Facts) -> Iterator[Problem]:
@@ -83,18 +83,15 @@ def _small(facts: Facts) -> Iterator[Problem]:
         share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
         if share < SMALL:
             view = seeing[-best]
-            away, nearer = math.dist(view.pos, middle_of(balls)), math.sqrt(share / (4 * SMALL))
+            away, nearer = math.dist(view.pos, center_of(balls)), math.sqrt(share / (4 * SMALL))
             text = (
-                f"`{name}`, which the script is about, fills less than {100 * share:.1g} % of the picture at the "
+                f"`{name}`, a subject of the script, fills less than {100 * share:.1g} % of the picture at the "
                 f"start: camera `{view.name}` is {length(away)} away; "
             )
-            if nearer > APART:
-                text += f"{length(away * nearer)} would show it"
+            if nearer > MIN_APPROACH:
+                text += f"move it to {length(away * nearer)}"
             else:
-                there = f"from {length(away * nearer)}"
-                text += (
-                    f"what shows it, {there}, shows little else: a second camera there, with a shot of its own, would"
-                )
+                text += f"add a second camera at {length(away * nearer)}, with a shot of its own"
             yield facts.problem("small-subject", ("render", "cameras", view.name), text, key=True)
 
 
@@ -108,7 +105,7 @@ def _cut_off(facts: Facts) -> Iterator[Problem]:
         if share < CUT:
             view = views[-best]
             text = (
-                f"only {share:.0%} of `{name}`, which the script is about, is in the picture of camera `{view.name}` "
+                f"only {share:.0%} of `{name}`, a subject of the script, is in the picture of camera `{view.name}` "
                 f"at the start; {_step_back(view, balls)}"
             )
             yield facts.problem("cut-off-subject", ("render", "cameras", view.name), text, key=True)
@@ -117,7 +114,7 @@ def _cut_off(facts: Facts) -> Iterator[Problem]:
 def _step_back(shot: ShotView, balls: Balls) -> str:
     needed = [shot.needed(center) for center, _ in balls]
     if None in needed:
-        return "move the camera back: a part is behind it"
+        return "move the camera back: part of the body is behind it"
     widest = max(angle for angle in needed if angle is not None) * 1.1
     fov = 2 * math.degrees(math.atan(shot.tall))
     if widest < 100:
@@ -129,14 +126,14 @@ RULES = (
     Rule(
         id="unseen-subject",
         severity="warning",
-        title="No camera sees a body at the start that the script is about.",
+        title="No camera sees a subject of the script at the start.",
         reason=f"""\
 Subjects are the bodies that controls act on and that expectations, their measures and events name. One of them is not
-in any camera's picture at the start, or something hides it in all of them; bodies that are invisible do not count.
-Who judges the film sees nothing of what is expected. What is driven, or starts with a velocity that will probably
-bring it into a picture, may come in later. A film that begins later than {EARLY:g} s is not judged, nor is a camera
-that nobody placed: it is put where it sees everything that moves.""",
-        remedy="Let a camera look at it, widen the field of view, or move the camera round what is in the way.",
+in any camera's picture at the start, or something hides it in all of them; invisible bodies do not count. Viewers of
+the film cannot see what is expected. Driven bodies, and bodies whose start velocity probably brings them into a
+picture, may come in later. The rule skips films that begin later than {EARLY:g} s and derived cameras, which are placed
+to see everything that moves.""",
+        remedy="Let a camera look at it, widen the field of view, or move the camera around the obstacle.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}
 bodies:
@@ -153,10 +150,10 @@ render:
     Rule(
         id="small-subject",
         severity="warning",
-        title="A body that the script is about is tiny in every picture.",
+        title="A subject of the script is tiny in every picture.",
         reason=f"""\
 It fills less than {SMALL:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of 1280 by 720.
-What happens to it is not recognised.""",
+Viewers cannot recognise what happens to it.""",
         remedy="Move the camera nearer, as the message says, or narrow its field of view.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}
@@ -174,9 +171,9 @@ render:
     Rule(
         id="cut-off-subject",
         severity="warning",
-        title="Less than half of a body that the script is about is in any picture.",
+        title="Less than half of a subject of the script is in any picture.",
         reason="""\
-In every camera's picture at the start, most of the body (or of its copies) lies beyond the edges.""",
+In every camera's picture at the start, most of the body (or of its copies) lies outside the edges.""",
         remedy="Move the camera back, or widen its field of view as the message says.",
         example="""\
 bodies:

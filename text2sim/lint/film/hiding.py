@@ -1,4 +1,4 @@
-"""Tests whether something stands between a subject and the cameras."""
+"""Tests whether something hides a subject from the cameras."""
 
 from text2sim.compiler.looks import hides
 from text2sim.compiler.placing.placement import Copy
@@ -11,17 +11,17 @@ from text2sim.lint.film.subjects import Balls
 from text2sim.spec_schema.models.shapes import Compound
 
 RAYS = 6
-"""Points of a subject that are looked at."""
+"""Points of a subject that are tested."""
 
 
 def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
-    """Return whether from all points of a subject the way to the camera goes through the box of something else.
+    """Return whether the boxes of other bodies block the line of sight to every tested point of a subject.
 
     Args:
         facts: The case.
         shot: The camera at a time.
         name: Name of the subject.
-        balls: Balls around its parts: middle [m], radius [m].
+        balls: Balls around its parts: centre [m], radius [m].
     """
     step = max(len(balls) // RAYS, 1)
     others = [
@@ -38,7 +38,7 @@ def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
 
 
 def _boxes(facts: Facts, copy: Copy, whole: Bounds) -> list[Bounds]:
-    """Boxes around the parts of a compound that are not of glass; of anything else, the box around the whole."""
+    """Return the boxes around the opaque parts of a compound; of any other copy, the box around the whole."""
     if is_soft(copy.model) or not isinstance(copy.shape, Compound):
         return [whole]
     looks = {name: part.look for name, part in copy.shape.parts.items()}
@@ -47,7 +47,7 @@ def _boxes(facts: Facts, copy: Copy, whole: Bounds) -> list[Bounds]:
 
 
 def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
-    """Whether a line goes through a box."""
+    """Return whether a line segment passes through a box."""
     first, last = 0.0, 1.0
     for a, b, low, high in zip(start, end, *box, strict=True):
         way = b - a
@@ -61,7 +61,7 @@ def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
 
 
 def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
-    """Say what hides a subject from all these cameras; nothing if something of it is seen.
+    """Say what hides a subject from all these cameras; empty if one sees part of it.
 
     Args:
         facts: The case.

@@ -1,4 +1,4 @@
-"""Subjects that leave every picture on the way that they will probably take."""
+"""Subjects that leave every picture on their predicted path."""
 
 from collections.abc import Iterator
 from itertools import dropwhile
@@ -18,7 +18,7 @@ from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
 GONE = 0.5
-"""Part of a way that may be out of the picture, of what comes back into it."""
+"""Share of its path that a body may be out of the picture if it comes back."""
 
 
 def _leaves(facts: Facts) -> Iterator[Problem]:
@@ -37,18 +37,18 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
 
 
 def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
-    """When [s] and where a copy leaves every camera's picture, if that is for a good part of its way."""
+    """Return when [s] and where a copy leaves every camera's picture, if for a large part of its path."""
     render = facts.plan.render
     start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])
     if end <= start or not facts.balls(copy):
         return None
     seen = [(t, there, shown) for t, there, shown in way_seen(facts, copy, start, end) if shown is not None]
-    # What comes in from outside is not lost before it was there; what never comes is told elsewhere.
+    # A body may come in from outside; one that never does is reported by another rule.
     seen = list(dropwhile(lambda moment: not moment[2], seen))
     lost = [(t, there) for t, there, shown in seen if not shown]
     if not lost:
         return None
-    # Where it comes down it probably stays.
+    # It probably stays where it comes down.
     stays = not seen[-1][2] and not isinstance(copy.model, Driven)
     if not stays and len(lost) <= GONE * MOMENTS:
         return None
@@ -61,8 +61,8 @@ def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
     views = shots(facts, t, offset_of(facts))
     needed = [angle for shot in views if (angle := shot.needed(there)) is not None]
     text = (
-        f"`{copy.name}`, which the script is about, {word} out of every camera's picture after {t:.2g} s, at "
-        f"{vector(tuple(round(c, 2) for c in there))}; let a camera of kind `follow` look at it"
+        f"`{copy.name}`, a subject of the script, {word} out of every camera's picture after {t:.2g} s, at "
+        f"{vector(tuple(round(c, 2) for c in there))}; use a camera of kind `follow`"
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
@@ -73,14 +73,13 @@ RULES = (
     Rule(
         id="leaves-picture",
         severity="warning",
-        title="A body that the script is about will probably leave every picture.",
+        title="A subject of the script will probably leave every picture.",
         reason=f"""\
-Its way is known up to what it meets first: a throw or a fall under gravity, or the motion of a driven body. It is in no
-camera's picture where it comes down, or for more than {GONE:.0%} of that way, after it has been in one: it may come in
-from outside. What happens afterwards is not known here; the report of a run says what its cameras saw. A camera that
-nobody placed is not judged, nor is one with a `frame` that names the body: it stands where it shows all that was
-recorded.""",
-        remedy="A camera of kind `follow`, a wider field of view, or one that looks at where it comes down.",
+Its path is known up to the first body it meets: a throw or a fall under gravity, or the motion of a driven body. After
+it has been in a picture, it is in none where it comes down, or for more than {GONE:.0%} of that path. The rule does not
+predict later motion; the report of a run says what its cameras saw. It skips derived cameras, and cameras with a
+`frame` that names the body, which show everything that was recorded.""",
+        remedy="Use a camera of kind `follow`, a wider field of view, or a camera that looks at where it comes down.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 0.5]}}

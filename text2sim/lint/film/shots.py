@@ -1,4 +1,4 @@
-"""The cameras of a case, as numbers: what falls into their pictures."""
+"""Cameras of a case at a moment: positions, fields of view, and what their pictures show."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -11,7 +11,7 @@ from text2sim.templates.cadence import Frame, frames, reels
 from text2sim.templates.viewpoints import basis, place
 
 Offset = Callable[[str, float], Vec]
-"""Displacement [m] of a copy from its start at a time [s], as far as it is known."""
+"""Displacement [m] of a copy from its start at a time [s], as far as known."""
 
 
 def _still(name: str, t: float) -> Vec:
@@ -34,7 +34,7 @@ class ShotView:
     """The same across."""
 
     def place(self, point: Vec) -> tuple[float, float, float]:
-        """Return a point in the picture (-1 to 1 across and up; beyond is outside) and its depth [m]."""
+        """Return a point in the picture (-1 to 1 across and up if inside) and its depth [m]."""
         away = (point[0] - self.pos[0], point[1] - self.pos[1], point[2] - self.pos[2])
         depth = vector_dot(away, self.ahead)
         if depth <= 1e-6:
@@ -46,7 +46,7 @@ class ShotView:
         )
 
     def shows(self, point: Vec, radius: float = 0.0) -> bool:
-        """Whether a ball about a point is in the picture, be it with its edge."""
+        """Return whether a ball around a point is at least partly in the picture."""
         x, y, depth = self.place(point)
         if depth <= 1e-6:
             return False
@@ -56,7 +56,7 @@ class ShotView:
         return abs(x) <= across and abs(y) <= tall
 
     def share(self, balls: Iterable[tuple[Vec, float]]) -> float:
-        """Return a bound of the part of the picture that balls fill."""
+        """Return an upper bound on the share of the picture that balls fill."""
         total = 0.0
         for center, radius in balls:
             depth = self.place(center)[2]
@@ -67,7 +67,7 @@ class ShotView:
         return min(total, 1.0)
 
     def needed(self, point: Vec) -> float | None:
-        """Return the vertical field of view [deg] that would hold a point, if it is ahead of the camera."""
+        """Return the vertical field of view [deg] that shows a point; None if it is behind the camera."""
         x, y, depth = self.place(point)
         if depth <= 1e-6:
             return None
@@ -80,7 +80,7 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
     Args:
         facts: The case.
         t: Time of the simulation [s].
-        offset: Where things have come to.
+        offset: Displacements of copies.
     """
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
@@ -106,7 +106,7 @@ def some(pictures: list[Frame], most: int) -> list[Frame]:
 
 
 def films(facts: Facts, name: str, t: float) -> bool:
-    """Whether a camera takes pictures about a time [s].
+    """Return whether a camera takes pictures around a time [s].
 
     Args:
         facts: The case.
@@ -119,14 +119,14 @@ def films(facts: Facts, name: str, t: float) -> bool:
 
 
 def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> ShotView:
-    """Return a camera of the plan at a time [s]; what `offset` does not know of is where it starts.
+    """Return a camera of the plan at a time [s].
 
     Args:
         facts: The case.
-        name: Of the camera.
+        name: Name of the camera.
         t: Simulated time [s].
-        offset: Where things have come to.
-        part: How far a moving camera has come, 0 to 1; as in a film without shots if left out.
+        offset: Displacements of copies.
+        part: Progress of a moving camera, 0 to 1; that in a film without shots if left out.
     """
     render = facts.plan.render
     camera = render["cameras"][name]
@@ -140,20 +140,20 @@ def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float
 
 
 class _Known:
-    """Where things are at a moment, as far as it is known, as cameras ask for it."""
+    """Predicted positions at a moment, in the form that cameras need."""
 
     def __init__(self, facts: Facts, t: float, offset: Offset) -> None:
         self._facts, self._t, self._offset = facts, t, offset
 
     def position(self, body: str, t: float, link: str | None) -> Vec:
-        """Position [m] of a copy's link; no motion is so quick that it counts within the moment."""
+        """Return the position [m] of a copy's link; `t` is close enough to the moment not to matter."""
         x, y, z = _body(self._facts, body, link)
         a, b, c = self._offset(body, self._t)
         return (x + a, y + b, z + c)
 
 
 def _body(facts: Facts, name: str, link: str | None) -> Vec:
-    """Position [m] of a copy's link at the start; of its first if none is named."""
+    """Return the position [m] of a copy's link at the start; of its root if none is named."""
     copy = facts.copies[name]
     tree = facts.tree(copy)
     if tree is None or not tree.roots:

@@ -1,4 +1,4 @@
-"""Subjects of a case: the bodies that its script names, and what is drawn of them."""
+"""Subjects of a case: the bodies that its script names, with their visible parts."""
 
 import re
 from collections.abc import Iterator
@@ -8,11 +8,11 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 
 Balls = list[tuple[Vec, float]]
-"""Middles and radii [m]."""
+"""Centres and radii [m]."""
 
 _NAME = re.compile(r"[A-Za-z]\w*")
 WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "on", "attach")
-"""Keys under which the script names bodies, or what names bodies in turn."""
+"""Keys under which the script names bodies, or measures, events and controls that name them."""
 
 
 def subjects(facts: Facts) -> list[str]:
@@ -46,7 +46,7 @@ def _names(value: Any, key: str = "") -> Iterator[str]:
 
 
 def drawn(facts: Facts, name: str) -> Balls:
-    """Return balls around what is drawn of a body."""
+    """Return balls around the visible parts of a body."""
     found: Balls = []
     for copy in facts.placed[name]:
         look = getattr(copy.model, "look", None)
@@ -55,7 +55,7 @@ def drawn(facts: Facts, name: str) -> Balls:
     return found
 
 
-def middle_of(balls: Balls) -> Vec:
-    """Return the mean of the middles of balls."""
+def center_of(balls: Balls) -> Vec:
+    """Return the mean of the centres of balls."""
     x, y, z = (sum(axis) / len(balls) for axis in zip(*(center for center, _ in balls), strict=True))
     return x, y, z

@@ -1,4 +1,4 @@
-"""Cameras that stand in a body or under the ground, or run into what they look at."""
+"""Cameras inside a body, below the ground, or at the point they look at."""
 
 import math
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, vector_dot
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.cameras import EARLY
-from text2sim.lint.film.shots import shot, some, taken
+from text2sim.lint.film.shots import ShotView, shot, some, taken
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside
@@ -17,17 +17,20 @@ from text2sim.spec_schema.errors import Problem
 
 MOVING = ("orbit", "dolly", "keyframed")
 MOMENTS = 13
-"""Moments at which is asked where a camera is that moves by itself."""
+"""Moments at which the rules sample the path of a moving camera."""
+
+
+def _sampled(facts: Facts) -> Iterator[tuple[float, ShotView]]:
+    """Yield the author's cameras at sampled times [s] of the simulation."""
+    for name, pictures in taken(facts).items():
+        moving = facts.plan.render["cameras"][name]["kind"] in MOVING
+        for frame in some(pictures, MOMENTS if moving else 1):
+            yield frame.t, shot(facts, name, frame.t, part=frame.part)
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
-    views = [
-        (frame.t, shot(facts, name, frame.t, part=frame.part))
-        for name, pictures in taken(facts).items()
-        for frame in some(pictures, MOMENTS if facts.plan.render["cameras"][name]["kind"] in MOVING else 1)
-    ]
     told = set()
-    for t, view in views:
+    for t, view in _sampled(facts):
         if view.name in told:
             continue
         where = ("render", "cameras", view.name)
@@ -46,7 +49,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
             if facts.moves(copy) and t > EARLY:
                 continue
             if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
-                text = f"`{view.name}` is inside of `{copy.name}`{_when(t)} and sees nothing else; move it out"
+                text = f"`{view.name}` is inside `{copy.name}`{_when(t)} and sees nothing else; move it out"
                 yield facts.problem("camera-inside", where, text, key=True)
                 told.add(view.name)
 
@@ -56,31 +59,27 @@ def _when(t: float) -> str:
 
 
 def _solid(part: StandingPart) -> bool:
-    """Whether a piece is what is drawn: a mesh touches by its hull, and a camera may be in its hollow."""
+    """Return whether a piece is drawn as it is: a mesh collides by its hull, and a camera may be in its hollow."""
     return part.piece.kind != "mesh" or part.mesh is not None
 
 
 def _path(facts: Facts) -> Iterator[Problem]:
-    for name, pictures in taken(facts).items():
-        moving = facts.plan.render["cameras"][name]["kind"] in MOVING
-        for frame in some(pictures, MOMENTS if moving else 1):
-            view = shot(facts, name, frame.t, part=frame.part)
-            if math.dist(view.pos, view.target) < 1e-6:
-                text = f"`{name}` stands where it looks at, so that it looks nowhere; move it away"
-                yield facts.problem("camera-path", ("render", "cameras", name, "look_at"), text)
-                break
+    found = dict.fromkeys(view.name for _, view in _sampled(facts) if math.dist(view.pos, view.target) < 1e-6)
+    for name in found:
+        text = f"`{name}` is at the point it looks at, so it has no direction; move it away"
+        yield facts.problem("camera-path", ("render", "cameras", name, "look_at"), text)
 
 
 RULES = (
     Rule(
         id="camera-inside",
         severity="warning",
-        title="A camera is inside of a body, or below the ground.",
+        title="A camera is inside a body, or below the ground.",
         reason="""\
-From inside a body, the picture shows its inner side and nothing else; from below a plane, its underside. The hull of a
-mesh does not count, for a camera may stand in its hollow. Cameras that move by themselves are followed on their way;
-bodies that move count only at the start.""",
-        remedy="Move the camera out, or make what it stands in invisible (`look: {visible: false}`).",
+From inside a body, the picture shows only its inner side; from below a plane, its underside. The hull of a mesh does
+not count, because a camera may be in its hollow. The rule follows moving cameras; moving bodies count only at the
+start.""",
+        remedy="Move the camera out, or make the body invisible (`look: {visible: false}`).",
         example="""\
 scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}
 bodies:
@@ -94,8 +93,8 @@ render:
     Rule(
         id="camera-path",
         severity="error",
-        title="A camera stands at what it looks at.",
-        reason="It has no direction then. Cameras that move by themselves are followed on their way.",
+        title="A camera is at the point it looks at.",
+        reason="Such a camera has no direction. The rule follows moving cameras along their path.",
         remedy="Move the camera away from the point, or let it look at something else.",
         example="""\
 bodies:

@@ -1,4 +1,4 @@
-"""Ways that bodies will probably take through the pictures of a film."""
+"""Predicted paths of bodies through the pictures of a film."""
 
 from collections.abc import Iterator
 
@@ -6,18 +6,18 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.shots import Offset, films, shots
-from text2sim.lint.film.subjects import middle_of
+from text2sim.lint.film.subjects import center_of
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.spec_schema.models.bodies import Driven
 
 MOMENTS = 16
-"""Moments of a way at which is asked whether a camera sees it."""
+"""Moments at which the rules sample a path."""
 
 
 def way_seen(facts: Facts, copy: Copy, start: float, end: float) -> Iterator[tuple[float, Vec, bool | None]]:
-    """Yield moments of a copy's probable way: time [s], place [m], and whether a camera that films then shows it.
+    """Yield moments of a copy's predicted path: time [s], position [m], and whether a camera that films then shows it.
 
-    Where the way is not known any longer, what had a velocity goes straight on, on a level.
+    After the known part of the path, a body with a start velocity moves on horizontally.
 
     Args:
         facts: The case.
@@ -25,18 +25,18 @@ def way_seen(facts: Facts, copy: Copy, start: float, end: float) -> Iterator[tup
         start: First moment [s].
         end: Last moment [s].
     """
-    middle, radius = middle_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
+    center, radius = center_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
     known, pace = whereabouts(facts).known_until(copy), facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
     for k in range(MOMENTS):
         t = start + (end - start) * k / (MOMENTS - 1)
         step, on = whereabouts(facts).offset(copy, t), max(t - known, 0.0)
-        there = (middle[0] + step[0] + pace[0] * on, middle[1] + step[1] + pace[1] * on, middle[2] + step[2])
+        there = (center[0] + step[0] + pace[0] * on, center[1] + step[1] + pace[1] * on, center[2] + step[2])
         views = [view for view in shots(facts, t, offset_of(facts)) if films(facts, view.name, t)]
         yield t, there, any(view.shows(there, radius) for view in views) if views else None
 
 
 def comes_in(facts: Facts, name: str) -> bool:
-    """Return whether a body that no camera shows at the start probably comes into the picture by its own motion."""
+    """Return whether a body that no camera shows at the start probably moves into a picture."""
     render = facts.plan.render
     return any(
         shown
@@ -48,5 +48,5 @@ def comes_in(facts: Facts, name: str) -> bool:
 
 
 def offset_of(facts: Facts) -> Offset:
-    """Return where copies have probably come to, by name and time, as cameras ask for it."""
+    """Return the predicted displacement of copies, by name and time."""
     return lambda name, t: whereabouts(facts).offset(facts.copies[name], t)

@@ -1,4 +1,4 @@
-"""Meshes that touch by their surface, or by convex pieces that only the engine finds: their surface stands for them."""
+"""Overlap of meshes that collide by their surface, or by convex pieces that only the engine computes."""
 
 from functools import lru_cache
 from typing import Any
@@ -9,19 +9,19 @@ from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, 
 from text2sim.lint.parts import StandingPart
 
 ROUGH = 0.05
-"""The engine's convex pieces may stand out of the surface by this part of the mesh's size: its CoACD works to a
-threshold of 0.1 of half of that."""
+"""Share of a mesh's size by which the engine's convex pieces may protrude from its surface: its CoACD uses a threshold
+of 0.1 of half of that."""
 HALVINGS = 14
-"""Precision of a way out: the far end of it, halved so often."""
+"""Bisection steps for an exit length."""
 
 
 def inside(a: StandingPart, b: StandingPart, step: Vec = (0.0, 0.0, 0.0)) -> bool:
-    """Whether two pieces, of which one is such a mesh, overlap when `a` is moved by `step` [m].
+    """Return whether two pieces, one of them such a mesh, overlap when `a` is moved by `step` [m].
 
     Args:
         a: A piece.
         b: Another piece.
-        step: How far `a` is moved [m].
+        step: Displacement of `a` [m].
     """
     import fcl
 
@@ -29,17 +29,17 @@ def inside(a: StandingPart, b: StandingPart, step: Vec = (0.0, 0.0, 0.0)) -> boo
     pos = (x + step[0], y + step[1], z + step[2])
     if fcl.collide(_object(a, pos), _object(b, b.pos), fcl.CollisionRequest(), fcl.CollisionResult()):
         return True
-    # Surfaces that do not cross: one piece may still be wholly in the other.
+    # If the surfaces do not cross, one piece may still be entirely inside the other.
     return _encloses(a, pos, _point(b, b.pos)) or _encloses(b, b.pos, _point(a, pos))
 
 
-def way_out(a: StandingPart, b: StandingPart, direction: Vec) -> float:
-    """Return a way [m] along a direction after which two pieces that overlap do so no longer.
+def exit_length(a: StandingPart, b: StandingPart, direction: Vec) -> float:
+    """Return a distance [m] along a direction after which two overlapping pieces no longer overlap.
 
     Args:
-        a: The piece that is moved.
+        a: The piece that moves.
         b: The piece that it overlaps.
-        direction: Direction in which it is moved, a unit vector.
+        direction: Direction of the motion, a unit vector.
     """
     far = sum((q - p) * d for p, q, d in zip(a.solid.center, b.solid.center, direction, strict=True))
     low, high = 0.0, far + a.solid.ball + b.solid.ball
@@ -51,7 +51,7 @@ def way_out(a: StandingPart, b: StandingPart, direction: Vec) -> float:
 
 
 def roughness(*parts: StandingPart) -> float:
-    """Return how far [m] the engine's pieces may stand out of the surfaces of these."""
+    """Return how far [m] the engine's convex pieces may protrude from the surfaces of these parts."""
     rough = [part for part in parts if part.piece.collision == "decompose"]
     sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in rough]
     return ROUGH * max(sizes, default=0.0)
@@ -93,13 +93,13 @@ def _surface(mesh: MeshFile, scale: float) -> Any:
 
 
 def _point(part: StandingPart, pos: Vec) -> Vec:
-    """Return a point of a piece that is at `pos`; the middle of a mesh may be in its hole."""
+    """Return a point of a piece at `pos`; the centre of a mesh may be in its hole."""
     own = part.piece.vertices[0] if part.piece.vertices else (0.0, 0.0, 0.0)
     return frame_apply(pos, part.quat, frame_apply(part.piece.pos, part.piece.quat, own))
 
 
 def _encloses(part: StandingPart, pos: Vec, point: Vec) -> bool:
-    """Whether a point is inside a mesh: its surface goes round it (van Oosterom and Strackee 1983, solid angles)."""
+    """Return whether a point is inside a mesh, by its solid angle (van Oosterom and Strackee 1983)."""
     import numpy as np
 
     if part.mesh is None or not part.mesh.closed:

@@ -1,4 +1,4 @@
-"""Boxes that start on an edge or a corner of theirs, on level ground or on a slope, and will tip."""
+"""Boxes that start on an edge or a corner, on level ground or on a slope, and will tip."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -16,13 +16,10 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
 TILT = 2.0
-"""Angle [deg] between two faces up to which a box counts as lying on its face."""
-STEEP = 0.5
-"""Least cosine between what carries a box and straight up."""
+"""Largest angle [deg] between two faces at which a box counts as lying on its face."""
+MIN_UPWARD = 0.5
+"""Smallest cosine between the normal of a support and straight up."""
 _AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-Face = tuple[Copy, Vec, float]
-"""What carries, its normal, and its height [m] along that."""
 
 
 def _edges(facts: Facts) -> Iterator[Problem]:
@@ -59,9 +56,9 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     for name, rows in found.items():
         copy, support, tilt = rows[0]
         text = (
-            f"`{copy.name}` touches `{support.name}` with an edge or a corner alone{more_copies(len(rows))}: its "
-            f"nearest face is turned by {tilt:.3g} deg against what carries it, so that it tips at once; turn it so "
-            "that its face lies on that, or waive this if it is meant to fall"
+            f"`{copy.name}` touches `{support.name}` only with an edge or a corner{more_copies(len(rows))}: its "
+            f"nearest face is at {tilt:.3g} deg to the support, so it tips at once; turn it so that its face lies on "
+            "the support, or waive this rule if it is meant to fall"
         )
         yield facts.problem("on-edge", ("bodies", name), text, key=True)
 
@@ -77,7 +74,7 @@ def _axes(part: StandingPart) -> list[Vec]:
 
 
 def _tilt(facts: Facts, box: StandingPart, support: Copy) -> float:
-    """Angle [deg] between the nearest faces of a box and of what carries it; 0 where that is no face."""
+    """Return the angle [deg] between the nearest faces of a box and of its support; 0 if that has no flat face."""
     axes = _axes(box)
     for ground in facts.planes:
         if ground.copy is support:
@@ -103,7 +100,7 @@ def _tilt(facts: Facts, box: StandingPart, support: Copy) -> float:
                 )
                 if best is None or above - size / 2 > best[0]:
                     best = (above - size / 2, normal)
-    if best is None or abs(best[0]) > RESTING or best[1][2] < STEEP:
+    if best is None or abs(best[0]) > RESTING or best[1][2] < MIN_UPWARD:
         return 0.0
     return _angle(axes, best[1])
 
@@ -135,11 +132,11 @@ RULES = (
         severity="warning",
         title="A box starts on an edge or a corner.",
         reason="""\
-A box that touches what carries it with an edge alone is not in balance: it tips before anything else happens. On a
-slope that is what `place: {on: slope}` comes to where the box stays upright, or is turned about the wrong axis.""",
+A box that touches its support only with an edge is not in balance: it tips before anything else happens. On a slope,
+this is the result of `place: {on: slope}` if the box stays upright or is turned about the wrong axis.""",
         remedy="""\
-Turn the box as its support is turned (the same `euler_deg`; a turn about the normal of the slope comes before that), or
-waive the rule if it is meant to tip.""",
+Turn the box like its support (the same `euler_deg`; a turn about the normal of the slope comes first), or waive the
+rule if it is meant to tip.""",
         example=_SLOPE % "0",
         fix=_SLOPE % "20",
         run=_edges,

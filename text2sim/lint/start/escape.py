@@ -1,7 +1,7 @@
-"""Depths of overlaps, and ways out of them.
+"""Depths of overlaps, and the translations that resolve them.
 
-All is a matter of moving convex pieces in straight lines: the way out along a direction is what is left of a long way
-when the piece is swept back until it touches (`compiler.sweep`).
+Convex pieces move in straight lines: to find the exit along a direction, a piece is moved far away and swept back until
+it touches (`compiler.shapes.sweep`).
 """
 
 from collections.abc import Sequence
@@ -31,39 +31,39 @@ AXES: dict[Vec, str] = {
     (0.0, 0.0, -1.0): "-z",
 }
 PLAIN = 1.5
-"""A way along an axis is told instead of the shortest, if it is no longer than this many times that."""
+"""A translation along an axis is preferred if it is at most this many times as long as the shortest."""
 ROUNDS = 30
-"""A body that is freed of one piece and is then in the next is moved on this often."""
+"""Most times that a body is moved on because it is freed from one piece and enters the next."""
 PAIRS = 12
-"""Pairs of pieces of which the depth is looked for in all directions."""
+"""Pairs of pieces whose depth is computed in all directions."""
 EXIT = 5
-"""Steps that a sweep takes, where a test takes one."""
+"""Cost of a sweep in steps; a test costs one."""
 ROUND_EXIT = 20
-"""The same where a piece is round: planes close in on it slowly."""
+"""Cost of a sweep with a round piece, which converges slowly."""
 ROUND = ("cylinder", "ellipsoid")
 GLANCES = 100
-"""Pairs of boxes that are looked at in the time of a step."""
+"""Pairs of boxes that are compared in the time of a step."""
 SHARE = 1200
-"""Steps that one overlap may take."""
+"""Most steps for one overlap."""
 SKIN = 1e-6
-"""Overlap [m] of the bounds of pieces that is nothing but rounding."""
+"""Overlap [m] of bounding boxes that is only rounding."""
 
 
 class Effort:
-    """Steps that may still be taken, so that a heap of overlaps costs no more than a glance."""
+    """Budget of steps, which bounds the cost of a heap of overlaps."""
 
     def __init__(self, steps: int) -> None:
         self.left = steps
 
     def spend(self, steps: int = 1) -> bool:
-        """Spend steps; return whether there were so many."""
+        """Spend steps; return whether the budget allowed it."""
         self.left -= steps
         return self.left >= 0
 
 
 @dataclass(frozen=True)
 class Way:
-    """A way that frees a body from another."""
+    """A translation that frees a body from another."""
 
     direction: Vec
     """Unit vector."""
@@ -72,7 +72,7 @@ class Way:
 
     @property
     def words(self) -> str:
-        """The direction: `+z`, or a vector."""
+        """The direction in words: `+z`, or a vector."""
         return AXES.get(self.direction) or "({})".format(", ".join(f"{c + 0.0:.2g}" for c in self.direction))
 
 
@@ -81,17 +81,17 @@ class Overlap:
     """Two bodies inside each other."""
 
     depth: float
-    """How deep [m] the deepest pair of convex pieces is: what the engine takes for a compressed contact."""
+    """Depth [m] of the deepest pair of convex pieces, which the engine treats as a compressed contact."""
     thickness: float
     """Thickness [m] of the thinner piece of that pair."""
     pair: tuple[StandingPart, StandingPart]
     """That pair: a piece of the first body, and one of the second."""
     ways: list[Way]
-    """Ways out of the first body as a whole, the shortest first."""
+    """Translations that free the first body as a whole, the shortest first."""
 
 
 def inside(a: StandingPart, b: StandingPart) -> bool:
-    """Whether two pieces overlap."""
+    """Return whether two pieces overlap."""
     if apart(a.box, b.box, SKIN):
         return False
     if a.mesh is not None or b.mesh is not None:
@@ -102,7 +102,7 @@ def inside(a: StandingPart, b: StandingPart) -> bool:
 
 
 def upright(part: StandingPart) -> bool:
-    """Whether a piece fills the box around it."""
+    """Return whether a piece fills its bounding box."""
     if part.piece.kind != "box":
         return False
     rows = quat_to_rows(quat_multiply(part.quat, part.piece.quat))
@@ -115,13 +115,13 @@ def overlap_of(
     pairs: list[tuple[StandingPart, StandingPart]],
     effort: Effort,
 ) -> Overlap:
-    """Return how bodies overlap of which some pieces are inside each other.
+    """Return how two bodies overlap.
 
     Args:
         movers: Pieces of the first body.
         others: Pieces of the second.
-        pairs: Pieces (of the first, of the second) that are inside each other.
-        effort: Where it ends, no way out may be found.
+        pairs: Overlapping pieces (of the first, of the second).
+        effort: Budget; if it is exhausted, there may be no translations.
     """
     pairs = pairs[:: len(pairs) // PAIRS + 1]
     directions = _directions(pairs)
@@ -134,7 +134,7 @@ def overlap_of(
     effort.left -= own.left
     ways = []
     for direction, first in exits.items():
-        length = _way_out(movers, others, direction, max(first), own)
+        length = _free_length(movers, others, direction, max(first), own)
         if length is not None:
             ways.append(Way(direction, length))
     effort.left += max(own.left, 0)
@@ -143,17 +143,17 @@ def overlap_of(
 
 
 def plain(ways: Sequence[Way]) -> list[Way]:
-    """Return the ways with those along an axis first that are not much longer than the shortest."""
+    """Return the translations, those along an axis first unless they are much longer than the shortest."""
     if not ways:
         return []
     limit = PLAIN * ways[0].length
     return sorted(ways, key=lambda way: (way.length > limit, way.direction not in AXES, way.length))
 
 
-def _way_out(
+def _free_length(
     movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, way: float, effort: Effort
 ) -> float | None:
-    """Return the way [m], from `way` on, after which no mover is in one of the others; None if it takes too long."""
+    """Return the distance [m], at least `way`, after which no mover is in the others; None if it takes too long."""
     for _ in range(ROUNDS):
         step = vector_times(direction, way + SKIN)
         moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
@@ -168,7 +168,7 @@ def _way_out(
             return None
         if not pairs:
             return way
-        # The farthest of a few: what is left comes in the next round.
+        # A sample is enough: the next round finds the rest.
         pairs = pairs[:: len(pairs) // PAIRS + 1]
         effort.spend(_cost(pairs))
         way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
@@ -176,12 +176,12 @@ def _way_out(
 
 
 def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
-    """Steps that it takes to find how pieces leave each other behind."""
+    """Return the steps that the exits of pairs of pieces cost."""
     return sum(ROUND_EXIT if a.piece.kind in ROUND or b.piece.kind in ROUND else EXIT for a, b in pairs)
 
 
 def moved_part(part: StandingPart, way: Way) -> StandingPart:
-    """Return a piece at the end of a way."""
+    """Return a piece after a translation."""
     return StandingPart(
         part.piece,
         vector_plus(part.pos, vector_times(way.direction, way.length + SKIN)),
@@ -201,9 +201,9 @@ def _still_inside(a: StandingPart, b: StandingPart, step: Vec, effort: Effort) -
 
 
 def _exit(one: StandingPart, other: StandingPart, direction: Vec) -> float:
-    """Way [m] along a direction after which one piece has left another behind."""
+    """Return the distance [m] along a direction after which one piece has left another."""
     if one.mesh is not None or other.mesh is not None:
-        return concave.way_out(one, other, direction)
+        return concave.exit_length(one, other, direction)
     a, b = one.solid, other.solid
     far = vector_dot(vector_minus(b.center, a.center), direction) + a.ball + b.ball
     back = sweep([a], [b], vector_times(direction, -1.0), start=vector_times(direction, far))
@@ -211,7 +211,7 @@ def _exit(one: StandingPart, other: StandingPart, direction: Vec) -> float:
 
 
 def _directions(pairs: list[tuple[StandingPart, StandingPart]]) -> list[Vec]:
-    """Along the axes, along the lines between the middles, and across the faces of boxes and ends of cylinders."""
+    """Return the axes, the lines between centres, and the normals of faces of boxes and ends of cylinders."""
     found = dict.fromkeys(AXES)
     for a, b in pairs[:3]:
         line = vector_minus(a.solid.center, b.solid.center)
@@ -227,6 +227,6 @@ def _directions(pairs: list[tuple[StandingPart, StandingPart]]) -> list[Vec]:
 
 
 def _clean(v: Vec) -> Vec:
-    """Return a unit vector without the rounding that makes an axis look like a direction of its own."""
+    """Return a unit vector without rounding errors, so that an axis is recognised as such."""
     x, y, z = (0.0 if abs(c) < 1e-9 else 1.0 if c > 1 - 1e-9 else -1.0 if c < 1e-9 - 1 else c for c in v)
     return x, y, z

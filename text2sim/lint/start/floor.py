@@ -1,4 +1,4 @@
-"""Bodies that start under the ground or outside the domain, and bodies with nothing to stand on."""
+"""Bodies that start below the ground, or come down beside it."""
 
 import math
 from collections.abc import Iterator
@@ -10,13 +10,13 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.overlap import GENTLE, LEAST, push_speed
+from text2sim.lint.start.overlap import GENTLE, MIN_DEPTH, push_speed
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
 
 def _under_floor(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body and plane."""
+    """Report each body and plane once."""
     for ground in facts.planes:
         for name in facts.case.bodies:
             sunk = [(depth, copy) for copy in facts.placed[name] if (depth := _sunk(facts, ground, copy)) > 0]
@@ -26,28 +26,28 @@ def _under_floor(facts: Facts) -> Iterator[Problem]:
 
 
 def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
-    """How deep [m] a copy is under a plane; 0 if it is too little to matter, or if it cannot move."""
+    """Return how deep [m] a copy is below a plane; 0 if it is too little to matter, or if it cannot move."""
     box = facts.box(copy)
-    if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - LEAST:
+    if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - MIN_DEPTH:
         return 0.0
     depth = max((ground.depth(part) for part in facts.parts(copy) if part.moves), default=0.0)
-    return depth if depth > max(GENTLE / push_speed(facts, 1.0), LEAST) else 0.0
+    return depth if depth > max(GENTLE / push_speed(facts, 1.0), MIN_DEPTH) else 0.0
 
 
 def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count: int) -> Problem:
-    """The plane has no underside: what has its middle below it comes back late, or never."""
+    """Return the problem; a plane has no underside, so a body with its centre below comes back late, or never."""
     parts = [part for part in facts.parts(copy) if part.moves]
     whole = all(part.solid.span(ground.up)[1] < ground.level for part in parts)
     most = sum(vector_dot(ground.up, part.solid.center) < ground.level for part in parts) > len(parts) / 2
     free = facts.free(copy)
-    text = f"`{copy.name}` is {'wholly' if whole else 'partly'} under `{ground.copy.name}` at the start"
+    text = f"`{copy.name}` is {'entirely' if whole else 'partly'} below `{ground.copy.name}` at the start"
     text += f", by {length(depth)}{more_copies(count)}"
     if free and whole:
-        text += ": the engine does not bring it back, it falls for ever"
+        text += ": the engine does not bring it back, so it falls forever"
     elif free:
         text += f": the engine throws it out at {push_speed(facts, depth):.2g} m/s"
     else:
-        text += ": it presses against what holds it, for the whole run"
+        text += ": it presses against its mount or joints for the whole run"
     how = "move it up" if ground.up[2] > 1 - 1e-9 else f"move it along {vector(ground.up)}"
     text += f"; {how} by {length(depth)}, or use `place: {{on: {ground.copy.name}}}`"
     severity = "error" if free and (whole or most) else None
@@ -57,7 +57,7 @@ def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count:
 
 
 def _floor_ends(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body that starts beside all planes, or comes down there, and would be held by nothing."""
+    """Report each body once that starts, or comes down, beside all planes with nothing to hold it."""
     grounds = [ground for ground in facts.planes if ground.up[2] > 0.5]
     if not grounds or facts.case.scene.gravity[2] >= 0:
         return
@@ -68,15 +68,15 @@ def _floor_ends(facts: Facts) -> Iterator[Problem]:
             ground = min(grounds, key=lambda ground: ground.beside((x, y, z)))
             size = 2 * (ground.beside((x, y, z)) + ground.half) + 2
             text = (
-                f"`{copy.name}` comes down at x {x:.4g}, y {y:.4g}{more_copies(len(lost))}, beside "
-                f"`{ground.copy.name}`, which ends {ground.half:g} m from its middle: it falls past it; "
-                f"`shape: {{kind: plane, size: {math.ceil(size / 10) * 10:g}}}` reaches so far"
+                f"`{copy.name}` comes down at x {x:.4g}, y {y:.4g}{more_copies(len(lost))} and falls past "
+                f"`{ground.copy.name}`, which ends {ground.half:g} m from its centre; use "
+                f"`shape: {{kind: plane, size: {math.ceil(size / 10) * 10:g}}}`"
             )
             yield facts.problem("floor-ends", facts.said(name, "pose", "place", "repeat"), text, key=True)
 
 
 def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
-    """Where a copy passes the level of the grounds beside all of them; None if something is in its way."""
+    """Return where a copy passes the level of the grounds beside all of them; None if something is in its way."""
     if not facts.loose(copy):
         return None
     flies = any(facts.velocities.get(copy.name, ()))
@@ -85,7 +85,7 @@ def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:
     flight = flight_of(facts, copy)
     if flight is None or flight.meeting is not None or not any(flight.pull):
         return None
-    # The way goes down in the end: halve the time until it is at the level of the highest ground.
+    # The path ends downward: bisect the time at which it passes the highest ground.
     level = max(ground.level / ground.up[2] for ground in grounds)
     early, late = 0.0, flight.end
     if copy.pos[2] + flight.offset(late)[2] > level or copy.pos[2] < level:
@@ -101,12 +101,12 @@ RULES = (
     Rule(
         id="under-floor",
         severity="warning",
-        title="A body is partly or wholly under a plane at the start.",
+        title="A body is partly or entirely below a plane at the start.",
         reason="""\
-A plane is solid below. What is partly under it is thrown out as from an overlap; what is wholly under it
-does not touch it any more and falls for ever (seen: a sphere 0.3 m below). A free body that is wholly, or with most of
-its pieces, below the plane is an error.""",
-        remedy="Move the body up by what the message says, or let `place: {on: floor}` find its height.",
+A plane is solid below. A body partly below it is thrown out as from an overlap; one entirely below it no longer touches
+it and falls forever (observed: a sphere 0.3 m below). A free body that is below the plane entirely, or with most of its
+pieces, is an error.""",
+        remedy="Move the body up as the message says, or let `place: {on: floor}` find its height.",
         example="""\
 bodies:
   crate: {kind: rigid, shape: {kind: box, size: [0.4, 0.4, 0.4]}, pose: {pos: [0, 0, 0.15]}}
@@ -119,9 +119,9 @@ bodies:
         severity="warning",
         title="A body starts, or comes down, beside the ground.",
         reason="""\
-The engine's plane is as large as it is drawn (`size`, 40 m if left out): a body beyond its edge touches nothing and
-falls (measured: with 40 m, a box 19 m from the middle lies on it, one at 21 m falls through).""",
-        remedy="Make the plane larger, up to some kilometres, or place the body over it.",
+The engine's plane is as large as it is drawn (`size`, 40 m by default): a body beyond its edge touches nothing and
+falls (measured: with 40 m, a box 19 m from the centre lies on it, one at 21 m falls past it).""",
+        remedy="Make the plane larger, up to some kilometres, or place the body above it.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [25, 0, 0.5]}}

@@ -1,4 +1,4 @@
-"""Links of one body that are to touch each other, and start inside each other."""
+"""Links of one body with self-collision that overlap at the start."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,7 +10,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import Effort, inside, overlap_of
-from text2sim.lint.start.overlap import LEAST, STEPS, push_speed
+from text2sim.lint.start.overlap import MIN_DEPTH, STEPS, push_speed
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated
@@ -32,8 +32,8 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
             (a, b), depth = next(iter(neutral.items()))
             text = (
                 f"`{name}.{a}` and `{name}.{b}` overlap by {length(depth)} where all joints are at 0"
-                f"{more_copies(len(neutral), 'pairs of links')}: the engine takes such links for neighbours, and they "
-                "never touch; make one shorter or thinner, or move it"
+                f"{more_copies(len(neutral), 'pairs of links')}: the engine treats such links as neighbours, which "
+                "never collide; make one shorter or thinner, or move it"
             )
             yield facts.problem("self-overlap", where, text, key=True)
         started = {pair: depth for pair, depth in started.items() if pair not in neutral}
@@ -42,13 +42,13 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"`{name}.{a}` and `{name}.{b}` overlap by {length(depth)} at their `initial` positions"
                 f"{more_copies(len(started), 'pairs of links')}: the engine pushes them apart at "
-                f"{push_speed(facts, depth):.2g} m/s; start farther from each other"
+                f"{push_speed(facts, depth):.2g} m/s; increase their distance at the start"
             )
             yield facts.problem("self-overlap", facts.where(name, "initial"), text, key=True)
 
 
 def _strangers(tree: Tree) -> set[tuple[str, str]]:
-    """Pairs of links that the engine lets touch: not those that a joint joins, be it over links that are welded on."""
+    """Return the pairs of links that can collide: those that no joint connects, directly or through welded links."""
     above: dict[str, TreeLink] = {child.name: link for link in tree.links() for child in link.children}
     jointed = {link.name: bool(link.all_joints()) for link in tree.links()}
 
@@ -73,7 +73,7 @@ def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tu
     found, effort = {}, Effort(STEPS)
     for a, b in sorted(pairs):
         touching = [(one, other) for one in parts[a] for other in parts[b] if inside(one, other)]
-        if touching and (depth := overlap_of(parts[a], parts[b], touching, effort).depth) > LEAST:
+        if touching and (depth := overlap_of(parts[a], parts[b], touching, effort).depth) > MIN_DEPTH:
             found[a, b] = depth
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
@@ -82,12 +82,12 @@ RULES = (
     Rule(
         id="self-overlap",
         severity="warning",
-        title="Links of one body that are to touch each other are inside each other.",
+        title="Links of one body with self-collision overlap at the start.",
         reason="""\
-With `self_collision`, links that are not neighbours touch. But pairs that overlap where all joints are at 0 are taken
-for neighbours by the engine, and pass through each other in the whole run, of which it says one line in its log. Links
-that overlap only at their `initial` positions are pushed apart like any overlapping bodies.""",
-        remedy="Make the links shorter or thinner, or set them apart by their `pose`.",
+With `self_collision`, links that are not neighbours collide. But the engine treats pairs that overlap where all joints
+are at 0 as neighbours, which pass through each other for the whole run; it only writes a line to its log. Links that
+overlap only at their `initial` positions are pushed apart like any overlapping bodies.""",
+        remedy="Make the links shorter or thinner, or separate them by their `pose`.",
         example="""\
 bodies:
   gripper:

@@ -1,4 +1,4 @@
-"""Bodies with nothing to come to rest on."""
+"""Bodies with nothing below them, and gravity that points up."""
 
 import math
 from collections.abc import Iterator
@@ -14,16 +14,16 @@ from text2sim.lint.words import more_copies, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-FAR = 10.0
-"""Fall [m] from which on it counts that nothing is below."""
+MIN_FALL = 10.0
+"""Shortest fall [m] in the run that is reported."""
 
 
 def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body whose copies have nothing below them, as far as they may get."""
+    """Report each body once whose copies have nothing below them, as far as they may move."""
     gravity = facts.case.scene.gravity
     pull = math.hypot(*gravity)
     fall = pull * facts.case.scene.duration**2 / 2
-    if fall < FAR:
+    if fall < MIN_FALL:
         return
     down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
     if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
@@ -37,9 +37,9 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
         lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, up, resting)]
         if lost:
             text = (
-                f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls for ever, {fall:.3g} m in "
+                f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls forever, {fall:.3g} m in "
                 f"{facts.case.scene.duration:g} s; give the scene a floor "
-                "(`statics: {floor: {shape: {kind: plane}}}`), or an event of kind `left_domain` if that is meant"
+                "(`statics: {floor: {shape: {kind: plane}}}`), or an event of kind `left_domain` if this is intended"
             )
             yield facts.problem("falls-for-ever", facts.where(name), text, key=True)
 
@@ -49,19 +49,19 @@ def _upward(facts: Facts) -> Iterator[Problem]:
     if gravity[2] > 0.0 and any(ground.up[2] > 0.5 for ground in facts.planes):
         down = vector((gravity[0], gravity[1], -gravity[2]))
         ground = facts.planes[0].copy.name
-        text = f"gravity points up, away from `{ground}`; z points up here, so that bodies fall at {down}"
+        text = f"gravity points up, away from `{ground}`; the z axis points up, so bodies fall at {down}"
         yield facts.problem("upward-gravity", ("scene", "gravity"), text)
 
 
 def _held(facts: Facts) -> set[str]:
-    """Bodies that something else may keep from falling: what they are attached to, or a force."""
+    """Return the bodies that an attachment or a force may keep from falling."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
     names += [wrench.entity for wrench in facts.rows.wrenches if wrench.end > wrench.start]
     return {body_of(name) for name in names}
 
 
 def _caught(facts: Facts, copy: Copy, up: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
-    """Whether something that is held lies lower than a copy, and where it may get; judged generously."""
+    """Return whether a held body is lower than a copy and within its reach, generously estimated."""
     box = facts.box(copy)
     if box is None:
         return True
@@ -76,9 +76,9 @@ RULES = (
         severity="warning",
         title="Gravity lifts bodies from the ground.",
         reason="""\
-The z axis points up, so that gravity has a negative z: it is [0, 0, -9.81] if left out. With a positive one everything
-that is free leaves the ground and never comes back.""",
-        remedy="Turn the sign, or leave `scene.gravity` out.",
+The z axis points up, so gravity has a negative z component: the default is [0, 0, -9.81]. With a positive one all free
+bodies leave the ground and never come back.""",
+        remedy="Change the sign, or leave `scene.gravity` out.",
         example="""\
 scene: {gravity: [0, 0, 9.81]}
 bodies:
@@ -90,12 +90,12 @@ bodies:
     Rule(
         id="falls-for-ever",
         severity="warning",
-        title="A free body has nothing below it on which it could come to rest.",
+        title="A free body has nothing below it to rest on.",
         reason=f"""\
-There is gravity and no plane, and nothing that is held lies below the body as far to the side as it may get. It falls
-by half of gravity times the square of the duration; less than {FAR:g} m are not reported, nor is a body that something
-is attached to, that a force acts on, or that an event of kind `left_domain` or `leaves` is about.""",
-        remedy="Give the scene a floor, or something below the body; for a scene in space, set `gravity: [0, 0, 0]`.",
+There is gravity and no plane, and nothing that is held is below the body within its reach. It falls by half of gravity
+times the square of the duration. The rule skips falls of less than {MIN_FALL:g} m, bodies with an attachment or a
+force, and bodies with an event of kind `left_domain` or `leaves`.""",
+        remedy="Give the scene a floor, or put something below the body; in space, set `gravity: [0, 0, 0]`.",
         example="""\
 scene:
   duration: 3.0
