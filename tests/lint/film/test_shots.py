@@ -105,7 +105,7 @@ def test_a_tiny_subject_and_the_distance_that_shows_it(tmp_path: Path) -> None:
     assert problem.message.endswith("move it to 2.89 m")
     farther = far[0], far[1], STILL.format("[0, -60, 0.5]", "[0, 0, 0.5]")
     (problem,) = findings(tmp_path, "small-subject", *farther)
-    assert "a second camera there" in problem.message, "one there would show nothing else"
+    assert "add a second camera" in problem.message, "one there would show nothing else"
     near = STILL.format("[0, -5, 0.5]", "[0, 0, 0.5]")
     assert findings(tmp_path, "small-subject", *far, near) == []
 

@@ -26,11 +26,11 @@ def door(target: str, limits: str = "") -> str:
     [
         ("1.5", "range_deg: [0, 90],", ""),
         ("1.6", "range_deg: [0, 90],", ""),  # pressed shut
-        ("2.5", "range_deg: [0, 90],", "goes from 0 to 1.571 rad (0 to 90 deg)"),
+        ("2.5", "range_deg: [0, 90],", "moves from 0 to 1.571 rad (0 to 90 deg)"),
         ("45", "range_deg: [0, 90],", "45 deg is ${radians(45)}"),
         ("{kind: ramp, from: 0, to: -0.5, end: 1}", "range_deg: [0, 90],", "stop at 0 rad"),
         ("{kind: ramp, to: 3, start: 5, end: 6}", "range_deg: [0, 90],", ""),  # after the end of the run
-        ("{kind: sine, amplitude: 1, frequency: 1}", "range_deg: [-30, 30],", "1 rad, and `door` goes"),
+        ("{kind: sine, amplitude: 1, frequency: 1}", "range_deg: [-30, 30],", "1 rad, and `door` moves"),
         ("{kind: sine, amplitude: 0.5, frequency: 1}", "range_deg: [-30, 30],", ""),
         ("{kind: piecewise, times: [0, 1, 3], values: [0, 1, 9]}", "range_deg: [0, 360],", ""),  # 5 at its end
     ],
@@ -239,7 +239,7 @@ actions: {controls: {fling: {kind: drive, joint: arm, velocity: %s}}}
 """
     found = findings(tmp_path, "target-out-of-range", arm % target)
     assert bool(found) == wanted
-    assert all("pushes against that end and does not move" in problem.message for problem in found)
+    assert all("pushes against that limit and does not move" in problem.message for problem in found)
 
 
 @pytest.mark.parametrize(

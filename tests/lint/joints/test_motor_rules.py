@@ -68,9 +68,9 @@ def arm(upper: float = 100, lower: float = 100, more: str = "", position: str = 
         (lift("x", "friction: 10,", "damping: 1", "force: 8"), "dry friction of `lift` (10 N) is larger than this"),
         (lift("x", "friction: 10,", "damping: 1", "force: 12"), ""),
         # 9.81 (2 x 0.2 + 1 x 0.6) = 9.81 N m at the upper joint, 9.81 x 1 x 0.2 = 1.96 at the lower one.
-        (arm(upper=9), "to hold what `arm.upper` carries (3 kg) takes 9.81 N m at 0 rad"),
+        (arm(upper=9), "holding the load of `arm.upper` (3 kg) takes 9.81 N m at 0 rad"),
         (arm(upper=11), ""),
-        (arm(lower=1.5), "to hold what `arm.lower` carries (1 kg) takes 1.96 N m"),
+        (arm(lower=1.5), "holding the load of `arm.lower` (1 kg) takes 1.96 N m"),
         # Straight down it carries nothing, but on the way there it passes the horizontal.
         (arm(upper=9, position="{kind: ramp, from: 1.5, to: 1.5708, end: 1}"), ""),
         (arm(upper=9, position="{kind: ramp, from: -0.5, to: 1.5708, end: 1}"), "at 0 rad"),
@@ -234,7 +234,7 @@ def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str
         ("stiffness: 9000, damping: 100, max_force: 40", "position: {kind: ramp, to: 0.5, end: 0.5}", ""),
         # 2 kg m/s within 0.1 s: 20 N; damping x substep = 2000 x 0.01 counts as 20 kg more.
         ("damping: 100, max_force: 5", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "takes 25 N (20 N for its inertia"),
-        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "adds to it (damping x substep)"),
+        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "for the motor's damping (x substep)"),
         ("damping: 100, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", ""),
         # A w2 = 0.1 (2 pi 2)2 = 15.8 m/s2
         (

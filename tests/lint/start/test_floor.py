@@ -104,7 +104,7 @@ def test_what_stands_beside_the_end_of_the_floor(tmp_path: Path) -> None:
     pin = "bodies: {{pin: {{kind: rigid, shape: {{kind: cylinder, radius: 0.05, height: 0.3}}, place: {{on: floor, at: [{0}, 0]}}}}}}"
     small = "scene: {statics: {floor: {shape: {kind: plane, size: 10}}}}"
     (found,) = findings(tmp_path, "floor-ends", small, pin.format(6))
-    assert "comes down at x 6, y 0, and falls past `floor`, which ends 5 m from its centre" in found.message
+    assert "comes down at x 6, y 0 and falls past `floor`, which ends 5 m from its centre" in found.message
     assert not findings(tmp_path, "floor-ends", small, pin.format(4))
 
 

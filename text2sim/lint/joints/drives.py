@@ -1,4 +1,4 @@
-"""Drives of each joint, one after the other, and what following them asks for."""
+"""Drives of each joint in sequence, and the accelerations that they demand."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,19 +14,19 @@ from text2sim.spec_schema.text.document import Path
 
 @dataclass(frozen=True)
 class Span:
-    """A drive while it has its joint to itself."""
+    """A drive during the time that it alone controls its joint."""
 
     mode: str
-    """position, velocity or force."""
+    """`position`, `velocity` or `force`."""
     schedule: Schedule
     start: float
     end: float
-    """From and to [s], within the run."""
+    """Start and end [s], within the run."""
     before: float
-    """What a ramp without `from` starts at."""
+    """Start value of a ramp without `from`."""
     control: str
     anytime: bool = False
-    """Whether it begins at an event: it is told as if that came at the start, and when it comes is not known."""
+    """Whether it begins at an event: its times assume that this happens at the start."""
 
     @property
     def where(self) -> Path:
@@ -38,7 +38,7 @@ class Span:
         return value_at(self.schedule, t, self.before)
 
     def corners(self) -> list[tuple[float, float]]:
-        """Return times [s] and targets between which it goes straight or smoothly; of a sine, its turning points."""
+        """Return the times [s] and targets between which it is linear or smooth; for a sine, its extrema."""
         inner: list[float] = []
         if isinstance(self.schedule, Ramp):
             inner = [self.schedule.start, self.schedule.end]
@@ -57,22 +57,22 @@ class Span:
 
 @dataclass(frozen=True)
 class Demand:
-    """A change of a target, and what it takes to follow it."""
+    """A change of a target, and the motion that it demands."""
 
     start: float
     end: float
-    """From and to [s]."""
+    """Start and end [s]."""
     first: float
     last: float
-    """Position or speed, from and to."""
+    """Position or speed at the start and at the end."""
     acceleration: float
-    """[rad/s2 or m/s2] that it takes at least, from rest."""
+    """Smallest acceleration [rad/s2 or m/s2] that follows it, from rest."""
     speed: float
-    """[rad/s or m/s], mean."""
+    """Mean speed [rad/s or m/s]."""
 
 
 def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
-    """Return the drives of every driven joint, by copy and joint: in time, then those that begin at events."""
+    """Return the drives of every driven joint, by copy and joint: in order of time, then those that begin at events."""
     return facts.own(_spans)
 
 
@@ -89,7 +89,7 @@ def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:
 
 
 def _chain(targets: list[Target], first: float, duration: float) -> Iterator[Span]:
-    """The drives of one joint, as `controls._chain` lets them take over from each other."""
+    """Yield the drives of one joint, each until the next takes over, as in `compiler.drives`."""
     ordered = sorted(targets, key=lambda target: target[0])
     before_it: Span | None = None
     for index, (start, mode, schedule, _, name) in enumerate(ordered):
@@ -106,10 +106,10 @@ def _chain(targets: list[Target], first: float, duration: float) -> Iterator[Spa
 
 
 def demands(span: Span) -> Iterator[Demand]:
-    """Yield what a span asks of its joint, change by change.
+    """Yield the demands of a span on its joint, change by change.
 
-    A straight line in position is followed if its speed is reached by the middle of the line, a smooth one if the
-    joint gets there from rest to rest: 4 d / T2. A jump may take as long as the new value holds.
+    A joint follows a linear change of position if it reaches the speed by the middle of the change, a smooth one if it
+    moves from rest to rest: 4 d / T2. A jump may take as long as the new value holds.
     """
     schedule = span.schedule
     if isinstance(schedule, Sine):
@@ -121,7 +121,7 @@ def demands(span: Span) -> Iterator[Demand]:
             speed = swing * rate if span.mode == "position" else high
             yield Demand(span.start, span.end, low, high, swing * rate**power, speed)
         return
-    if isinstance(schedule, Constant | float | int) or isinstance(schedule, Steps):
+    if isinstance(schedule, Constant | float | int | Steps):
         first = span.before if span.mode == "position" and span.start == 0.0 else 0.0
         values = [(span.start, first), *span.corners()[:-1]]
         ends = [t for t, _ in values[2:]] + [span.end]
@@ -154,7 +154,7 @@ def _jump(mode: str, t: float, end: float, old: float, new: float) -> Demand:
 
 
 def _peaks(sine: Sine, start: float, end: float) -> Iterator[float]:
-    """The first turning points [s] of a sine after `start`: a high one and a low one."""
+    """Yield the first two extrema [s] of a sine after `start`: a maximum and a minimum."""
     half = 0.5 / sine.frequency
     first = sine.start + (pi / 2 - radians(sine.phase_deg)) / (2 * pi * sine.frequency)
     first += -(-(start - first) // half) * half

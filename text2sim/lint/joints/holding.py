@@ -1,9 +1,9 @@
-"""Rules about motors that do not hold what hangs on them: see `motors` for what the engine does.
+"""Motors that do not hold their load; see `motors` for the engine's model.
 
-At rest, gravity's torque about a hinge is `axis . (r x m g)`, which changes with the angle as `a cos q + b sin q`;
-along a slider it is `axis . m g`. Where the motor gives less, the joint sinks. A position servo has no integral part:
-it stands `load / kp` away from its target (measured: 2 kg on kp 1000 N/m stays 19.62 mm low). A velocity motor that
-stands still gives `kv` times the speed that is asked for.
+At rest, gravity's torque about a hinge is `axis . (r x m g)`, which depends on the angle as `a cos q + b sin q`; along
+a slider the force is `axis . m g`. If the motor gives less, the joint sinks. A position servo has no integral term: it
+stops `load / kp` away from its target (measured: 2 kg on kp 1000 N/m stays 19.62 mm low). A stalled velocity motor
+gives `kv` times the target speed.
 """
 
 from collections.abc import Iterator
@@ -16,16 +16,16 @@ from text2sim.lint.joints.motors import Powered, amount, at_least, one_each, pow
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
-SURE = 1.05
-"""A motor is weak if it lacks more than this part of what it needs: masses of hollow shapes are a little off."""
+MARGIN = 1.05
+"""A motor is weak if its load exceeds its limit by this factor: masses of hollow shapes are slightly inaccurate."""
 DROOP = 0.05
-"""Static error of a servo that is worth a word, as a part of the travel."""
+"""Static error of a servo that is reported, as a share of the travel."""
 DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
-"""The same for a joint that is only held [rad, m]."""
+"""Static error of a joint that only holds its position [rad, m] that is reported."""
 
 
 def _worst(motor: Powered, span: Span) -> tuple[float, float]:
-    """Position within the targets of a span at which the motor has most to hold, and the load there."""
+    """Return the position within the targets of a span at which the load is largest, and that load."""
     low, high = span.extremes()
     if span.mode == "velocity":
         low, high = _turned(motor, low, high, span.end - span.start)
@@ -34,7 +34,7 @@ def _worst(motor: Powered, span: Span) -> tuple[float, float]:
 
 
 def _turned(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
-    """Where a velocity motor gets within a time, at most a turn."""
+    """Return the range of positions that a velocity motor reaches within a time, at most a turn."""
     swing = motor.swing
     if not swing.hinge:
         return swing.start, swing.start
@@ -68,19 +68,19 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
             most, key = motor.damping * fastest, "damping"
     q, load = _worst(motor, span)
     needed = abs(load) - swing.joint.friction
-    if needed <= most * SURE:
+    if needed <= most * MARGIN:
         return None
     unit, force = swing.units
     at = f" at {q:.3g} {unit}" if swing.hinge and any(swing.pull) else ""
-    way = f"max_force of {at_least(1.2 * needed)}"
-    says = f"its motor gives at most {amount(most, force)}"
+    remedy = f"max_force of {at_least(1.2 * needed)}"
+    limit = f"its motor gives at most {amount(most, force)}"
     if key == "damping":
-        way = f"damping of {at_least(1.2 * needed / fastest)}"
-        says = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
-    load = "" if lift is None else f" with `{lift.load}`, which `{lift.control}` attaches at {lift.at:g} s,"
+        remedy = f"damping of {at_least(1.2 * needed / fastest)}"
+        limit = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
+    attached = "" if lift is None else f" with `{lift.load}`, which `{lift.control}` attaches at {lift.at:g} s,"
     text = (
-        f"to hold what `{motor.label}` carries{load} ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
-        f"{says}: it will sink; give the motor a {way} or more, or it a lighter load"
+        f"holding the load of `{motor.label}`{attached} ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
+        f"{limit}: it will sink; give the motor a {remedy} or more, or reduce its load"
     )
     return facts.problem("weak-motor", motor.where(key), text)
 
@@ -93,7 +93,7 @@ def _stuck(facts: Facts, motor: Powered, span: Span) -> Problem | None:
         return None
     text = (
         f"the dry friction of `{motor.label}` ({amount(swing.joint.friction, force)}) is larger than this force (at "
-        f"most {amount(most, force)}): it will not move; make the friction smaller, or the force larger"
+        f"most {amount(most, force)}): it will not move; reduce the friction, or increase the force"
     )
     return facts.problem("weak-motor", span.where, text)
 
@@ -113,14 +113,14 @@ def _droops(facts: Facts) -> Iterator[Problem]:
         q, load = max((_worst(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
         carried = max(0.0, abs(load) - swing.joint.friction)
         droop = carried / (motor.stiffness + swing.joint.spring)
-        if droop <= allowed or carried > motor.limit * SURE:  # that is a weak motor
+        if droop <= allowed or carried > motor.limit * MARGIN:  # that is a weak motor
             continue
         unit, force = swing.units
         of = f", {droop / travel:.0%} of its travel," if travel > 0.0 else ""
         better = carried / (0.2 * allowed)
         text = (
-            f"`{motor.label}` stays {amount(droop, unit)}{of} away from its target at {q:.3g} {unit}: a servo carries "
-            f"its load ({amount(carried, force)}) by stiffness times error alone; stiffness {at_least(better)} with "
+            f"`{motor.label}` stays {amount(droop, unit)}{of} away from its target at {q:.3g} {unit}: a servo holds "
+            f"its load ({amount(carried, force)}) only by stiffness times error; stiffness {at_least(better)} with "
             f"damping {at_least(motor.critical(better))} leaves {amount(0.2 * allowed, unit)}"
         )
         yield facts.problem("servo-droop", motor.where("stiffness"), text)
@@ -130,14 +130,13 @@ RULES = (
     Rule(
         id="weak-motor",
         severity="warning",
-        title="A motor is too weak to hold what its joint carries.",
+        title="A motor is too weak to hold the load of its joint.",
         reason="""\
-A motor gives no more than `max_force`, and a velocity motor that stands still no more than its damping times the speed
-that is asked for. Gravity's torque about a hinge is `axis . (r x m g)` of everything beyond the joint, what is welded
-to it included, at its worst within the driven range; along a slider it is `axis . m g`. What is attached later counts
-from then on, if the joint is told to lift it. Where that is more than the
-motor gives, less the dry friction of the joint, the joint sinks instead of following. A force that is smaller than the
-dry friction moves nothing, either.""",
+A motor gives at most `max_force`, and a stalled velocity motor at most its damping times the target speed. Gravity's
+torque about a hinge is `axis . (r x m g)` of everything beyond the joint, including attached bodies, at its worst
+within the driven range; along a slider the force is `axis . m g`. A body attached later counts from then on, if a drive
+lifts it. Where the load, less the dry friction of the joint, exceeds what the motor gives, the joint sinks. A force
+smaller than the dry friction moves nothing.""",
         remedy="Raise `max_force` (or the `damping` of a velocity motor) to the value in the message, or carry less.",
         example="""\
 bodies:
@@ -160,10 +159,10 @@ actions:
         title="A position servo stays visibly away from its target under its load.",
         reason="""\
 A position motor is a spring and a damper to its target; the engine does not compensate gravity, and there is no
-integral part. At rest it stands `load / stiffness` off: 2 kg on 1000 N/m hang 2 cm low. Reported if that is more than
-5 % of the travel (of a joint that is only held: 0.1 rad or 1 cm), or than the tolerance of an expectation of the
-joint's position.""",
-        remedy="Raise the stiffness, and the damping with it (critical: `2 sqrt(stiffness x inertia)`), or aim off.",
+integral term. At rest the error is `load / stiffness`: 2 kg on 1000 N/m hang 2 cm low. The rule reports more than 5 %
+of the travel (for a joint that only holds its position: 0.1 rad or 1 cm), or more than the tolerance of an expectation
+of the joint's position.""",
+        remedy="Raise the stiffness and the damping (critical: `2 sqrt(stiffness x inertia)`), or offset the target.",
         example="""\
 bodies:
   lift:

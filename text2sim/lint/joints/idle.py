@@ -1,4 +1,4 @@
-"""Motors that nobody drives: the engine's motors give no force until they are given a target (see `motors`)."""
+"""Motors without a drive: the engine's motors give no force until they have a target (see `motors`)."""
 
 from collections.abc import Iterator
 
@@ -18,7 +18,7 @@ def _idle(facts: Facts) -> Iterator[Problem]:
         where = mechanics.where(swing, "actuator")
         if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.raw(where) is None:
             continue
-        # What a prefab brings need not be used, as long as nothing falls by that.
+        # The motor of a prefab may stay idle, as long as its joint does not sag.
         if facts.loaded.document.origin(where) is None or _sags(swing):
             bodies.setdefault(swing.copy.body, []).append(swing)
     for swings in bodies.values():
@@ -26,14 +26,14 @@ def _idle(facts: Facts) -> Iterator[Problem]:
         listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         joints = "their joints move" if len(names) > 1 else "its joint moves"
         text = (
-            f"no control drives {listed}: a motor that nobody drives gives no force, and {joints} freely; add a "
-            "control of kind `drive` (a constant `position` holds it), or leave the actuator out"
+            f"no control drives {listed}: a motor without a drive gives no force, and {joints} freely; add a control "
+            "of kind `drive` (a constant `position` holds it), or leave the actuator out"
         )
         yield facts.problem("idle-motor", mechanics.where(swings[0], "actuator"), text, key=True)
 
 
 def _sags(swing: Swing) -> bool:
-    """Whether gravity moves a joint that nothing holds."""
+    """Return whether gravity moves a joint that nothing holds."""
     scale = swing.mass * 9.81 * (swing.size if swing.hinge else 1.0)
     return max(map(abs, swing.pull)) > max(swing.joint.friction, 0.01 * scale) or swing.mass <= 0.0
 
@@ -45,7 +45,7 @@ RULES = (
         title="A joint has a motor that no control drives.",
         reason="""\
 An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint
-moves as freely as without it.""",
+moves as freely as without an actuator.""",
         remedy="Drive it (`position: 0` holds the pose of the case), or leave the actuator out.",
         example="""\
 bodies:

@@ -1,7 +1,7 @@
-"""Mass, centre of mass and inertia of convex pieces, as the engine works them out from shape and density.
+"""Mass, centre of mass and inertia of convex pieces, as the engine computes them from shape and density.
 
 Inertias are symmetric tensors (xx, yy, zz, xy, xz, yz) [kg m2]. The formulas are those of solid bodies (Beer and
-Johnston, Vector Mechanics for Engineers, appendix); a hull is summed up from the tetrahedra between its faces and the
+Johnston, Vector Mechanics for Engineers, appendix); a hull is the sum of the tetrahedra between its faces and the
 origin (Blow and Binstock 2004, "How to find the inertia tensor of a 3D solid body").
 """
 
@@ -62,12 +62,12 @@ def together(inertials: Iterable[Inertial]) -> Inertial:
 
 
 def inertial_of(geoms: Iterable[TreeGeom]) -> Inertial:
-    """Return the inertial that the pieces of a link make, in the link's frame."""
+    """Return the inertial of the pieces of a link, in the link's frame."""
     return together(piece_inertial(geom.piece, geom.density) for geom in geoms if geom.density > 0.0)
 
 
 def piece_inertial(piece: Piece, density: float) -> Inertial:
-    """Return the inertial that a piece of that density [kg/m3] makes, in the frame of its body."""
+    """Return the inertial of a piece of a density [kg/m3], in the frame of its body."""
     mass = density * piece.volume()
     if piece.kind in ("hull", "mesh"):
         return _hull(piece, mass).at(piece.pos, piece.quat)
@@ -89,7 +89,7 @@ def _solid(piece: Piece, mass: float) -> Tensor:
         radius, length = size
         bar, ball = radius**2 * length, 4 / 3 * radius**3
         a = b = (bar * radius**2 / 4 + ball * radius**2 / 5) / (bar + ball)
-        # Of a half ball, the centre is 3/8 r off its flat side.
+        # The centre of a half ball is 3/8 r from its flat side.
         offset = length / 2
         c = bar * length**2 / 12 + ball * (radius**2 / 5 + offset**2 + 0.75 * radius * offset)
         c /= bar + ball
@@ -97,7 +97,7 @@ def _solid(piece: Piece, mass: float) -> Tensor:
 
 
 def _hull(piece: Piece, mass: float) -> Inertial:
-    """The inertial of a polyhedron, from moments of the tetrahedra between its faces and the origin."""
+    """Return the inertial of a polyhedron, from moments of the tetrahedra between its faces and the origin."""
     volume = 0.0
     first, second = [0.0] * 3, [0.0] * 6  # of x, y, z; of xx, yy, zz, xy, xz, yz
     for i, j, k in piece.faces:
@@ -122,7 +122,7 @@ def _hull(piece: Piece, mass: float) -> Inertial:
 
 
 def _turned(inertia: Tensor, quat: Quaternion) -> Tensor:
-    """R I R^T."""
+    """Return R I R^T."""
     if quat == (1.0, 0.0, 0.0, 0.0) or not any(inertia):
         return inertia
     xx, yy, zz, xy, xz, yz = inertia

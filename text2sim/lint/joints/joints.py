@@ -1,7 +1,7 @@
-"""Joints that cannot do what they are told, or do what nobody meant.
+"""Joints with targets beyond their range, and mounts with distant anchors.
 
-A drive's target is in radians or metres from the start pose, and a joint with limits stops there: its servo then
-pushes against the end with `stiffness x (target - limit)` for as long as it is asked to.
+A drive's target is in radians or metres from the start pose. A joint with limits stops there, and its servo pushes
+against the limit with `stiffness x (target - limit)` as long as the target holds.
 """
 
 from collections.abc import Iterator
@@ -15,9 +15,9 @@ from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
 BEYOND = 0.02
-"""Part of the range by which a target may lie beyond its end, and a clamp be pressed shut."""
+"""Share of the range by which a target may exceed it, as for a clamp that presses."""
 FAR = 50.0
-"""Lengths of a body by which the anchor of its mount may be away: a bob of 4 cm may hang on 2 m."""
+"""Largest distance of an anchor in lengths of the body: a bob of 4 cm may hang on 2 m."""
 
 
 def _range(facts: Facts) -> Iterator[Problem]:
@@ -33,14 +33,14 @@ def _range(facts: Facts) -> Iterator[Problem]:
             unit = swing.units[0]
             text = (
                 f"drives `{mechanics.label(swing)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
-                "pushes against that end and does not move; turn the sign, or widen the range"
+                "pushes against that limit and does not move; change the sign, or widen the range"
             )
             yield facts.problem("target-out-of-range", stuck.where, text)
             continue
         for span in spans:
             if span.mode != "position":
                 continue
-            # A file's joint may start outside its range; the way from there leads in.
+            # A file's joint may start outside its range, and moves in from there.
             least, most = (min(max(x, low), high) if x == swing.start else x for x in span.extremes())
             if least >= low - slack and most <= high + slack:
                 continue
@@ -53,17 +53,17 @@ def _range(facts: Facts) -> Iterator[Problem]:
                 if low - slack <= radians(target) <= high + slack and abs(target) > pi:
                     hint = f"; targets are in radians: {target:g} deg is ${{radians({target:g})}}"
             text = (
-                f"asks for {target:.4g} {unit}, and `{mechanics.label(swing)}` goes {limits}: it will stop at "
-                f"{end:.4g} {unit} and push against its end{hint}"
+                f"the target is {target:.4g} {unit}, and `{mechanics.label(swing)}` moves {limits}: it will stop at "
+                f"{end:.4g} {unit} and push against its limit{hint}"
             )
             yield facts.problem("target-out-of-range", span.where, text)
             break
 
 
 def _against_end(spans: list[Span], low: float, high: float) -> Span | None:
-    """Return the only drive of a joint, if it is a velocity towards the end at which the joint starts.
+    """Return the only drive of a joint if it is a velocity towards the limit at which the joint starts.
 
-    The ends count from there.
+    The limits are relative to the start.
     """
     if len(spans) != 1 or spans[0].mode != "velocity":
         return None
@@ -82,8 +82,8 @@ def _far_anchor(facts: Facts) -> Iterator[Problem]:
         size = max(high - low for low, high in zip(*box, strict=True))
         if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR * size:
             text = (
-                f"`{name}` turns about a point {amount(away, 'm')} away from its origin, and is {amount(size, 'm')} "
-                "long; anchors are in metres, in the body's own frame"
+                f"`{name}` is {amount(size, 'm')} long and turns about a point {amount(away, 'm')} away from its "
+                "origin; anchors are in metres, in the body's own frame"
             )
             where = facts.where(name, "mount", "anchor")
             yield facts.problem("far-anchor", where if facts.raw(where) is not None else facts.where(name), text)
@@ -104,11 +104,11 @@ RULES = (
     Rule(
         id="target-out-of-range",
         severity="warning",
-        title="A drive asks for a position that its joint cannot reach.",
+        title="The target of a drive is outside the range of its joint.",
         reason="""\
-The joint stops at the end of its range, and its servo goes on pushing against it with the stiffness times the rest of
-the way. A velocity towards the end at which the joint starts moves nothing. Ranges of hinges are given in degrees
-(`range_deg`), targets in radians.""",
+The joint stops at its limit, and its servo keeps pushing against it with the stiffness times the remaining distance. A
+velocity towards the limit at which the joint starts moves nothing. Ranges of hinges are in degrees (`range_deg`),
+targets in radians.""",
         remedy="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         fix=_DOOR % ("range_deg: [0, 90],", "1.57"),
@@ -119,8 +119,8 @@ the way. A velocity towards the end at which the joint starts moves nothing. Ran
         severity="warning",
         title="A body turns about a point that is very far away.",
         reason=f"""\
-The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and the body is held there as if by
-a rod without mass. Reported where it is more than {FAR:g} times as far from the origin as the body is long.""",
+The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and holds the body like a rod without
+mass. The rule reports anchors farther from the origin than {FAR:g} times the length of the body.""",
         remedy="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
         example="""\
 bodies:

@@ -1,9 +1,9 @@
-"""Loads that joints carry from some time on, because they are attached then: what a crane lifts.
+"""Loads that are attached to joints during the run, such as those of a crane.
 
-A load counts from its `attach` to its release, once the joint is told to move against its weight: before, what it stood
-on may still carry it. It is picked up where it starts, or where its fall has brought it; the joints of a tree are taken
-to be where their position drives have sent them by then. Where a joint runs by velocity or force, only a slider's load
-is known, as it is the same everywhere.
+A load counts from its `attach` to its release, once a drive moves the joint against its weight: before, its support may
+still carry it. It is picked up where it starts, or where its fall has taken it; the joints of a tree are assumed to be
+at the targets of their position drives. For a joint driven by velocity or force, the load is only known for a slider,
+where it does not depend on the position.
 """
 
 from collections.abc import Iterator
@@ -22,26 +22,26 @@ from text2sim.lint.joints.swing import Swing, pull_of
 from text2sim.lint.motion.whereabouts import whereabouts
 
 MOVED = 1e-6
-"""A change of a target [rad or m] that is none."""
+"""Smallest change of a target [rad or m]."""
 
 
 @dataclass(frozen=True)
 class Lift:
-    """A motor that is to lift what is attached to its joint later."""
+    """A motor that lifts a body attached to its joint during the run."""
 
     motor: Powered
-    """With the load's weight in its pull."""
+    """The motor, with the weight of the load in its pull."""
     span: Span
-    """The drive, while the load hangs there."""
+    """The drive, while the load is attached."""
     load: str
-    """What is attached."""
+    """Name of the attached body."""
     control: str
     at: float
-    """When [s]."""
+    """Time of the attachment [s]."""
 
 
 def lifts(motor: Powered) -> Iterator[Lift]:
-    """Yield the drives by which a motor lifts what is attached to its joint after the start."""
+    """Yield the drives by which a motor lifts bodies attached to its joint after the start."""
     facts, swing = motor.mechanics.facts, motor.swing
     tree = facts.tree(swing.copy)
     for weld, until in _later(facts):
@@ -81,7 +81,7 @@ def _lifts(
 
 
 def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
-    """Welds that are made after the start, and when [s] each is undone."""
+    """Yield the welds that are made after the start, and when [s] each is released."""
     for weld in facts.rows.welds:
         if not weld.on or weld.at <= 0.0 or weld.a not in facts.copies or weld.b not in facts.copies:
             continue
@@ -95,7 +95,7 @@ def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
 
 
 def _group(facts: Facts, name: str, t: float) -> set[str]:
-    """A free body and all free ones that are welded to it at a time [s]."""
+    """Return the name of a free body and of all free ones welded to it at a time [s]."""
     found, waiting = {name}, [name]
     while waiting:
         one = waiting.pop()
@@ -109,7 +109,7 @@ def _group(facts: Facts, name: str, t: float) -> set[str]:
 
 
 def _inertial(motor: Powered, name: str, t: float) -> Inertial:
-    """Mass of a load where its fall has brought it by a time [s]."""
+    """Return the inertial of a load where its fall has taken it by a time [s]."""
     facts = motor.mechanics.facts
     copy = facts.copies[name]
     inertial = motor.mechanics.inertial(copy)
@@ -118,7 +118,7 @@ def _inertial(motor: Powered, name: str, t: float) -> Inertial:
 
 
 def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:
-    """The links of a copy where its position drives have sent them by a time [s]."""
+    """Return the links of a copy at the targets of its position drives at a time [s]."""
     tree = facts.tree(copy)
     assert tree is not None
     initial = dict(tree.initial)
@@ -131,19 +131,19 @@ def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:
 
 
 def _position(motor: Powered, t: float) -> float:
-    """Target [rad or m] of a joint at a time [s]; its start if it has none."""
+    """Return the target [rad or m] of a joint at a time [s]; its start if it has none."""
     timed = [span for span in motor.spans if span.mode == "position" and not span.anytime]
     values = [span.value(t) for span in timed if span.start <= t]
     return values[-1] if values else motor.swing.start
 
 
 def _turned(pull: tuple[float, float], turn: float) -> tuple[float, float]:
-    """A pull as `Swing.pull` has it, that is told for the angle `turn` from the start, told for the start."""
+    """Return a pull as in `Swing.pull`, given for the angle `turn` from the start, converted to the start."""
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 
 def _against(swing: Swing, span: Span) -> bool:
-    """Whether a drive moves against a pull."""
+    """Return whether a drive moves against a pull."""
     corners = span.corners()
     if span.mode == "velocity":
         return any(value * swing.pull[0] < 0.0 for _, value in corners)

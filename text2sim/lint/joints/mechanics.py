@@ -1,8 +1,8 @@
-"""Joints with all that hangs on them: what they weigh, how hard they are to turn, and who drives them.
+"""Joints with the mass, inertia and motor of everything beyond them.
 
-All of it is at the start pose, with the other joints of a tree where they start. For a joint of its own (a mount) that
-is exact; in a tree the inertia is that of everything beyond the joint taken as one rigid body, which is the entry
-M[j][j] of the mass matrix: no motion of the other joints makes it larger.
+All values are at the start pose. For a single joint (a mount) that is exact. In a tree the inertia is that of
+everything beyond the joint as one rigid body, which is the entry M[j][j] of the mass matrix: no motion of the other
+joints makes it larger.
 """
 
 from collections.abc import Iterator
@@ -11,20 +11,20 @@ from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
-from text2sim.compiler.trees.tree import StandingLink, Tree, tree_links
+from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.inertials import NOTHING, Inertial, inertial_of, piece_inertial, together
+from text2sim.lint.joints.inertials import Inertial, inertial_of, piece_inertial, together
 from text2sim.lint.joints.swing import Swing, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
 _FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
-"""What decides how the joints of a body move."""
+"""Fields of a body that determine the motion of its joints."""
 
 
 class Mechanics:
-    """Everything about joints, worked out from the facts of a case; see `mechanics_of`."""
+    """The joints of a case; see `mechanics_of`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -36,7 +36,7 @@ class Mechanics:
         self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
 
     def swings(self) -> Iterator[Swing]:
-        """Yield every hinge and slider that physics moves; of copies that are alike, the first one only."""
+        """Yield every hinge and slider that physics moves; for identical copies, only the first."""
         for body, group in self.facts.placed.items():
             if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
                 continue
@@ -50,7 +50,7 @@ class Mechanics:
                             yield swing
 
     def swing(self, copy: Copy, name: str) -> Swing | None:
-        """Return the hinge or slider of a copy that goes by that name; None if there is none, or it is not known."""
+        """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
         key = (copy.name, name)
         if key not in self._swings:
             twin = self._twin(copy)
@@ -70,24 +70,26 @@ class Mechanics:
         return ("bodies", body)
 
     def label(self, swing: Swing) -> str:
-        """Return how the case would name a joint."""
+        """Return the selector of a joint."""
         return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
 
     def inertial(self, copy: Copy) -> Inertial:
-        """Return the mass of a whole copy, in the world at the start."""
-        if copy.name not in self._links:
-            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
-        return self._links[copy.name].whole
+        """Return the inertial of a whole copy, in the world at the start."""
+        return self._links_of(copy).whole
 
     def totals(self, copy: Copy) -> dict[str, Inertial]:
-        """Return the mass of every link of a copy with all beyond it, in the world at the start, by link."""
-        self.inertial(copy)
-        return self._links[copy.name].totals
+        """Return the inertial of every link of a copy with all links beyond it, in the world at the start, by link."""
+        return self._links_of(copy).totals
 
     def beyond(self, swing: Swing) -> set[str]:
         """Return the names of all links that a joint carries."""
-        links = self._links[swing.copy.name]
+        links = self._links_of(swing.copy)
         return links.beyond(links.of_joint[swing.name].link.name)
+
+    def _links_of(self, copy: Copy) -> "_Links":
+        if copy.name not in self._links:
+            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
+        return self._links[copy.name]
 
     @cached_property
     def _rho(self) -> dict[str, float | None]:
@@ -95,7 +97,7 @@ class Mechanics:
 
     @cached_property
     def _carried(self) -> tuple[dict[tuple[str, str], list[Inertial]], set[str]]:
-        """What is welded to links from the start, and the copies whose joints something else holds, too."""
+        """Inertials welded to links from the start, and the copies whose joints something else also holds."""
         groups: dict[tuple[str, str], set[tuple[str, str]]] = {}
         closed: set[str] = set()
         for weld in self.facts.rows.welds:
@@ -122,14 +124,14 @@ class Mechanics:
 
     @cached_property
     def _loaded(self) -> set[str]:
-        """Copies to which something is welded later: see `loads`."""
+        """Copies to which something is welded later; see `loads`."""
         return {name for weld in self.facts.rows.welds if weld.at > 0.0 for name in (weld.a, weld.b)}
 
     def _held(self, name: str) -> bool:
         return not self.facts.free(self.facts.copies[name])
 
     def _twin(self, copy: Copy) -> Copy:
-        """A copy that hangs in the same way, with the same things on it; the copy itself if there is none."""
+        """Return the first copy with the same orientation and load; the copy itself if there is none."""
         if copy.name not in self._twins:
             carried, closed = self._carried
             alone = copy.name not in closed | self._loaded and not any(name == copy.name for name, _ in carried)
@@ -141,7 +143,7 @@ class Mechanics:
         return self._twins[copy.name]
 
     def _alike(self, a: Copy, b: Copy) -> bool:
-        """Whether two copies of a body differ in no more than where they are and how they look."""
+        """Return whether two copies of a body differ only in pose and look."""
         if a.body not in self._uniform:
             varies = self.facts.loaded.varies
             self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _FIELDS)
@@ -154,9 +156,7 @@ class Mechanics:
         tree = self.facts.tree(copy)
         if tree is None:
             return None
-        if copy.name not in self._links:
-            self._links[copy.name] = _Links(self.facts, copy, self._rho.get(copy.name))
-        links = self._links[copy.name]
+        links = self._links_of(copy)
         standing = links.of_joint.get(name)
         joint = dict(standing.link.all_joints()).get(name) if standing is not None else None
         if standing is None or joint is None or joint.kind not in ONE_DOF:
@@ -173,12 +173,10 @@ class Mechanics:
         inertial = together([links.totals[standing.link.name], *loads])
         axis = quat_rotate(standing.quat, joint.axis)
         anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
-        known = inertial.mass > 0.0
-        inertia = (
-            (inertial.mass if joint.kind == "slider" else inertial.about(anchor, axis)) + joint.armature
-            if known
-            else 0.0
-        )
+        inertia = 0.0
+        if inertial.mass > 0.0:
+            inertia = inertial.mass if joint.kind == "slider" else inertial.about(anchor, axis)
+            inertia += joint.armature
         reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
         return Swing(
             copy=copy,
@@ -198,7 +196,7 @@ class Mechanics:
 
 @dataclass
 class _Links:
-    """The links of a copy, with the mass of each and of all beyond it, in the world."""
+    """The links of a copy, with the inertial of each and of all beyond it, in the world."""
 
     facts: Facts
     copy: Copy
@@ -221,13 +219,13 @@ class _Links:
         self.standing = {one.link.name: one for one in found}
         self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
         self.totals = {}
-        for link, pos, quat, _ in _children_first(tree, self.standing):
-            own = inertial_of(link.geoms).at(pos, quat)
+        for link in reversed(tree.links()):  # children first
+            own = inertial_of(link.geoms).at(self.standing[link.name].pos, self.standing[link.name].quat)
             self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
-        self.whole = together(self.totals[root.name] for root in tree.roots) if tree.roots else NOTHING
+        self.whole = together(self.totals[root.name] for root in tree.roots)
 
     def beyond(self, name: str) -> set[str]:
-        """Names of a link and of all that hang on it."""
+        """Return the names of a link and of all links beyond it."""
         found, waiting = set(), [self.standing[name].link]
         while waiting:
             link = waiting.pop()
@@ -237,9 +235,5 @@ class _Links:
 
 
 def mechanics_of(facts: Facts) -> Mechanics:
-    """Return the joints of a case, worked out once."""
+    """Return the joints of a case, computed once."""
     return facts.own(Mechanics)
-
-
-def _children_first(tree: Tree, standing: dict[str, StandingLink]) -> list[StandingLink]:
-    return [standing[link.name] for link in reversed(tree.links())]

@@ -1,13 +1,13 @@
-"""Motors, and what they are asked to do: what the rules about them share.
+"""Motors with their loads and drives, for the rules about them.
 
-What the engine does with a motor (read in its `forward_dynamics.py`, and measured): its force is
+The force of a motor in the engine (from `forward_dynamics.py`, and measured) is
 
     F = clamp(kp (target - q) + kv (target' - q'), -max_force, max_force)
 
-with `kp` the stiffness and `kv` the damping (kp = 0 for a velocity drive). Gravity is not compensated. The damping of a
-position or velocity drive is taken implicitly: it goes into the mass matrix as `h kv`, `h` being the substep, whether
-or not the force is limited. So a motor at its limit accelerates its load by no more than F / (I + h kv). A motor that
-nobody drives gives no force at all.
+where `kp` is the stiffness and `kv` the damping (kp = 0 for a velocity drive). Gravity is not compensated. The damping
+of a position or velocity drive is integrated implicitly: it is added to the mass matrix as `h kv`, where `h` is the
+substep, even if the force is limited. So a motor at its limit accelerates its load by at most F / (I + h kv). A motor
+without a drive gives no force.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,8 +21,8 @@ from text2sim.lint.joints.swing import Swing
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
-SOME = 200
-"""As many copies of a driven joint are looked at."""
+MAX_COPIES = 200
+"""Most copies of a driven joint that are checked."""
 
 
 @dataclass(frozen=True)
@@ -35,20 +35,20 @@ class Powered:
     stiffness: float
     damping: float
     limit: float
-    """Largest force; infinite if there is no limit."""
+    """Largest force; infinite without a limit."""
 
     @property
     def label(self) -> str:
-        """How the case would name the joint."""
+        """The selector of the joint."""
         return self.mechanics.label(self.swing)
 
     @property
     def alone(self) -> bool:
-        """Whether nothing else carries or holds what the joint carries."""
+        """Whether nothing else holds the load of the joint."""
         return not (self.swing.closed or self.swing.floating)
 
     def where(self, key: str) -> Path:
-        """Return the path of a value of the motor, or of the motor where the case does not say the value."""
+        """Return the path of a value of the motor, or of the motor if the case does not give the value."""
         for way in (("actuator", key), ("actuator",), ()):
             path = self.mechanics.where(self.swing, *way)
             if self.mechanics.facts.raw(path) is not None:
@@ -56,7 +56,7 @@ class Powered:
         return ("bodies", self.swing.copy.body)
 
     def tolerances(self, kind: str) -> list[float]:
-        """Return the tolerances with which expectations look at measures of that kind of the joint."""
+        """Return the tolerances of expectations on measures of that kind of the joint."""
         facts, found = self.mechanics.facts, []
         names = {self.label, self.label.replace(self.swing.copy.name, self.swing.copy.body, 1)}
         for expect in facts.case.actions.expect.values():
@@ -66,18 +66,18 @@ class Powered:
         return found
 
     def load(self, q: float) -> float:
-        """Return the torque [N m] or force [N] of gravity and of the joint's own spring at a position."""
+        """Return the torque [N m] or force [N] of gravity and of the joint's spring at a position."""
         return self.swing.gravity(q) - self.swing.joint.spring * q
 
     def critical(self, stiffness: float) -> float:
-        """Return the damping with which a servo of that stiffness comes to rest soonest."""
+        """Return the critical damping of a servo of that stiffness."""
         return 2 * sqrt(stiffness * self.swing.inertia)
 
 
 def powered(facts: Facts) -> list[Powered]:
-    """Return every driven joint whose load is known; of copies that are driven alike, the first.
+    """Return every driven joint whose load is known; for copies with the same drives, the first.
 
-    Of many copies with targets of their own, some are enough: those at the ends, and between.
+    Of more than `MAX_COPIES` with different targets, an even sample is returned.
     """
     return facts.own(_powered)
 
@@ -88,8 +88,8 @@ def _powered(facts: Facts) -> list[Powered]:
         groups.setdefault(id(motor.swing), []).append(motor)
     found = []
     for group in groups.values():
-        steps = max(1, -(-len(group) // SOME))
-        found += [*group[:-1:steps], group[-1]]
+        step = max(1, -(-len(group) // MAX_COPIES))
+        found += [*group[:-1:step], group[-1]]
     return found
 
 
@@ -107,12 +107,12 @@ def _every(facts: Facts) -> Iterator[Powered]:
 
 
 def one_each(problems: Iterable[Problem]) -> Iterator[Problem]:
-    """Yield one finding for each place of the case, and say for how many copies it holds."""
+    """Yield one problem for each place of the case, with the number of further copies that have it."""
     places: dict[tuple[str, str], list[Problem]] = {}
     for problem in problems:
         places.setdefault((problem.rule, problem.path), []).append(problem)
     for first, *more in places.values():
-        note = f" (and in the same way {len(more)} more)" if more else ""
+        note = f" (and {len(more)} more in the same way)" if more else ""
         yield replace(first, message=first.message + note)
 
 

@@ -1,4 +1,4 @@
-"""Light ropes and chains between heavy things, at steps that they do not survive."""
+"""Light ropes and chains that carry heavy loads, at time steps that are too long for them."""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
 LIMIT = 1.4
-"""Substep times angular frequency up to which a taut rope holds, by measurement."""
+"""Largest substep times angular frequency at which a taut rope holds (measured)."""
 
 
 def _shaken(facts: Facts) -> Iterator[Problem]:
@@ -23,9 +23,9 @@ def _shaken(facts: Facts) -> Iterator[Problem]:
         seen.add(body)
         wanted = math.ceil(scene.dt * frequency / TAUT_STEP)
         text = (
-            f"`{name}` is light for what hangs on it: taut, its links shake at {frequency:.3g} rad/s, and a substep of "
-            f"{1e3 * facts.substep:.3g} ms lets them fly apart; scene.substeps of {wanted}, fewer and longer links, a "
-            "heavier rope or a lighter load hold"
+            f"`{name}` is light for its load: taut, its links vibrate at {frequency:.3g} rad/s and fly apart at a "
+            f"substep of {1e3 * facts.substep:.3g} ms; use scene.substeps of {wanted}, fewer and longer links, a "
+            "heavier rope or a lighter load"
         )
         yield facts.problem("rope-load", ("bodies", body), text, key=True)
 
@@ -43,14 +43,14 @@ RULES = (
     Rule(
         id="rope-load",
         severity="warning",
-        title="A light rope or chain carries so much that its links fly apart at this step.",
+        title="A light rope or chain carries so much that its links fly apart at this time step.",
         reason=f"""\
-Links of mass m and length l under the tension T swing across at up to 2 sqrt(T / (m l)), and the engine takes that pull
-explicitly: with 2 to 40 kg on links of 2.5 g a rope that was struck diverged at substeps of 1.5 over this frequency
-and more, and held at {LIMIT:g}. T is taken as {SWING:g} times the weight of the rope, its payload and what is attached.
-Substeps that the case leaves open are chosen so short, but no more than 50 in a step.""",
+Links of mass m and length l under the tension T vibrate transversely at up to 2 sqrt(T / (m l)), and the engine
+integrates this explicitly: with 2 to 40 kg on links of 2.5 g a struck rope diverged at substeps of 1.5 over this
+frequency and more, and held at {LIMIT:g}. The rule takes T as {SWING:g} times the weight of the rope, its payload and
+attached bodies. Derived substeps are short enough, but there are at most 50 in a step.""",
         remedy="""\
-Leave `scene.substeps` out or take more; a shorter `dt`; fewer links, or a heavier rope; lighter things on it.""",
+Leave `scene.substeps` out or use more; use a shorter `dt`, fewer links, a heavier rope or a lighter load.""",
         example=_ROPE % 1,
         fix=_ROPE % 14,
         run=_shaken,

@@ -1,4 +1,4 @@
-"""A joint with everything beyond it, as a rigid body that gravity pulls: see `mechanics`."""
+"""Joint with everything beyond it as one rigid body; see `mechanics`."""
 
 from dataclasses import dataclass
 from math import atan2, ceil, cos, floor, pi, sin
@@ -16,30 +16,30 @@ class Swing:
 
     copy: Copy
     name: str
-    """Of the joint."""
+    """Name of the joint."""
     joint: TreeJoint
     motor: Motor | None
     axis: Vec
-    """In the world, at the start."""
+    """Axis in the world, at the start."""
     start: float
     """Position at the start [rad or m]."""
     mass: float
-    """Of all that it carries [kg]."""
+    """Mass of its load [kg]."""
     inertia: float
-    """About its axis, or mass, with the rotor's [kg m2 or kg]; 0 if it is not known."""
+    """Inertia about its axis, or mass, with the armature [kg m2 or kg]; 0 if it is not known."""
     pull: tuple[float, float]
-    """Gravity's torque [N m] at the angle q from the start is `pull[0] cos q + pull[1] sin q`; of a slider, the force
-    [N] along its axis comes first, and stays."""
+    """Coefficients of gravity's torque [N m], which is `pull[0] cos q + pull[1] sin q` at the angle q from the start;
+    for a slider, the first is the force [N] along its axis."""
     closed: bool
-    """Loops or welds tie it to something else, which helps to carry or to hold."""
+    """Whether loops or welds connect it to something else that helps to hold it."""
     floating: bool
-    """The root of its tree moves freely."""
+    """Whether the root of its tree moves freely."""
     size: float
     """Largest distance [m] of a piece from the joint."""
 
     @property
     def hinge(self) -> bool:
-        """Whether it turns."""
+        """Whether it rotates."""
         return self.joint.kind == "hinge"
 
     @property
@@ -55,7 +55,7 @@ class Swing:
         return self.pull[0] * cos(turn) + self.pull[1] * sin(turn)
 
     def heaviest(self, low: float, high: float) -> tuple[float, float]:
-        """Return the position between `low` and `high` at which gravity pulls hardest, and how it pulls there."""
+        """Return the position between `low` and `high` at which gravity's pull is largest, and that pull."""
         candidates = [low, high]
         if self.hinge and any(self.pull):
             top = atan2(self.pull[1], self.pull[0]) + self.start
@@ -65,14 +65,14 @@ class Swing:
 
 
 def pull_of(kind: str, axis: Vec, anchor: Vec, inertial: Inertial, gravity: Vec) -> tuple[float, float]:
-    """Return gravity's pull on a joint, as `Swing.pull` has it.
+    """Return gravity's pull on a joint, as in `Swing.pull`.
 
     Args:
         kind: Kind of the joint: `hinge` or `slider`.
         axis: Its axis, a unit vector.
         anchor: A point on the axis [m].
-        inertial: Mass and centre of mass of what it carries.
-        gravity: [m/s2]
+        inertial: Mass and centre of mass of its load.
+        gravity: Gravity [m/s2].
     """
     weight = tuple(inertial.mass * g for g in gravity)
     if kind == "slider":

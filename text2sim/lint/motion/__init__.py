@@ -1,6 +1,6 @@
-"""Predictions of where bodies get, from the case alone.
+"""Predictions of the motion of bodies, from the case alone.
 
-`whereabouts` answers for one body: where it probably is at a time, and a box that it hardly leaves. It asks `flight`
-about what falls or is thrown, `reach` about what joints hold, and `compiler.prescribed` about what is driven. `causes`
-answers for the scene: how far anything can have got by a time, and `initial_rest` whether everything stands still.
+`whereabouts` predicts one body: its probable position at a time, and a box that it hardly leaves. It uses `flight` for
+bodies that fall or are thrown, `reach` for bodies on joints, and `compiler.prescribed` for driven bodies. `causes`
+bounds the motion of the scene by a time, and `initial_rest` says whether everything is at rest at the start.
 """

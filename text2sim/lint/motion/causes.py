@@ -1,19 +1,19 @@
-"""Causes of motion in a scene, their times, and how far anything can have gone by a time.
+"""Causes of motion in a scene, their times, and bounds on how far bodies move by a time.
 
-A blow J gives a free body of mass m the speed J / m, a force F in the time t at most F t / m; at a point beside the
-middle, or where a mount holds the body, up to four times as much at its far end (a rod that is hit at one end: four
-times; on a hinge: three times). What else hits it gets at most twice the speed of what comes (a heavy body against a
-light one), and all of it falls besides: so nothing goes farther in the time t than  2 v t + g t^2.
+An impulse J gives a free body of mass m the speed J / m, a force F in the time t at most F t / m; off centre, or if a
+mount holds the body, up to four times as much at its far end (a rod that is hit at one end: four times; on a hinge:
+three times). A body hit by it gets at most twice that speed (a heavy body against a light one), and all bodies may also
+fall: so nothing moves farther in the time t than  2 v t + g t^2.
 
-Where everything stands still until something is done (`standing`), that time counts from the first cause. From the
-first one on of which it is not known how strong it is (a drive, a driven body, a spring, a bounce), nothing is known.
+If everything is at rest at the start (`initial_rest`), the time counts from the first cause. Nothing is known after the
+first cause of unknown strength (a drive, a driven body, a spring, a bounce).
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
-from math import dist, inf
+from math import dist, hypot, inf
 
 from text2sim.compiler.prescribed import sets_out
 from text2sim.compiler.schedules import extremes
@@ -22,21 +22,20 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.motion.initial_rest import all_still
-from text2sim.lint.script.starts import norm
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
 from text2sim.spec_schema.models.motion import Sine, Steps
 
 LEVER = 4.0
-"""How many times as fast as its middle the far end of a body may be after a push beside the middle."""
+"""Largest speed of the far end of a body over that of its centre after a push off centre."""
 
 Cause = tuple[float, str, "MotionCause | None"]
-"""When [s], what the case calls it, and how strong it is, if that is known."""
+"""Time [s], name in the case, and strength if it is known."""
 
 
 @dataclass(frozen=True)
 class MotionCause:
-    """A known cause: from `start` to `end` [s] it adds up to `speed` [m/s] to some body."""
+    """A cause of known strength: from `start` to `end` [s] it adds at most `speed` [m/s] to a body."""
 
     start: float
     end: float
@@ -45,12 +44,12 @@ class MotionCause:
 
 @dataclass
 class Causes:
-    """When a scene is set in motion, and how strongly; see `causes_of`."""
+    """The causes of motion in a scene; see `causes_of`."""
 
     facts: Facts
     pushes: list[MotionCause] = field(default_factory=list)
     unknown: float = inf
-    """Time [s] of the first cause whose strength is not known."""
+    """Time [s] of the first cause of unknown strength."""
     first: str = ""
     """Name of the first cause."""
     onset: float = inf
@@ -68,18 +67,18 @@ class Causes:
 
     @cached_property
     def quiet(self) -> float:
-        """Time [s] until which everything stands still."""
+        """Time [s] until which everything is at rest."""
         return self.onset if self.onset > 0.0 and all_still(self.facts) else 0.0
 
     def reaches(self, way: float, t: float) -> bool:
-        """Return whether anything may have gone a way [m] by a time [s]."""
+        """Return whether anything may have moved a distance [m] by a time [s]."""
         if way <= 0.0 or t > self.unknown:
             return True
-        # Whether everything stands still at first takes long to see, and only makes it less.
+        # `quiet` is expensive, and only reduces the bound.
         return self._reach(t, 0.0) >= way and self._reach(t, self.quiet) >= way
 
     def _reach(self, t: float, quiet: float) -> float:
-        """How far [m] anything can have gone by a time [s] at the very most, if nothing moves until `quiet`."""
+        """Return an upper bound on the distance [m] moved by a time [s], if nothing moves until `quiet`."""
         time = t - quiet
         if time <= 0.0:
             return 0.0
@@ -90,10 +89,10 @@ class Causes:
             for one in self.pushes
             if one.start < t
         )
-        return 2 * speed * time + norm(self.facts.plan.gravity) * time**2
+        return 2 * speed * time + hypot(*self.facts.plan.gravity) * time**2
 
     def soonest(self, way: float) -> float:
-        """Return the time [s] that a way [m] takes at the very least; infinite if nothing goes so far in the run."""
+        """Return a lower bound on the time [s] to move a distance [m]; infinite if nothing moves so far in the run."""
         if way <= 0.0:
             return 0.0
         low, high = 0.0, self.facts.case.scene.duration
@@ -105,11 +104,11 @@ class Causes:
         return high
 
     def _restless(self) -> bool:
-        """Whether something is at work from the start of which nothing is known here."""
+        """Return whether something of unknown strength acts from the start."""
         return bool(self.facts.plan.changes) or any(is_soft(body) for body in self.facts.case.bodies.values())
 
     def _springy(self) -> bool:
-        """Whether springs or bounces give back what they take, and more than it seems."""
+        """Return whether springs or bounces may return stored energy."""
         trees = self.facts.lowering.trees.values()
         springs = any(joint.spring > 0.0 for tree in trees for link in tree.links() for _, joint in link.all_joints())
         return springs or bool(self.facts.plan.contact)
@@ -118,7 +117,7 @@ class Causes:
         for row in self.facts.rows.velocities:
             box = self.facts.box(self.facts.copies[row.entity])
             far = dist(*box) if box is not None else 0.0
-            speed = norm(row.linear) + norm(row.angular) * far
+            speed = hypot(*row.linear) + hypot(*row.angular) * far
             if speed > 0.0:
                 yield 0.0, row.control, MotionCause(0.0, 0.0, speed)
 
@@ -134,7 +133,7 @@ class Causes:
                 yield row.start, row.control, None
                 continue
             lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER
-            gain = lever * norm(row.force) / mass
+            gain = lever * hypot(*row.force) / mass
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)
                 gain *= max(0.0, end - row.start) * max(map(abs, extremes(control.scale)))
@@ -143,7 +142,7 @@ class Causes:
                 yield row.start, row.control, MotionCause(row.start, row.start, gain)
 
     def _others(self) -> Iterator[Cause]:
-        """Drives, driven bodies, what is let go, and what leaves the scene."""
+        """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
             swing = mechanics_of(facts).swing(facts.copies[entity], name)
@@ -164,12 +163,12 @@ class Causes:
 
 
 def causes_of(facts: Facts) -> Causes:
-    """Return what moves a scene, worked out once."""
+    """Return the causes of motion in a scene, computed once."""
     return facts.own(Causes)
 
 
 def _moves(span: Span, rest: float) -> float | None:
-    """When [s] a drive first asks for something else than a joint does by itself; None if it never does."""
+    """Return when [s] a drive first moves its joint; None if it never does."""
     still = rest if span.mode == "position" else 0.0
     corners = span.corners()
     if isinstance(span.schedule, Sine) or corners[0][1] != still:

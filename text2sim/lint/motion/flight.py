@@ -1,6 +1,6 @@
-"""First meetings of what flies or falls: a body's way under gravity, against everything where it starts.
+"""Paths of free bodies under gravity up to the first body they meet.
 
-The body does not turn on the way, and nothing else moves: that is enough to know what is met first, and how fast.
+The body does not rotate, and nothing else moves: that is enough to predict the first meeting and its speed.
 """
 
 import math
@@ -16,39 +16,39 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, StandingPart
 
 RESTING = 0.002
-"""What has something so near [m] below it does not fall."""
+"""Largest gap [m] below a body at rest."""
 SWEEPS = 4000
-"""Sweeps in a case, which take half a second; the ways of what is left are not known."""
+"""Most sweeps in a case, which take half a second; the paths of further bodies are unknown."""
 ARRAYS_FROM = 200
-"""Things from which on they are looked through with arrays."""
+"""Number of copies from which arrays are used for the search."""
 LEGS = (8, 40)
-"""As many straight legs at least and at most make a way."""
+"""Fewest and most straight legs of a path."""
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """What a body comes to first."""
+    """The first meeting of a body with another."""
 
     other: Copy
     part: StandingPart | None
     """The piece that is met; None for a plane."""
     time: float
-    """[s]"""
+    """Time [s]."""
     velocity: Vec
-    """Of the body then [m/s]."""
+    """Velocity of the body then [m/s]."""
 
 
 @dataclass(frozen=True)
 class Flight:
-    """The way of a body that nothing holds, until it meets something."""
+    """The path of a free body until it meets another."""
 
     copy: Copy
     velocity: Vec
-    """At the start [m/s]."""
+    """Velocity at the start [m/s]."""
     pull: Vec
-    """Its acceleration [m/s2]: that of gravity, or none while it rests on something."""
+    """Acceleration [m/s2]: gravity, or zero if the body rests on something."""
     end: float
-    """Time [s] at which it meets something, or the run ends."""
+    """Time [s] of the meeting, or of the end of the run."""
     meeting: Meeting | None
 
     def offset(self, t: float) -> Vec:
@@ -62,7 +62,7 @@ class Flight:
 
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
-    """Return the way of a copy; None for what is held or has no size."""
+    """Return the path of a copy; None if it is held or has no size."""
     flights = facts.own(_Flights)
     if copy.name not in flights.known:
         flights.known[copy.name] = flights.work_out(copy)
@@ -75,7 +75,7 @@ class _Flights:
         self.known: dict[str, Flight | None] = {}
         self.left = SWEEPS
         self.sides: Any = None
-        """Where there are many others: their lowest and highest corners (n, 6), sorted, and how."""
+        """Sorted corners (n, 6) of many other copies, with the order, the axis and the longest side along it."""
         self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
 
     def work_out(self, copy: Copy) -> Flight | None:
@@ -100,7 +100,7 @@ class _Flights:
         return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
 
     def _along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
-        """Everything that is not apart from the box around the whole way, with room for what it rests on."""
+        """Return the copies near the box around the whole path, with a margin for supports."""
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
         low, high = union(moved(box, _at(v, g, t)) for t in times) or box
@@ -108,7 +108,7 @@ class _Flights:
         return [(other, its) for other, its in self._about(room) if other is not copy and not apart(its, room)]
 
     def _about(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
-        """Everything that a box may meet, and little else; of many, arrays tell a hundred times sooner."""
+        """Return the copies that a box may meet, and few others; for many copies, arrays are a hundred times faster."""
         if len(self.others) < ARRAYS_FROM:
             return self.others
         import numpy as np
@@ -119,7 +119,7 @@ class _Flights:
             order = np.argsort(sides[:, axis], kind="stable")
             self.sides = sides[order], order, axis, float((sides[:, 3 + axis] - sides[:, axis]).max())
         sides, order, axis, longest = self.sides
-        # In the order of the axis along which they lie, those that can reach the box stand together.
+        # Sorted along the axis of their largest spread, the copies that can reach the box are contiguous.
         begins = sides[:, axis]
         first, last = np.searchsorted(begins, (room[0][axis] - longest, room[1][axis]))
         some = sides[first:last]
@@ -127,7 +127,7 @@ class _Flights:
         return [self.others[k] for k in np.sort(order[first:last][met]).tolist()]
 
     def _rests(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
-        """Whether a copy has something just below it at the start."""
+        """Return whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
         for ground in self.facts.planes:
             if any(ground.depth(part) > -RESTING and ground.beside(part.solid.center) < 0.0 for part in parts):
@@ -152,7 +152,7 @@ class _Flights:
         end = landing.time if landing is not None else duration
         touching = {other.name for other, its in near if not apart(box, its, -RESTING)}
         size = max(min(high - low for low, high in zip(*box, strict=True)), 1e-6)
-        # So many legs that the way is never farther from its chords than a tenth of the body.
+        # Enough legs that the path is never farther from its chords than a tenth of the body.
         count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
         count = min(max(count, LEGS[0] if near else 1), LEGS[1])
         for k in range(count if near else 0):
@@ -188,7 +188,7 @@ class _Flights:
                     continue
                 self.left -= 1 + len(parts) // 4
                 way = sweep([p.solid for p in parts], [part.solid], direction, start=a)
-                # What it touches at the start it slides along, or leaves.
+                # It slides along, or leaves, a body that it touches at the start.
                 if way is None or way > length or (best is not None and way >= best[0]):
                     continue
                 if other.name in touching and start == 0.0 and way < RESTING:
@@ -201,7 +201,7 @@ class _Flights:
 
 
 def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: Vec, duration: float) -> Meeting | None:
-    """When a body comes to a plane from above."""
+    """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
     fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)
     if height < -RESTING:
@@ -214,7 +214,7 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: V
 
 
 def _roots(a: float, b: float, c: float) -> Iterator[float]:
-    """Real solutions of a t^2 + b t + c = 0, growing."""
+    """Yield the real solutions of a t^2 + b t + c = 0 in ascending order."""
     if abs(a) < 1e-12:
         yield from () if abs(b) < 1e-12 else (-c / b,)
         return

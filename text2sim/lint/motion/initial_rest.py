@@ -1,8 +1,8 @@
-"""Tests whether everything stands still until the case does something.
+"""Tests whether everything is at rest until the script acts.
 
-A body stands if what it touches below carries its centre of mass: level ground, or upright boxes that stand as well. It
-is looked at from below, so that a leaning domino does not count, nor a ball on a slope. A joint stands if gravity does
-not turn it, or if its motor holds it where it starts. Whatever is not as simple as that may move at any time.
+A body is at rest if its supports carry its centre of mass: level ground, or upright boxes that are at rest too. A
+leaning domino does not count, nor a ball on a slope. A joint is at rest if gravity does not move it, or if its motor
+holds it where it starts. Anything less simple may move at any time.
 """
 
 from math import hypot
@@ -18,23 +18,23 @@ from text2sim.lint.parts import StandingPart
 from text2sim.lint.start.escape import upright
 
 MAX_BODIES = 300
-"""Bodies that are looked at, at most."""
+"""Most bodies that are tested."""
 HINT = 1e-4
-"""Slope of the directions in which the corners of an underside are looked for."""
+"""Slope of the directions in which the corners of an underside are searched."""
 FLAT = 1e-4
-"""Height [m] above the lowest point up to which a corner belongs to an underside."""
+"""Largest height [m] of a corner of an underside above the lowest point."""
 SLIP = 1e-3
-"""How far [m] a centre of mass may be beside what carries it: the middle of a ball is on a point."""
+"""Largest distance [m] of a centre of mass from its support: a ball stands on a point."""
 DROOP = {"hinge": 0.01, "slider": 0.001}
-"""How far [rad, m] gravity may pull a motor away from where it holds a joint."""
-_WAYS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1))
+"""Largest error [rad, m] of a motor that holds a joint against gravity."""
+_DIRECTIONS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1))
 
 Rectangle = tuple[float, float, float, float]
 """Lowest and highest x, lowest and highest y [m]."""
 
 
 def all_still(facts: Facts) -> bool:
-    """Return whether nothing moves until something is done to it."""
+    """Return whether everything is at rest until the script acts."""
     return facts.own(_still)
 
 
@@ -56,7 +56,7 @@ def _still(facts: Facts) -> bool:
 
 
 def _joints_only(facts: Facts, copy: Copy) -> bool:
-    """Whether a tree has hinges and sliders and no other joints."""
+    """Return whether a tree has only hinges and sliders."""
     tree = facts.tree(copy)
     if tree is None or tree.loops:
         return False
@@ -64,7 +64,7 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
 
 
 def _held(facts: Facts, swing: Swing) -> bool:
-    """Whether a joint stays where it starts until it is driven."""
+    """Return whether a joint stays where it starts until it is driven."""
     if swing.closed or swing.floating or swing.joint.spring and swing.start:
         return False
     pull = abs(swing.gravity(swing.start))
@@ -79,7 +79,7 @@ def _held(facts: Facts, swing: Swing) -> bool:
 
 
 def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
-    """Whether every free body stands on something, those below first."""
+    """Return whether every free body stands on something, from the lowest to the highest."""
     tops = [part for copy in facts.copies.values() if not facts.moves(copy) for part in facts.parts(copy)]
     tops = [part for part in tops if upright(part)]
     for copy in sorted(loose, key=lambda one: (facts.box(one) or ((0, 0, 0),))[0][2]):
@@ -110,9 +110,9 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
 
 
 def _corners(part: StandingPart) -> list[tuple[float, float, float]]:
-    """Points of a piece that are lowest as it leans by a hair to any side."""
+    """Return the points of a piece that are lowest if it leans slightly to any side."""
     found = []
-    for x, y in _WAYS:
+    for x, y in _DIRECTIONS:
         size = hypot(1.0, HINT * x, HINT * y)
         a, b, c = part.solid.support((HINT * x / size, HINT * y / size, -1.0 / size))
         found.append((a, b, c - part.solid.rounding))

@@ -1,8 +1,8 @@
 """Reach of bodies that the world holds.
 
-A body on a hinge or ball stays within a ball around its anchor; one on a slider within that ball drawn out by its
-range; a tree that is held at its root within the sum of its links. What is free, or driven, or slides without a range
-can get anywhere. A pair that can never meet makes no contact, and a place out of reach is never entered.
+A body on a hinge or ball joint stays within a ball around its anchor; one on a slider within that ball extended by its
+range; a tree with a fixed root within the sum of its links. Bodies that are free, driven, or on a slider without a
+range can move anywhere. Bodies that never meet make no contact, and a body never enters a region out of reach.
 """
 
 from math import dist, inf
@@ -15,11 +15,11 @@ from text2sim.lint.facts import Facts
 Ball = tuple[Vec, float]
 """Centre and radius [m]."""
 SOFT = 1.05
-"""Joints and their limits give a little."""
+"""Factor for the compliance of joints and limits."""
 
 
 class LinkReach:
-    """Balls that links never leave, worked out when they are asked for; see `reach_of`."""
+    """Balls that links never leave; see `reach_of`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -27,11 +27,11 @@ class LinkReach:
         self.welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
 
     def body(self, copy: Copy, part: str | None = None) -> list[Ball] | None:
-        """Return balls that a copy (or one link) never leaves; None if it can get anywhere, or is a plane."""
+        """Return balls that a copy (or one link) never leaves; None if it can move anywhere, or is a plane."""
         return self._balls(copy, part, 0)
 
     def origin(self, copy: Copy, part: str | None = None) -> Ball | None:
-        """Return a ball that the origin of a copy (or of one link) never leaves; None if it can get anywhere."""
+        """Return a ball that the origin of a copy (or of one link) never leaves; None if it can move anywhere."""
         if copy.shape is None or self.facts.tree(copy) is not None:
             found = self._balls(copy, part if part is not None else self._root(copy), 1)
             return found[0] if found else None
@@ -59,26 +59,26 @@ class LinkReach:
 
 
 def reach_of(facts: Facts) -> LinkReach:
-    """Return how far the bodies of a case can get, worked out once."""
+    """Return the reach of the bodies of a case, computed once."""
     return facts.own(LinkReach)
 
 
 def never_meet(a: list[Ball] | None, b: list[Ball] | None) -> bool:
-    """Whether two bodies stay apart whatever they do."""
+    """Return whether two bodies can never meet."""
     if not a or not b:
         return False
     return all(dist(p, q) > r + s for p, r in a for q, s in b)
 
 
 def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, tuple[Ball, Ball]]:
-    """By link: a ball for its pieces, and one for its origin.
+    """Return a ball for the pieces and one for the origin of each link, by name.
 
-    Each link keeps its distance from the joint that carries it. So whatever hangs on the first moving joint of a
-    branch stays within the sum of those distances around that joint's anchor.
+    Each link keeps its distance from the joint that carries it. So everything beyond the first moving joint of a branch
+    stays within the sum of those distances around that joint's anchor.
     """
     found: dict[str, tuple[Ball, Ball]] = {}
-    # By link: the point of the world around which it moves, how far its own moving anchor is from that at most, and
-    # where that anchor is at the start; None for what the world holds.
+    # By link: the point of the world around which it moves, the largest distance of its own anchor from that point, and
+    # the position of that anchor at the start; None for fixed links.
     moved: dict[str, tuple[Vec, float, Vec] | None] = {}
     children = {child.name: one.link.name for one in standing for child in one.link.children}
     for link, pos, quat, _ in standing:
@@ -110,7 +110,7 @@ def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, 
 
 
 def _slack(joint: TreeJoint) -> float:
-    """How far a joint lets its anchor move [m], to either side of the middle of its range."""
+    """Return how far [m] a joint lets its anchor move to either side of the middle of its range."""
     if joint.kind in ("hinge", "ball"):
         return 0.0
     if joint.kind == "slider" and joint.range is not None:

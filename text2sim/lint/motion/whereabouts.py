@@ -1,4 +1,4 @@
-"""Whereabouts of a body: its probable place at a time, and a box that it hardly leaves."""
+"""Whereabouts of a body: its probable position at a time, and a box that it hardly leaves."""
 
 import math
 
@@ -14,14 +14,14 @@ from text2sim.lint.motion.reach import reach_of
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
-HIGHEST = 1e4
-"""Nothing is thought to get farther [m] than this."""
+MAX_DISTANCE = 1e4
+"""Largest predicted distance [m]."""
 HELD = 2.0
-"""How many times its size a body is thought to get that something holds, where its joints do not tell."""
+"""Reach of a held body in multiples of its size, if its joints do not give it."""
 
 
 class Whereabouts:
-    """Where the bodies of a case get, each worked out when it is asked for; see `whereabouts`."""
+    """Predictions for the bodies of a case, computed on demand; see `whereabouts`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -31,33 +31,33 @@ class Whereabouts:
     # --- at a time ---------------------------------------------------------------------------------------------
 
     def offset(self, copy: Copy, t: float) -> Vec:
-        """Return how far [m] a copy has probably come at a time [s]: as far as it is driven, or flies alone."""
+        """Return the probable displacement [m] of a copy at a time [s]: by its motion, or in free flight."""
         if isinstance(copy.model, Driven):
             return displacement(copy.model.motion, t)
         flight = self.flight(copy)
         return flight.offset(min(t, flight.end)) if flight is not None else (0.0, 0.0, 0.0)
 
     def known_until(self, copy: Copy) -> float:
-        """Return the time [s] up to which it is known where a copy is; 0 if it stays where it is, or is held."""
+        """Return the time [s] up to which the position of a copy is known; 0 if it is at rest, or is held."""
         if isinstance(copy.model, Driven):
             return self.facts.case.scene.duration
         flight = self.flight(copy)
         return flight.end if flight is not None and flight.moves else 0.0
 
     def flight(self, copy: Copy) -> Flight | None:
-        """Return the way of a copy up to what it meets first; None for what is held or has no size."""
+        """Return the path of a copy up to the first meeting; None if it is held or has no size."""
         return flight_of(self.facts, copy)
 
     # --- in the whole run --------------------------------------------------------------------------------------
 
     def box(self, copy: Copy) -> Bounds:
-        """Return a box [m] that a copy hardly leaves: where it starts, where it falls, where it is driven to."""
+        """Return a box [m] that a copy hardly leaves: around its start, its fall and its prescribed motion."""
         if copy.name not in self._boxes:
             self._boxes[copy.name] = self._box(copy)
         return self._boxes[copy.name]
 
     def meet(self, a: Copy, b: Copy) -> bool:
-        """Whether two copies could come to each other; judged generously."""
+        """Return whether two copies could meet, generously estimated."""
         return not apart(self.box(a), self.box(b))
 
     def _box(self, copy: Copy) -> Bounds:
@@ -76,18 +76,14 @@ class Whereabouts:
         return (low[0], low[1], max(low[2], floor)), high
 
     def _way(self, copy: Copy) -> Bounds:
-        """Box [m] of displacements by start velocity, gravity and forces."""
+        """Return the box [m] of displacements by start velocity, gravity and forces."""
         t, pull = self.facts.case.scene.duration, self.facts.case.scene.gravity
-        ways = [NOWHERE, self._pushed(copy)]
-        ways.append(around([(0.0, 0.0, 0.0), _scaled(self.facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), t)]))
-        ways.append(around([(0.0, 0.0, 0.0), _scaled(pull, t * t / 2)]))
-        total = NOWHERE
-        for way in ways:
-            total = swept(total, way)
-        return total
+        thrown = _scaled(self.facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), t)
+        total = swept(self._pushed(copy), around([(0.0, 0.0, 0.0), thrown]))
+        return swept(total, around([(0.0, 0.0, 0.0), _scaled(pull, t * t / 2)]))
 
     def _pushed(self, copy: Copy) -> Bounds:
-        """Box [m] of displacements by the forces on a deformable copy."""
+        """Return the box [m] of displacements by the forces on a deformable copy."""
         total, t = NOWHERE, self.facts.case.scene.duration
         if not is_soft(copy.model):
             return total
@@ -100,22 +96,22 @@ class Whereabouts:
         return total
 
     def _floor(self) -> float:
-        """Height [m] below which nothing is."""
+        """Return the height [m] below which there is nothing."""
         if self._lowest is None:
             boxes = [box for copy in self.facts.copies.values() if (box := self.facts.box(copy)) is not None]
             heights = [low[2] for low, _ in boxes]
             heights += [ground.level / ground.up[2] for ground in self.facts.planes if ground.up[2] > 0.5]
-            self._lowest = max(min(heights, default=0.0), -HIGHEST)
+            self._lowest = max(min(heights, default=0.0), -MAX_DISTANCE)
         return self._lowest
 
 
 def whereabouts(facts: Facts) -> Whereabouts:
-    """Return where the bodies of a case get, worked out once."""
+    """Return the predictions for the bodies of a case."""
     return facts.own(Whereabouts)
 
 
 def _scaled(way: Vec, times: float) -> Vec:
-    x, y, z = (max(-HIGHEST, min(c * times, HIGHEST)) for c in way)
+    x, y, z = (max(-MAX_DISTANCE, min(c * times, MAX_DISTANCE)) for c in way)
     return x, y, z
 
 
