@@ -1,7 +1,7 @@
-"""Rules of the lint: a row with everything that is said about one, and the function that finds it."""
+"""Rules of the lint: documentation, an example, and a function that reports problems."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from text2sim.spec_schema.errors import Problem, Severity
@@ -10,32 +10,31 @@ if TYPE_CHECKING:
     from text2sim.lint.facts import Facts
 
 SEVERITIES: dict[str, Severity] = {}
-"""What the findings of each rule are, by its id: rules enter themselves."""
+"""Severity of each rule by its id; rules register themselves."""
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One thing that goes wrong in simulations, and that a case shows before it runs."""
+    """A fault of simulations that can be found in a case before it runs."""
 
     id: str
-    """Stable, in kebab case: what `waive` and `check --explain` name."""
+    """Stable id in kebab case, for `waive` and `check --explain`."""
     severity: Severity
-    """What a finding is unless it says otherwise; an `error` stops a run."""
+    """Default severity of its problems; an `error` stops a run."""
     title: str
-    """What is found, in one line."""
+    """The fault, in one line."""
     reason: str
-    """Why it goes wrong: what the engine does, with numbers."""
+    """Why it is a fault: what the engine does, with numbers."""
     remedy: str
-    """What to do."""
+    """How to correct it."""
     example: str
-    """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` gives what they leave out."""
+    """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` has the rest."""
     run: Callable[["Facts"], Iterator[Problem]]
-    """Yields the findings, made with `Facts.problem`."""
+    """Yields the problems, made with `Facts.problem`."""
     fix: str = ""
-    """What fixes the example when it is laid over it (as JSON Merge Patch has it); empty without a simple cure."""
+    """JSON Merge Patch that fixes the example; empty without a simple fix."""
     own_contact: bool = False
-    """Whether it is about the engine's own contacts between rigid bodies: it is not asked where contact models sap and
-    ipc take their place."""
+    """Whether it is about the engine's own contacts between rigid bodies, which contact models sap and ipc replace."""
 
     def __post_init__(self) -> None:
         SEVERITIES[self.id] = self.severity
@@ -47,4 +46,14 @@ name: example
 scene: {duration: 1.0, statics: {floor: {shape: {kind: plane}}}}
 bodies: {}
 """
-"""What examples are laid over (as JSON Merge Patch has it)."""
+"""The case to which the examples are JSON Merge Patches."""
+
+
+def one_per_place(problems: Iterable[Problem]) -> Iterator[Problem]:
+    """Yield one problem for each place of the case, with the number of further copies that have it."""
+    places: dict[tuple[str, str], list[Problem]] = {}
+    for problem in problems:
+        places.setdefault((problem.rule, problem.path), []).append(problem)
+    for first, *more in places.values():
+        note = f" (and {len(more)} more in the same way)" if more else ""
+        yield replace(first, message=first.message + note)

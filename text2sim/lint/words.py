@@ -1,18 +1,40 @@
-"""Numbers as findings say them."""
+"""Numbers in messages."""
+
+from math import ceil, floor, log10
 
 
 def length(value: float) -> str:
-    """Return a length [m] in words: `12 mm`, `1.5 m`."""
+    """Return a length [m] with its unit: `12 mm`, `1.5 m`."""
     if 1000.0 <= abs(value) < 1e6:
         return f"{value:,.0f} m"
     return f"{value:.3g} m" if abs(value) >= 1.0 else f"{value * 1000:.3g} mm"
 
 
 def vector(values: tuple[float, ...]) -> str:
-    """Return a vector as the case writes it."""
+    """Return a vector as in a case."""
     return "[" + ", ".join(f"{value + 0.0:.4g}" for value in values) + "]"
 
 
 def more_copies(count: int, what: str = "of its copies") -> str:
-    """Return what stands behind the first of several copies: ` (and 3 more of its copies)`."""
+    """Return the suffix after the first of several copies: ` (and 3 more of its copies)`."""
     return f" (and {count - 1} more {what})" if count > 1 else ""
+
+
+def amount(value: float, unit: str) -> str:
+    """Return a value with three digits and its unit, without an exponent from 1 to a million."""
+    text = f"{float(f'{value:.3g}'):.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
+    return f"{text} {unit}".rstrip()
+
+
+def at_least(value: float) -> str:
+    """Return a value with two digits, rounded up."""
+    if value <= 0.0:
+        return "0"
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return f"{ceil(value / digit * (1 - 1e-9)) * digit:g}"
+
+
+def at_most(value: float) -> str:
+    """Return a positive value with two digits, rounded down."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return f"{floor(value / digit + 1e-9) * digit:.2g}"

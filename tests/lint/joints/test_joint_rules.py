@@ -144,7 +144,7 @@ actions: {controls: {tie: {kind: attach, body: rope.link_19, to: load}}}
 """
     assert not findings(assets, "mass-ratio", rope % "")
     (found,) = findings(assets, "mass-ratio", rope % "substeps: 8, dt: 0.01")
-    assert "it needs scene.substeps of 18, or" in found.message
+    assert "use scene.substeps of 18, or" in found.message
     assert not findings(assets, "mass-ratio", rope % "substeps: 18, dt: 0.01")
     stack = STACK.format(light=0.001, substeps=50, place="place: {on: tray}")
     (found,) = findings(assets, "mass-ratio", stack)

@@ -234,7 +234,11 @@ def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str
         ("stiffness: 9000, damping: 100, max_force: 40", "position: {kind: ramp, to: 0.5, end: 0.5}", ""),
         # 2 kg m/s within 0.1 s: 20 N; damping x substep = 2000 x 0.01 counts as 20 kg more.
         ("damping: 100, max_force: 5", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "takes 25 N (20 N for its inertia"),
-        ("damping: 2000, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", "for the motor's damping (x substep)"),
+        (
+            "damping: 2000, max_force: 60",
+            "velocity: {kind: ramp, to: 0.5, end: 0.1}",
+            "for the motor's damping (x substep)",
+        ),
         ("damping: 100, max_force: 60", "velocity: {kind: ramp, to: 0.5, end: 0.1}", ""),
         # A w2 = 0.1 (2 pi 2)2 = 15.8 m/s2
         (

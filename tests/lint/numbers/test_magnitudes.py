@@ -18,7 +18,7 @@ def test_too_small(tmp_path: Path, radius: float, severity: str | None) -> None:
 
 def test_a_shorter_timeconst_carries_smaller_bodies(tmp_path: Path) -> None:
     (found,) = findings(tmp_path, "too-small", BALL.format(0.002, ""))
-    assert "scene.contact.timeconst of 0.019 s, with scene.substeps of 2 or more" in found.message
+    assert "scene.contact.timeconst of 0.019 s with scene.substeps of 2 or more" in found.message
     better = "scene: {contact: {timeconst: 0.019}, substeps: 2}"
     assert findings(tmp_path, "too-small", better, BALL.format(0.002, "")) == []
 

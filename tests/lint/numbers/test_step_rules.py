@@ -37,7 +37,7 @@ def test_driven_and_motorised_turns_count(assets: Path) -> None:
 @pytest.mark.parametrize(
     ("scale", "says"),
     [
-        ("{kind: sine, amplitude: 1, frequency: 60}", "shows as another"),
+        ("{kind: sine, amplitude: 1, frequency: 60}", "aliases to a slower"),
         ("{kind: sine, amplitude: 1, frequency: 20}", "is coarse"),
         ("{kind: sine, amplitude: 1, frequency: 10}", ""),
         ("{kind: ramp, from: 0, to: 1, start: 0.5, end: 0.502}", "is a jump"),

@@ -12,9 +12,8 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import one_each
 from text2sim.lint.joints.swing import Swing
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.script.targets import targets_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ThresholdEvent
@@ -170,7 +169,7 @@ Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge 
         remedy="Write `${radians(45)}`. For many turns, write a multiple of pi: `${14 * pi}`.",
         example=_DOOR % "90",
         fix=_DOOR % "1.57",
-        run=lambda facts: one_each(_degrees(facts)),
+        run=lambda facts: one_per_place(_degrees(facts)),
     ),
     Rule(
         id="looks-like-radians",

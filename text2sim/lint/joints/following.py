@@ -11,8 +11,9 @@ from math import inf, pi, sqrt
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Demand, demands
-from text2sim.lint.joints.motors import Powered, amount, at_least, one_each, powered
-from text2sim.lint.rule import Rule
+from text2sim.lint.joints.motors import Powered, powered
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
 LATE = 1.5
@@ -139,7 +140,7 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
         remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        run=lambda facts: one_each(_slow(facts)),
+        run=lambda facts: one_per_place(_slow(facts)),
     ),
     Rule(
         id="short-speed",
@@ -152,7 +153,7 @@ more than the tolerance of an expectation of the joint's velocity.""",
         remedy="Raise the actuator's `damping` to fifty times the resistance at full speed, over that speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
-        run=lambda facts: one_each(_short(facts)),
+        run=lambda facts: one_per_place(_short(facts)),
     ),
     Rule(
         id="swinging-servo",
@@ -164,6 +165,6 @@ A servo with stiffness kp, damping kv and a load of inertia I oscillates about i
         remedy="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
         example=_PUSHER % ("stiffness: 2000", "position: 0.2"),
         fix=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
-        run=lambda facts: one_each(_swings(facts)),
+        run=lambda facts: one_per_place(_swings(facts)),
     ),
 )

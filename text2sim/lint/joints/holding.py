@@ -12,8 +12,9 @@ from math import inf, pi
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span
 from text2sim.lint.joints.loads import Lift, lifts
-from text2sim.lint.joints.motors import Powered, amount, at_least, one_each, powered
-from text2sim.lint.rule import Rule
+from text2sim.lint.joints.motors import Powered, powered
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
 MARGIN = 1.05
@@ -151,7 +152,7 @@ actions:
     hold: {kind: drive, joint: arm, position: 0}
 """,
         fix="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
-        run=lambda facts: one_each(_weak(facts)),
+        run=lambda facts: one_per_place(_weak(facts)),
     ),
     Rule(
         id="servo-droop",
@@ -176,6 +177,6 @@ actions:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
         fix="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
-        run=lambda facts: one_each(_droops(facts)),
+        run=lambda facts: one_per_place(_droops(facts)),
     ),
 )

@@ -10,8 +10,8 @@ from math import degrees, dist, pi, radians
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import amount, one_each
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 
 BEYOND = 0.02
@@ -112,7 +112,7 @@ targets in radians.""",
         remedy="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         fix=_DOOR % ("range_deg: [0, 90],", "1.57"),
-        run=lambda facts: one_each(_range(facts)),
+        run=lambda facts: one_per_place(_range(facts)),
     ),
     Rule(
         id="far-anchor",

@@ -10,15 +10,14 @@ substep, even if the force is limited. So a motor at its limit accelerates its l
 without a drive gives no force.
 """
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
-from math import ceil, floor, inf, log10, sqrt
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf, sqrt
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import Mechanics, mechanics_of
 from text2sim.lint.joints.swing import Swing
-from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
 MAX_COPIES = 200
@@ -104,27 +103,3 @@ def _every(facts: Facts) -> Iterator[Powered]:
         motor = swing.motor
         stiffness, damping, limit = (motor.stiffness, motor.damping, motor.max_force) if motor else (0.0, 0.0, None)
         yield Powered(mechanics, swing, tuple(spans), stiffness, damping, inf if limit is None else limit)
-
-
-def one_each(problems: Iterable[Problem]) -> Iterator[Problem]:
-    """Yield one problem for each place of the case, with the number of further copies that have it."""
-    places: dict[tuple[str, str], list[Problem]] = {}
-    for problem in problems:
-        places.setdefault((problem.rule, problem.path), []).append(problem)
-    for first, *more in places.values():
-        note = f" (and {len(more)} more in the same way)" if more else ""
-        yield replace(first, message=first.message + note)
-
-
-def amount(value: float, unit: str) -> str:
-    """Return a value with three digits and its unit; no exponent where a person would write none."""
-    text = f"{float(f'{value:.3g}'):.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
-    return f"{text} {unit}".rstrip()
-
-
-def at_least(value: float) -> str:
-    """Return a value that is no smaller, with two digits."""
-    if value <= 0.0:
-        return "0"
-    digit = 10.0 ** (floor(log10(value)) - 1)
-    return f"{ceil(value / digit * (1 - 1e-9)) * digit:g}"

@@ -1,35 +1,35 @@
-"""Parts of one compound that overlap: each weighs by itself, so that what they share weighs twice."""
+"""Overlapping parts of a compound, whose common volume counts twice in its mass."""
 
 from collections.abc import Iterator
 from itertools import combinations, product
-from math import hypot
+from math import hypot, prod
 from typing import Any
 
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.piece import Piece, piece_reach
-from text2sim.compiler.shapes.rotation import Vec, quat_conjugate, quat_rotate, vector_cross
+from text2sim.compiler.shapes.rotation import Vec, quat_conjugate, quat_rotate, vector_cross, vector_dot, vector_minus
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.materials import DENSITY
 
 SHARE = 0.05
-"""Part of a body's mass from which on it matters."""
+"""Smallest share of a body's mass that is reported."""
 LATTICE = 8
-"""Points along each side of what two boxes share, at which it is looked who is there."""
+"""Sample points along each side of the intersection of two boxes."""
 MAX_PAIRS = 150
-"""Pairs of pieces that are looked at in a body, at most."""
-_WAYS: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+"""Most pairs of pieces that are tested in a body."""
+_AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def _twice(facts: Facts) -> Iterator[Problem]:
+def _counted_twice(facts: Facts) -> Iterator[Problem]:
     for name, body in facts.case.bodies.items():
         shape = getattr(body, "shape", None)
         if body.kind != "rigid" or shape.kind != "compound" or body.material.mass is not None:  # type: ignore[union-attr]
             continue
         where = ("bodies", name, "shape", "parts")
         if facts.loaded.document.origin(where) is not None:
-            continue  # a prefab weighs what its maker measured, and its user cannot mend it
+            continue  # the user of a prefab cannot fix it
         copy, density = facts.placed[name][0], body.material.density or DENSITY
         pieces = [piece for piece in geometry.pieces(copy.shape, facts.loaded.folder) if piece.kind != "mesh"]
         weights = {part: model.density or density for part, model in copy.shape.solids.items()}
@@ -49,48 +49,39 @@ def _twice(facts: Facts) -> Iterator[Problem]:
             continue
         worst = max(shared, key=lambda pair: shared[pair])
         text = (
-            f"parts of `{name}` overlap, most of all `{worst[0]}` and `{worst[1]}`, and each weighs by itself: about "
-            f"{total:.2g} of its {whole:.3g} kg ({total / whole:.0%}) is counted twice; say its `material.mass`, or "
-            "let the parts only touch"
+            f"parts of `{name}` overlap, most of all `{worst[0]}` and `{worst[1]}`, and each counts with its whole "
+            f"volume: about {total:.2g} of its {whole:.3g} kg ({total / whole:.0%}) is counted twice; give its "
+            "`material.mass`, or let the parts only touch"
         )
         yield facts.problem("counted-twice", where, text, key=True)
 
 
 def _box(piece: Piece) -> tuple[Any, Any]:
-    """Corners [m] of the upright box around a piece, in the body's frame."""
-    low = tuple(-piece_reach(piece, (-x, -y, -z)) for x, y, z in _WAYS)
-    return low, tuple(piece_reach(piece, way) for way in _WAYS)
+    """Return the corners [m] of the bounding box of a piece, in the body's frame."""
+    low = tuple(-piece_reach(piece, (-x, -y, -z)) for x, y, z in _AXES)
+    return low, tuple(piece_reach(piece, axis) for axis in _AXES)
 
 
 def _common(a: Piece, b: Piece, low: Any, high: Any) -> float:
-    """Volume [m3] that two pieces share within a box, from the points of a lattice; good to about a tenth."""
+    """Return the volume [m3] that two pieces share within a box, sampled on a lattice; accurate to about a tenth."""
     sides = [[p + (q - p) * (k + 0.5) / LATTICE for k in range(LATTICE)] for p, q in zip(low, high, strict=True)]
     inside_a, inside_b = _inside(a), _inside(b)
     hits = sum(1 for point in product(*sides) if inside_a(point) and inside_b(point))
-    volume = 1.0
-    for p, q in zip(low, high, strict=True):
-        volume *= q - p
-    return volume * hits / LATTICE**3
+    return prod(q - p for p, q in zip(low, high, strict=True)) * hits / LATTICE**3
 
 
 def _inside(piece: Piece) -> Any:
-    """Return a function that tells whether a point [m] of the body's frame is inside a piece."""
+    """Return a function that tests whether a point [m] of the body's frame is inside a piece."""
     if piece.kind == "hull":
         planes = []
         for i, j, k in piece.faces:
             u, v, w = piece.vertices[i], piece.vertices[j], piece.vertices[k]
-            ahead, aside = (tuple(q - p for p, q in zip(u, other, strict=True)) for other in (v, w))
-            planes.append((u, vector_cross(ahead, aside)))  # type: ignore[arg-type]
-        return lambda point: all(
-            sum(n * (x - c) for n, x, c in zip(normal, point, corner, strict=True)) <= 0.0 for corner, normal in planes
-        )
+            planes.append((u, vector_cross(vector_minus(v, u), vector_minus(w, u))))
+        return lambda point: all(vector_dot(normal, vector_minus(point, corner)) <= 0.0 for corner, normal in planes)
     back, size = quat_conjugate(piece.quat), piece.size
 
-    def local(point: Vec) -> Vec:
-        return quat_rotate(back, tuple(x - c for x, c in zip(point, piece.pos, strict=True)))  # type: ignore[arg-type]
-
     def test(point: Vec) -> bool:
-        x, y, z = local(point)
+        x, y, z = quat_rotate(back, vector_minus(point, piece.pos))
         if piece.kind == "box":
             return 2 * abs(x) <= size[0] and 2 * abs(y) <= size[1] and 2 * abs(z) <= size[2]
         if piece.kind == "cylinder":
@@ -121,13 +112,13 @@ RULES = (
     Rule(
         id="counted-twice",
         severity="warning",
-        title="Parts of a compound overlap, and what they share weighs twice.",
+        title="Parts of a compound overlap, and their common volume counts twice.",
         reason="""\
-The mass of a compound is the sum of its parts, each with its whole volume: the engine knows nothing of what two of
-them share. A body whose parts stand deep in each other is heavier than it looks, and its centre of mass is off.""",
-        remedy="Say the body's `material.mass`, or shorten a part so that it only touches the next.",
+The mass of a compound is the sum of its parts, each with its whole volume: the engine ignores overlaps. A body whose
+parts overlap deeply is heavier than it looks, and its centre of mass is wrong.""",
+        remedy="Give the body's `material.mass`, or shorten a part so that it only touches the next.",
         example=_PAIR % "0.5",
         fix=_PAIR % "0.3",
-        run=_twice,
+        run=_counted_twice,
     ),
 )

@@ -1,4 +1,4 @@
-"""Densities of no material: most often the slip of a unit."""
+"""Densities that no material has, usually because of a wrong unit."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -12,9 +12,9 @@ from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.text.document import Path
 
 SOLID = (20.0, 23_000.0)
-"""Densities [kg/m3] of what is solid: from styrofoam to osmium (22,600). In g/cm3 no solid has more than 23."""
+"""Densities [kg/m3] of solids: from styrofoam to osmium (22,600). In g/cm3 no solid has more than 23."""
 MATTER = (0.05, 30_000.0)
-"""The same of anything at all: what a `mass` comes to, with room for shapes that are only near."""
+"""Densities [kg/m3] that a `mass` may give, with a margin for approximate shapes."""
 DEFORMING = {
     "soft": (5.0, 23_000.0, "solid (rubber has 1100, foam 20 or more)"),
     "granular": (20.0, 23_000.0, "heap (sand has 1600)"),
@@ -22,16 +22,16 @@ DEFORMING = {
     "snow": (10.0, 1000.0, "snow (fresh snow has 100, ice 917)"),
     "cloth": (0.002, 30.0, "cloth (a shirt has 0.15, canvas 0.5, a carpet 3)"),
 }
-"""The same of what deforms, and what has such densities: of a cloth [kg/m2], of all else [kg/m3]."""
+"""Densities of deformable bodies [kg/m3], of cloth [kg/m2], and materials that have them."""
 GAS = 1.5
-"""Density [kg/m3] up to which a part of a body stands for the air in it."""
+"""Largest density [kg/m3] of a part that represents air."""
 PACKED = 1e5
-"""Density [kg/m3] above which a `mass` is no longer that of a small body that stands for a heavy one."""
+"""Largest density [kg/m3] from a `mass`: a small body may represent a heavy one."""
 
 
 def _density(facts: Facts) -> Iterator[Problem]:
-    yield from _mass(facts)
-    yield from _link_masses(facts)
+    for name in facts.case.bodies:
+        yield from _masses(facts, name)
     for name, body in facts.case.bodies.items():
         if is_soft(body):
             yield from _deforming(facts, name, body)
@@ -44,13 +44,13 @@ def _density(facts: Facts) -> Iterator[Problem]:
 
 
 def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
-    """The same of what deforms: a density, or the mass of an area of cloth."""
+    """Check the density of a deformable body, or the area density of a cloth."""
     key, unit, power = ("area_density", "kg/m2", 2) if body.kind == "cloth" else ("density", "kg/m3", 3)
     where = facts.where(name, "material", key)
     value, (low, high, known) = getattr(body.material, key), DEFORMING[body.kind]
     if low <= value <= high or facts.raw(where) is None:
         return
-    text = f"{'an area density' if power == 2 else 'a density'} of {value:g} {unit} is that of no {known}"
+    text = f"no {known} has {'an area density' if power == 2 else 'a density'} of {value:g} {unit}"
     meant, other = (1000 * value, "g/cm3") if value < low else (value / 1000, f"g/m{power}")
     if (power == 2 and value < low) or not low <= meant <= high:
         yield facts.problem("implausible-density", where, text)
@@ -60,8 +60,8 @@ def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
 
 
 def _unlikely(facts: Facts, where: Path, density: float) -> Problem:
-    """A finding, with the density that was meant if it looks like one in g/cm3, or in g/m3."""
-    text = f"a density of {density:g} kg/m3 is that of no solid"
+    """Return the problem, with the probable density if the value looks like g/cm3 or g/m3."""
+    text = f"no solid has a density of {density:g} kg/m3"
     meant, unit = (1000 * density, "g/cm3") if density < SOLID[0] else (density / 1000, "g/m3")
     known = "styrofoam has 20" if density < SOLID[0] else "osmium, the densest, has 22,600"
     if SOLID[0] <= meant <= SOLID[1]:
@@ -71,69 +71,53 @@ def _unlikely(facts: Facts, where: Path, density: float) -> Problem:
     return facts.problem("implausible-density", where, f"{text} ({known}); water has 1000, steel 7800")
 
 
-def _mass(facts: Facts) -> Iterator[Problem]:
-    """What a `mass` comes to, over the volume of the shape: a body in grams is a thousand times too dense."""
-    low, high = MATTER[0], PACKED
-    for name, body in facts.case.bodies.items():
-        mass = getattr(getattr(body, "material", None), "mass", None)
-        if mass is None or body.kind != "rigid":
-            continue
+def _masses(facts: Facts, name: str) -> Iterator[Problem]:
+    """Check the masses of a body and its links over their volumes: in grams, one is a thousand times too dense."""
+    body, where = facts.case.bodies[name], facts.where(name, "material", "mass")
+    mass = getattr(getattr(body, "material", None), "mass", None)
+    if body.kind == "rigid" and mass is not None:
+        where = where if facts.raw(where) is not None else facts.where(name)  # a prefab may give the mass
         for copy in kinds_of(facts, name):
-            volume = sum(part.piece.volume() for part in facts.parts(copy))
-            if volume <= 0.0 or low <= mass / volume <= high:
-                continue
-            density = mass / volume
-            text = (
-                f"{mass:g} kg in the {_litres(volume)} of `{copy.name}` are {_round(density)} kg/m3, a density of no "
-                "material (steel has 7800); masses are in kilograms, lengths in metres"
-            )
-            if density > high and low <= density / 1000 <= MATTER[1]:
-                text += f": {mass:g} g are {mass / 1000:g} kg"
-            yield facts.problem("implausible-density", _mass_of(facts, name), text)
-            break
-
-
-def _link_masses(facts: Facts) -> Iterator[Problem]:
-    low, high = MATTER[0], PACKED
-    for name, body in facts.case.bodies.items():
-        links = body.links if isinstance(body, Articulated) else None
-        tree = facts.tree(facts.placed[name][0])
-        if links is None or tree is None:
-            continue
+            text = _mass_text(copy.name, mass, sum(part.piece.volume() for part in facts.parts(copy)))
+            if text:
+                yield facts.problem("implausible-density", where, text)
+                break
+    tree = facts.tree(facts.placed[name][0])
+    if isinstance(body, Articulated) and body.links is not None and tree is not None:
         for link in tree.links():
-            material = links[link.name].material
-            volume = sum(geom.piece.volume() for geom in link.geoms)
+            material = body.links[link.name].material
             where = facts.where(name, "links", link.name, "material", "mass")
-            if material is None or material.mass is None or volume <= 0.0 or facts.raw(where) is None:
+            if material is None or material.mass is None or facts.raw(where) is None:
                 continue
-            if not low <= material.mass / volume <= high:
-                text = (
-                    f"{material.mass:g} kg in the {_litres(volume)} of `{name}.{link.name}` are "
-                    f"{_round(material.mass / volume)} kg/m3, a density of no material (steel has 7800); masses are in "
-                    "kilograms, lengths in metres"
-                )
+            text = _mass_text(f"{name}.{link.name}", material.mass, sum(geom.piece.volume() for geom in link.geoms))
+            if text:
                 yield facts.problem("implausible-density", where, text)
 
 
-def _mass_of(facts: Facts, name: str) -> Path:
-    """Path of the mass of a body, or of the body where a prefab says it."""
-    where = facts.where(name, "material", "mass")
-    return where if facts.raw(where) is not None else facts.where(name)
-
-
-def _round(value: float) -> str:
-    """A number with three digits, and never with an exponent below a million million."""
-    return f"{float(f'{value:.3g}'):,.0f}" if 1e3 <= value < 1e12 else f"{value:.3g}"
+def _mass_text(name: str, mass: float, volume: float) -> str:
+    """Say why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
+    if volume <= 0.0 or MATTER[0] <= mass / volume <= PACKED:
+        return ""
+    density = mass / volume
+    shown = f"{float(f'{density:.3g}'):,.0f}" if 1e3 <= density < 1e12 else f"{density:.3g}"
+    text = (
+        f"{mass:g} kg in the {_litres(volume)} of `{name}` are {shown} kg/m3, which no material has (steel has 7800); "
+        "masses are in kilograms, lengths in metres"
+    )
+    if density > PACKED and density / 1000 <= MATTER[1]:
+        text += f": {mass:g} g are {mass / 1000:g} kg"
+    return text
 
 
 def _litres(volume: float) -> str:
-    """A volume [m3] in words."""
+    """Return a volume [m3] with a suitable unit."""
     if volume >= 1.0:
         return f"{volume:.3g} m3"
     return f"{volume * 1e3:.3g} l" if volume >= 1e-4 else f"{volume * 1e6:.3g} cm3"
 
 
 def _densities(value: object, where: Path) -> Iterator[tuple[Path, float]]:
+    """Yield every `density` inside some data, with its path."""
     if isinstance(value, dict):
         for key, item in value.items():
             if key == "density" and isinstance(item, int | float):
@@ -146,15 +130,14 @@ RULES = (
     Rule(
         id="implausible-density",
         severity="warning",
-        title="A density is that of no solid: it may be in g/cm3.",
+        title="A density is implausible: it may be in g/cm3.",
         reason=f"""\
 Densities are in kg/m3: styrofoam has 20, wood 600, water 1000, steel 7800, osmium 22,600. A rigid body below
-{SOLID[0]:g} or above {SOLID[1]:g} is rather a slip of the unit: 7.8 for steel is in g/cm3, and such a ball moves
-nothing that it hits. A part of a compound may have up to {GAS:g}, if it stands for the air in a bottle. A `mass` is
-divided by the volume of the shape, and may be that of {MATTER[0]:g} to {PACKED:g} kg/m3: balloons are hollow, and a
-small body often stands for a heavy one. What deforms has bounds of its own: of a cloth it is the mass of an area, which
-shops give in g/m2.""",
-        remedy="Multiply a density in g/cm3 by 1000; give a `mass` where that is what counts, as for a hollow body.",
+{SOLID[0]:g} or above {SOLID[1]:g} probably has a wrong unit: 7.8 for steel is in g/cm3, and such a ball moves nothing
+that it hits. A part of a compound may have up to {GAS:g} if it represents the air in a bottle. A `mass` over the volume
+of the shape may give {MATTER[0]:g} to {PACKED:g} kg/m3: balloons are hollow, and a small body may represent a heavy
+one. Deformable bodies have bounds of their own; for cloth it is the mass per area, which shops give in g/m2.""",
+        remedy="Multiply a density in g/cm3 by 1000; give a `mass` for a hollow body.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {density: 7.8}, place: {on: floor}}

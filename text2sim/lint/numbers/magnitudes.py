@@ -1,4 +1,4 @@
-"""Sizes, masses and places that the engine's numbers, or its contacts, cannot bear."""
+"""Sizes, masses and positions that the engine's contacts or single precision cannot handle."""
 
 import math
 from collections.abc import Iterator
@@ -6,28 +6,28 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.words import length, more_copies, vector
+from text2sim.lint.words import at_most, length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
 SAG = 0.11
-"""Depth [m] to which a sphere sinks into what it rests on, over gravity [m/s2] and the timeconst [s] squared. Measured:
+"""Depth [m] to which a sphere sinks into its support, over gravity [m/s2] and the timeconst [s] squared. Measured:
 spheres of 0.5 to 10 mm at 10 ms: 0.11 mm; boxes half of that."""
 SHORTEST = 0.002
-"""Timeconst [s] that needs no further study; see `compiler.settings`."""
+"""Shortest timeconst [s] to recommend; see `compiler.settings`."""
 SUNK, DROWNED = 0.05, 0.25
-"""Part of its thickness by which a body may sink without a word, and from which on it is no simulation of it."""
+"""Shares of its thickness by which a body sinks: the largest without a warning, and the smallest that is an error."""
 WALL = 0.1
-"""The same as `SUNK` for the contacts' softness: the wall of a glass may give way by a tenth of a millimetre."""
+"""Like `SUNK`, for the compliance of contacts: the wall of a glass may yield by a tenth of a millimetre."""
 UNBUILT = 2e-5
-"""Sizes [m] with which the engine failed: at 1 um it does not build, at 10 um bodies fall through the floor."""
+"""Size [m] below which the engine fails: at 1 um it does not build, at 10 um bodies fall through the floor."""
 LARGE, VAST = 50.0, 1e6
-"""Sizes [m] of bodies that are rather millimetres, and at which single precision resolves 6 cm."""
+"""Sizes [m] of bodies that are probably in millimetres, and at which single precision resolves 6 cm."""
 GROUND, THICK, GIANT = 1e5, 10.0, 1000.0
-"""Sizes [m] from which any static is too large, from which on one is more than a floor or a wall, and how many times
-larger than everything that moves it then may be."""
+"""Size [m] from which any static is too large; thickness [m] from which one is more than a floor or a wall; and the
+largest ratio of such a static to the largest moving body."""
 HEAVY = 1.4e-11
-"""Depth [m] to which a body sinks per kilogram, beyond any stiffness: the solver's inverse masses end at 1e-7.
-Measured: a box of 1e8 kg sinks 1.4 mm, one of 1e11 kg falls through."""
+"""Depth [m] to which a body sinks per kilogram, at any stiffness: the solver's inverse masses end at 1e-7. Measured: a
+box of 1e8 kg sinks 1.4 mm, one of 1e11 kg falls through."""
 ROUNDING = 1.2e-7
 """Relative spacing of numbers in single precision."""
 
@@ -48,30 +48,21 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
     for name in facts.case.bodies:
         thin = min((facts.thinnest(copy) for copy in kinds_of(facts, name) if facts.free(copy)), default=math.inf)
         if thin < UNBUILT:
-            text = (
-                f"`{name}` has a piece of {length(thin)}: the engine fails with sizes below 0.02 mm; was it meant in "
-            )
-            text += "metres?"
+            text = f"`{name}` has a piece of {length(thin)}: the engine fails below 0.02 mm; is the size in metres?"
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity="error")
         elif facts.own_contact and sag > WALL * thin and scene.contact.timeconst is None:
-            longest = _rounded_down(math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity))))
+            longest = float(at_most(math.sqrt(WALL * thin / (SAG * math.hypot(*scene.gravity)))))
             text = (
-                f"`{name}` has a piece of {length(thin)}, and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
-                f"what it rests on at a contact timeconst of {settings.timeconst:g} s"
+                f"`{name}` has a piece of {length(thin)} and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
+                f"its support at a contact timeconst of {settings.timeconst:g} s"
             )
             if longest >= SHORTEST and not settings.bounce_time:
-                text += f"; it needs scene.contact.timeconst of {longest:g} s, with scene.substeps of "
-                text += f"{math.ceil(2 * scene.dt / longest - 1e-9)} or more"
+                substeps = math.ceil(2 * scene.dt / longest - 1e-9)
+                text += f"; use scene.contact.timeconst of {longest:g} s with scene.substeps of {substeps} or more"
             else:
-                text += "; such small things want a scene of their own, made larger"
+                text += "; simulate such small bodies in a scene of their own, at a larger scale"
             severity = "error" if sag > DROWNED * thin else None
             yield facts.problem("too-small", facts.said(name, "shape"), text, key=True, severity=severity)
-
-
-def _rounded_down(value: float) -> float:
-    """A number of at most two digits that is no larger."""
-    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{math.floor(value / digit + 1e-9) * digit:.2g}")
 
 
 def _too_large(facts: Facts) -> Iterator[Problem]:
@@ -86,21 +77,21 @@ def _too_large(facts: Facts) -> Iterator[Problem]:
                 continue
             text = f"`{name}` is {length(size)} large{_unit(copy)}"
             if static and giant:
-                text += f", and the largest that moves is {length(largest)}"
-            text += f"; was it meant in metres ({size:.4g} mm are {size / 1000:.4g} m)?"
+                text += f", and the largest moving body is {length(largest)}"
+            text += f"; is its size in metres ({size:.4g} mm are {size / 1000:.4g} m)?"
             severity = "error" if size > VAST else None
             yield facts.problem("huge-body", facts.said(name, "shape"), text, key=True, severity=severity)
             break
 
 
 def _sizes(facts: Facts, name: str) -> list[tuple[float, ...]]:
-    """Width, depth and height [m] of each different shape of a body or static; none for a plane."""
+    """Return width, depth and height [m] of each different shape of a body or static; 0 for a plane."""
     boxes = [facts.box(copy) for copy in kinds_of(facts, name)]
     return [(0.0,) if box is None else tuple(high - low for low, high in zip(*box, strict=True)) for box in boxes]
 
 
 def _unit(copy: Copy) -> str:
-    """What the unit of a mesh may have been."""
+    """Return the advice on the scale of a mesh."""
     shape = copy.shape
     if getattr(shape, "kind", None) != "mesh" or shape.scale != 1.0:
         return ""
@@ -116,8 +107,8 @@ def _too_heavy(facts: Facts) -> Iterator[Problem]:
             if HEAVY * mass <= SUNK * thin:
                 continue
             text = (
-                f"`{name}` has {mass:.2g} kg: the engine's contacts yield by {length(HEAVY * mass)} under it, whatever "
-                f"the timeconst, and it is {length(thin)} thick; make it lighter or larger"
+                f"`{name}` has {mass:.2g} kg: the engine's contacts yield by {length(HEAVY * mass)} under it at any "
+                f"timeconst, and it is {length(thin)} thick; make it lighter or larger"
             )
             severity = "error" if HEAVY * mass > DROWNED * thin else None
             yield facts.problem("too-heavy", facts.said(name, "material"), text, key=True, severity=severity)
@@ -132,9 +123,9 @@ def _far_away(facts: Facts) -> Iterator[Problem]:
             away = max(map(abs, copy.pos))
             grain = ROUNDING * away
             text = (
-                f"`{copy.name}` starts at {vector(copy.pos)}{more_copies(len(far))}: so far from the origin, the "
-                f"engine's single precision moves it in steps of {length(grain)}, and it is {length(thin)} "
-                "thick; build the scene around the origin"
+                f"`{copy.name}` starts at {vector(copy.pos)}{more_copies(len(far))}: this far from the origin, the "
+                f"engine's single precision has a resolution of {length(grain)}, and it is {length(thin)} thick; "
+                "build the scene around the origin"
             )
             severity = "error" if grain > SUNK * thin else None
             where = facts.said(name, "pose", "place", "repeat")
@@ -142,7 +133,7 @@ def _far_away(facts: Facts) -> Iterator[Problem]:
 
 
 def _remote(facts: Facts, copy: Copy) -> float | None:
-    """Thickness [m] of the thinnest piece of a copy, if it is so far from the origin that rounding matters."""
+    """Return the thickness [m] of the thinnest piece of a copy so far from the origin that rounding matters."""
     away = max(map(abs, copy.pos))
     if away < 100.0:
         return None
@@ -156,12 +147,12 @@ RULES = (
         severity="warning",
         title="A body is too thin for the contacts of the scene.",
         reason=f"""\
-Contacts are soft. What rests on something sinks into it by about {SAG:g} g T^2 (measured), where T is the contact's
-timeconst: 0.1 mm at the usual 10 ms, whatever the size. For a free body, more than {WALL:.0%} of its thinnest piece is
-a warning, more than {DROWNED:.0%} an error: stacks collapse into each other. A timeconst that the case gives is judged
-elsewhere. Sizes of 10 um and less do not simulate at all.""",
+Contacts are soft. A body sinks into its support by about {SAG:g} g T^2 (measured), where T is the contact's timeconst:
+0.1 mm at the usual 10 ms, for any size. For a free body, more than {WALL:.0%} of its thinnest piece is a warning, more
+than {DROWNED:.0%} an error: stacks collapse into each other. The rule skips cases that give a timeconst. Bodies of
+10 um and less do not simulate at all.""",
         remedy="""\
-Shorten `scene.contact.timeconst` (it must be two substeps or more), or check the unit: all lengths are metres.""",
+Shorten `scene.contact.timeconst` (it must be at least two substeps), or check the unit: all lengths are in metres.""",
         example="""\
 bodies:
   coin: {kind: rigid, shape: {kind: cylinder, radius: 0.01, height: 0.002}, place: {on: floor}}
@@ -172,12 +163,12 @@ bodies:
     Rule(
         id="huge-body",
         severity="warning",
-        title="A body is so large that its unit is rather a slip.",
+        title="A body is so large that its unit is probably wrong.",
         reason=f"""\
-Lengths are metres, and drawings and mesh files often are not. Bodies of more than {LARGE:g} m are reported: a brick of
-240 x 115 x 71 is one in millimetres, and falls for minutes. What never moves is reported from {GROUND:g} m on, or if it
-is {THICK:g} m thick and {GIANT:g} times as large as all that moves. From {VAST:g} m on it is an error: single precision
-resolves 6 cm there.""",
+Lengths are in metres, but drawings and mesh files often are not. The rule reports bodies of more than {LARGE:g} m: a
+brick of 240 x 115 x 71 is in millimetres, and falls for minutes. It reports statics of more than {GROUND:g} m, or if
+they are {THICK:g} m thick and {GIANT:g} times as large as all moving bodies. More than {VAST:g} m is an error: single
+precision resolves 6 cm there.""",
         remedy="Divide millimetres by 1000; give a mesh its `scale`: 0.001 for a file in millimetres.",
         example="""\
 bodies:
@@ -191,10 +182,10 @@ bodies:
         severity="warning",
         title="A body is so heavy that the engine's contacts cannot carry it.",
         reason=f"""\
-The solver takes no inverse mass below 1e-7 for more than it is: a body sinks by {HEAVY:g} m for each kilogram, however
-stiff its contacts are (measured: 1.4 mm at 1e8 kg; at 1e11 kg a box of 0.1 m falls through the floor). More than
-{SUNK:.0%} of the thinnest piece is a warning, more than {DROWNED:.0%} an error.""",
-        remedy="Check `density` and `mass`; a scene moves the same if all its masses are divided by the same number.",
+The solver's inverse masses end at 1e-7: a heavier body sinks by {HEAVY:g} m per kilogram, however stiff its contacts
+are (measured: 1.4 mm at 1e8 kg; at 1e11 kg a box of 0.1 m falls through the floor). More than {SUNK:.0%} of the
+thinnest piece is a warning, more than {DROWNED:.0%} an error.""",
+        remedy="Check `density` and `mass`; a scene moves the same if all its masses are divided by one number.",
         example="""\
 bodies:
   ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, material: {mass: 1.0e+9}, place: {on: floor}}
@@ -206,10 +197,10 @@ bodies:
     Rule(
         id="far-away",
         severity="warning",
-        title="A body starts so far from the origin that rounding moves it.",
+        title="A body starts so far from the origin that rounding affects it.",
         reason=f"""\
-The engine computes in single precision: a position is rounded to {ROUNDING:g} of itself, 1 mm at 10 km. Reported where
-that is more than {SUNK / 10:.1%} of the thinnest piece, an error where it is more than {SUNK:.0%}.""",
+The engine computes in single precision, which rounds a position to {ROUNDING:g} of its value, 1 mm at 10 km. More than
+{SUNK / 10:.1%} of the thinnest piece is a warning, more than {SUNK:.0%} an error.""",
         remedy="Build the scene around the origin.",
         example="""\
 bodies:

@@ -1,37 +1,37 @@
-"""Masses that the constraint solver cannot get right together.
+"""Mass ratios that the constraint solver cannot resolve.
 
-Links that are too light: the engine's solver stops when the residual is below its tolerance times the mass of all
-that moves. A link lighter than `tolerance x total` (or 0.2 tolerance) is left unsolved; the engine says so itself when
-it builds the scene (`rigid_solver.py`: "too small for the constraint solver to be numerically stable").
+Light links: the engine's solver stops when the residual is below its tolerance times the mass of all moving bodies. It
+leaves a link lighter than `tolerance x total` (or 0.2 tolerance) unsolved; the engine reports this when it builds the
+scene (`rigid_solver.py`: "too small for the constraint solver to be numerically stable").
 
-Heavy on light: contacts and welds are springs whose softness goes with the inverse mass of what they act on. A body
-of mass m that carries M gives way by about `c g tc^2 M / m`, tc being the contact's time constant; of welds, two
-substeps. Measured with 1 to 60 kg on a tray of 0.1 kg, c is 0.002 to 0.004 where flat sides meet; with rings that hang
-in each other 0.014 to 0.035; with 1 to 40 kg welded to a hook of 0.05 kg 0.014 to 0.04. 50 kg on a rope of 20 links
-of 2.5 g at substeps of 0.2 ms stretched the weld by 0.9 mm, which is 0.029.
+Heavy on light: contacts and welds are springs with a compliance proportional to the inverse mass of the body they act
+on. A body of mass m that carries M yields by about `c g tc^2 M / m`, where tc is the contact's time constant; for welds
+it is two substeps. Measured with 1 to 60 kg on a tray of 0.1 kg, c is 0.002 to 0.004 for flat contacts; with rings that
+hang in each other 0.014 to 0.035; with 1 to 40 kg welded to a hook of 0.05 kg 0.014 to 0.04. 50 kg on a rope of 20
+links of 2.5 g at substeps of 0.2 ms stretched the weld by 0.9 mm, which is 0.029.
 """
 
 from collections.abc import Iterator
-from math import ceil, sqrt
+from math import ceil, hypot, sqrt
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import TIMECONST
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import amount, at_least, one_each
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Attach
 
 ENGINE_TOLERANCE = 1e-5
-"""What the engine takes with numbers of 32 bits, if nothing is said."""
+"""Default tolerance of the engine in single precision."""
 FLAT, EDGED, WELD = 0.003, 0.02, 0.02
-"""How much contacts of flat sides, those of round ones, and welds give way, in units of `g tc^2 M / m`."""
+"""Compliance of flat contacts, round contacts and welds, in units of `g tc^2 M / m`."""
 ROUND = ("sphere", "capsule", "ellipsoid", "torus", "cone")
 VISIBLE = 0.1
-"""Part of its own thickness by which a body may give way."""
+"""Largest share of its thickness by which a body may yield."""
 SAG = 0.005
-"""How far [m] a weld may give way."""
+"""Largest distance [m] by which a weld may yield."""
 
 
 def _light(facts: Facts) -> Iterator[Problem]:
@@ -41,18 +41,18 @@ def _light(facts: Facts) -> Iterator[Problem]:
     floor = tolerance * max(total, 0.2)
     for name, link, mass in links:
         if 0.0 < mass < floor:
-            what = f"`{name}`" if link is None else f"`{link}` of `{name}` and what hangs on it"
-            solver = facts.settings.solver
+            what = f"`{name}` has" if link is None else f"`{link}` of `{name}` has, with its children,"
             text = (
-                f"{what}: {mass:.2g} kg, which the {solver} solver leaves out of account among {total:.3g} kg that "
-                f"move: it stops at {tolerance:g} of the whole, and this would shake or pass through things; give it "
-                f"{at_least(floor)} kg or more, or set scene.solver.tolerance to {0.3 * mass / max(total, 0.2):.0e}"
+                f"{what} {mass:.2g} kg, which the {facts.settings.solver} solver neglects among {total:.3g} kg of "
+                f"moving bodies: its tolerance is {tolerance:g} of the total, so this would shake or pass through "
+                f"others; give it {at_least(floor)} kg or more, or set scene.solver.tolerance to "
+                f"{0.3 * mass / max(total, 0.2):.0e}"
             )
             yield facts.problem("light-link", facts.where(name), text, key=True)
 
 
 def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
-    """Name, link and mass [kg] with all beyond it, of everything that moves on its own; of copies, the lightest."""
+    """Yield name, link and mass [kg] with all beyond it, of every movable body or link; for copies, the lightest."""
     for name in facts.case.bodies:
         group = [copy for copy in facts.placed[name] if facts.masses.get(copy.name) and facts.moves(copy)]
         if not group:
@@ -70,27 +70,22 @@ def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
 
 
 def _ratio(facts: Facts) -> Iterator[Problem]:
-    yield from one_each(_stacked(facts))
-    yield from one_each(_welded(facts))
+    yield from one_per_place(_stacked(facts))
+    yield from one_per_place(_welded(facts))
 
 
-def _gives(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
-    gravity = sum(g * g for g in facts.plan.gravity) ** 0.5
-    return factor * gravity * time**2 * heavy / light
+def _yielded(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
+    """Return the distance [m] by which a light body yields under a heavy one."""
+    return factor * hypot(*facts.plan.gravity) * time**2 * heavy / light
 
 
-def _weld_time(facts: Facts) -> float:
-    """Time constant [s] of welds: two substeps, whatever `contact.timeconst` says."""
-    return 2 * facts.case.scene.dt / facts.settings.substeps
-
-
-def _cure(facts: Facts, time: float, *, contact: bool) -> str:
-    """Substeps, and of contacts the time constant, with which it gives way no more than is allowed.
+def _needed(facts: Facts, time: float, *, contact: bool) -> str:
+    """Return the substeps, and for contacts the time constant, that keep the yield within bounds.
 
     Args:
-        facts: Known of the case.
+        facts: The case.
         time: Time constant [s] that is needed.
-        contact: It is that of contacts, which is not shorter than `TIMECONST` unless the case says so.
+        contact: Whether it is that of contacts, which is at least `TIMECONST` unless the case gives it.
     """
     substeps = ceil(2 * facts.case.scene.dt / time)
     said = contact and (time < TIMECONST or facts.case.scene.contact.timeconst is not None)
@@ -101,9 +96,9 @@ def _cure(facts: Facts, time: float, *, contact: bool) -> str:
 
 
 def _stacked(facts: Facts) -> Iterator[Problem]:
-    """Free bodies that stand on others much lighter than they are."""
+    """Report free bodies that stand on much lighter ones."""
     masses = sorted(m for copy in facts.moving if (m := facts.masses.get(copy.name)) and facts.free(copy))
-    if not masses or _gives(facts, EDGED, facts.settings.timeconst, masses[-1], masses[0]) < VISIBLE * 1e-3:
+    if not masses or _yielded(facts, EDGED, facts.settings.timeconst, masses[-1], masses[0]) < VISIBLE * 1e-3:
         return
     for pair in facts.near(-1e-3):
         light, heavy = sorted(pair, key=lambda copy: facts.masses.get(copy.name, 0.0))
@@ -116,49 +111,44 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         size = min(b - a for a, b in zip(*under, strict=True))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND for copy in pair)
         time = facts.settings.timeconst
-        gives = _gives(facts, EDGED if round_ else FLAT, time, high, low)
-        if gives > VISIBLE * size:
+        way = _yielded(facts, EDGED if round_ else FLAT, time, high, low)
+        if way > VISIBLE * size:
             text = (
-                f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which gives way by about "
-                f"{amount(min(gives, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at contacts as soft as "
-                f"these; it needs {_cure(facts, time * sqrt(VISIBLE * size / gives), contact=True)}, or masses in a "
-                f"ratio below {high / low * VISIBLE * size / gives:.2g}"
+                f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which yields by about "
+                f"{amount(min(way, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
+                f"stiffness; use {_needed(facts, time * sqrt(VISIBLE * size / way), contact=True)}, or a mass ratio "
+                f"below {high / low * VISIBLE * size / way:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 
 
 def _welded(facts: Facts) -> Iterator[Problem]:
-    """Free bodies that are attached to links much lighter than they are."""
+    """Report free bodies that are attached to much lighter links."""
+    time = 2 * facts.substep  # the time constant of welds, for any `contact.timeconst`
     for weld in facts.rows.welds:
         if not weld.on:
             continue
-        for (name, link), (other, _) in ((a, b) for a, b in _both(weld.a, weld.a_link, weld.b, weld.b_link)):
+        for name, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
             holder, load = facts.copies[name], facts.copies[other]
             carried = facts.masses.get(other, 0.0)
             if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
                 continue
             own = _own(facts, holder, link)
-            time = _weld_time(facts)
-            gives = _gives(facts, WELD, time, carried, own) if own > 0.0 else 0.0
+            way = _yielded(facts, WELD, time, carried, own) if own > 0.0 else 0.0
             control = facts.case.actions.controls[weld.control]
-            if gives > SAG and isinstance(control, Attach):
+            if way > SAG and isinstance(control, Attach):
                 what = f"`{name}.{link}`" if link else f"`{name}`"
                 text = (
-                    f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): a weld is as soft as the lighter "
-                    f"one is light, and sags by about {amount(gives * 1e3, 'mm')}; it needs "
-                    f"{_cure(facts, time * sqrt(SAG / gives), contact=False)}, or a link of "
-                    f"{at_least(own * gives / SAG)} kg"
+                    f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): the weld is softer, the lighter the "
+                    f"link is, and sags by about {amount(way * 1e3, 'mm')}; use "
+                    f"{_needed(facts, time * sqrt(SAG / way), contact=False)}, or a link of "
+                    f"{at_least(own * way / SAG)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
 
-def _both(a: str, a_link: str | None, b: str, b_link: str | None) -> Iterator[tuple]:
-    yield (a, a_link), (b, b_link)
-    yield (b, b_link), (a, a_link)
-
-
 def _own(facts: Facts, copy: Copy, link: str | None) -> float:
-    """Mass [kg] of a link with what hangs on it."""
+    """Return the mass [kg] of a link with all beyond it."""
     if copy.model.kind in ("rigid", "driven"):
         return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0
     totals = mechanics_of(facts).totals(copy)
@@ -178,12 +168,12 @@ RULES = (
     Rule(
         id="light-link",
         severity="warning",
-        title="A body or link is too light for the solver among all that moves.",
+        title="A body or link is too light for the solver among all moving bodies.",
         reason="""\
-The constraint solver stops when what is left is small compared with the mass of everything that moves. A link that is
-lighter than the solver's tolerance times that mass may be left wholly unsolved: it shakes, sinks or flies off. The
-tolerance is 1e-8 with newton and 1e-5 with cg unless `scene.solver.tolerance` says otherwise.""",
-        remedy="Make it heavier, take the newton solver, or set `scene.solver.tolerance`.",
+The constraint solver stops when the residual is small compared with the mass of all moving bodies. It may leave a link
+lighter than its tolerance times that mass unsolved: the link shakes, sinks or flies off. The tolerance is 1e-8 with
+newton and 1e-5 with cg unless `scene.solver.tolerance` gives another.""",
+        remedy="Make it heavier, use the newton solver, or set `scene.solver.tolerance`.",
         example="""\
 scene: {solver: {kind: cg}}
 bodies:
@@ -197,13 +187,13 @@ bodies:
     Rule(
         id="mass-ratio",
         severity="warning",
-        title="Something heavy stands on, or hangs on, something light.",
+        title="A heavy body stands on, or hangs on, a light one.",
         reason="""\
-Contacts and welds of the engine are springs whose softness goes with the inverse mass of what they act on: a body of
-mass m that carries M gives way by about `0.003 g timeconst^2 M / m` (round ones, and welds, by seven times that; the
-time constant of welds is two substeps). 60 kg
-on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree (chains, arms) do not give way.""",
-        remedy="More substeps (they shorten the contact's time constant), or masses that are nearer to each other.",
+Contacts and welds of the engine are springs with a compliance proportional to the inverse mass of the body they act on:
+a body of mass m that carries M yields by about `0.003 g timeconst^2 M / m` (round contacts and welds by seven times
+that; the time constant of welds is two substeps). 60 kg on 0.1 kg sank by 5 mm at substeps of 10 ms. Links of one tree
+(chains, arms) do not yield.""",
+        remedy="Use more substeps, which shorten the contact's time constant, or a smaller mass ratio.",
         example=_TWO % "0.1",
         fix=_TWO % "5",
         run=_ratio,

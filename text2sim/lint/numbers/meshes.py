@@ -1,4 +1,4 @@
-"""Mesh files that are not the solid bodies that they stand for."""
+"""Mesh files that are open, inside out, too fine, or unsuitable for their kind of collision."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -17,16 +17,16 @@ from text2sim.spec_schema.models.bodies import Articulated, Chain
 from text2sim.spec_schema.models.shapes import Compound, Mesh
 from text2sim.spec_schema.text.document import Path
 
-# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+# numpy is imported where it is used, because a check of a plain case must be quick.
 if TYPE_CHECKING:
     import numpy as np
 
 LONG, EMPTY = 1 / 3, 0.7
-"""A mesh has few vertices where more than this part of its surface is in triangles longer than this part of it."""
+"""A triangle is long above this share of the mesh's size; a mesh has few vertices above this share of such area."""
 CONVEX = 0.9999
-"""Part of its hull that a convex mesh fills."""
+"""Share of its hull that a convex mesh fills."""
 MANY_TRIANGLES = 25_000
-"""Triangles from which on taking a mesh apart is worth a word."""
+"""Most triangles of a mesh that is decomposed without a warning."""
 
 
 class _Use(NamedTuple):
@@ -35,17 +35,17 @@ class _Use(NamedTuple):
     where: Path
     shape: Mesh
     weighs: bool
-    """Whether its mass follows from its volume, and counts."""
+    """Whether its volume gives the mass of a moving body."""
     filled: bool = False
     """Whether it is filled with particles or tetrahedra."""
 
 
 def _uses(facts: Facts) -> list[_Use]:
     """Return every mesh of the case."""
-    return list(_found(facts))
+    return list(_find(facts))
 
 
-def _found(facts: Facts) -> Iterator[_Use]:
+def _find(facts: Facts) -> Iterator[_Use]:
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         copy = facts.placed[name][0]
         model, where = copy.model, facts.where(name)
@@ -74,14 +74,23 @@ def _meshes(shape: Any, where: Path, weighs: bool) -> Iterator[_Use]:
 
 
 class _Surface(NamedTuple):
-    """What the triangles of a mesh make."""
+    """Topology and volume of the triangles of a mesh."""
 
     open_edges: int
     """Edges with one triangle, or with more than two."""
     turned_edges: int
-    """Edges whose two triangles look to different sides."""
+    """Edges whose two triangles have opposite orientations."""
     volume: float
-    """Volume in the file's unit, negative where the triangles look inward."""
+    """Volume in the file's unit, negative if the triangles face inward."""
+
+    @property
+    def fault(self) -> str:
+        """Why the surface encloses no volume; empty if it does."""
+        if self.open_edges:
+            return f"is open ({self.open_edges} edges do not join two triangles)"
+        if self.turned_edges:
+            return f"has triangles of opposite orientation ({self.turned_edges} edges)"
+        return ""
 
 
 @lru_cache(maxsize=64)
@@ -99,7 +108,7 @@ def _surface(mesh: MeshFile) -> _Surface:
 
 
 def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
-    """Volume that triangles enclose, in the file's unit; negative where they look inward."""
+    """Return the volume that triangles enclose, in the file's unit; negative if they face inward."""
     import numpy as np
 
     a, b, c = (vertices[faces[:, k]] for k in range(3))
@@ -109,34 +118,22 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
 def _open(facts: Facts) -> Iterator[Problem]:
     for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
-        if mesh.closed or not use.weighs:
-            continue
-        found = _surface(mesh)
-        if found.open_edges == 0 and found.turned_edges == 0:
-            continue  # inside out, which is another rule
-        fault = (
-            f"is open ({found.open_edges} edges do not join two triangles)"
-            if found.open_edges
-            else f"has triangles that look to different sides ({found.turned_edges} edges)"
-        )
-        hull = mesh.volume * use.shape.scale**3
-        text = (
-            f"`{use.shape.file}` {fault}: it weighs what its convex hull would, {hull:.3g} m3; close the surface, or "
-            "give the body a `mass`"
-        )
-        yield facts.problem("open-mesh", (*use.where, "file"), text)
+        if use.weighs and not mesh.closed and (fault := _surface(mesh).fault):
+            hull = mesh.volume * use.shape.scale**3
+            text = (
+                f"`{use.shape.file}` {fault}: its mass is that of its convex hull, {hull:.3g} m3; close the surface, "
+                "or give the body a `mass`"
+            )
+            yield facts.problem("open-mesh", (*use.where, "file"), text)
 
 
 def _inside_out(facts: Facts) -> Iterator[Problem]:
     for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
-        if mesh.closed:
-            continue
-        found = _surface(mesh)
-        if found.open_edges == 0 and found.turned_edges == 0 and found.volume < 0:
+        if not mesh.closed and not _surface(mesh).fault and _surface(mesh).volume < 0:
             text = (
-                f"the triangles of `{use.shape.file}` look inward: it is drawn inside out, and weighs what its convex "
-                "hull would; turn all of them round"
+                f"the triangles of `{use.shape.file}` face inward: it is drawn inside out, and its mass is that of its "
+                "convex hull; flip all triangles"
             )
             yield facts.problem("inside-out-mesh", (*use.where, "file"), text)
 
@@ -144,21 +141,12 @@ def _inside_out(facts: Facts) -> Iterator[Problem]:
 def _unfilled(facts: Facts) -> Iterator[Problem]:
     for use in facts.own(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
-        if mesh.closed or not use.filled:
-            continue
-        found = _surface(mesh)
-        if found.open_edges == 0 and found.turned_edges == 0:
-            continue
-        fault = (
-            f"{found.open_edges} of its edges do not join two triangles"
-            if found.open_edges
-            else f"{found.turned_edges} of its edges join triangles that look to different sides"
-        )
-        text = (
-            f"`{use.shape.file}` has no inside to be filled: {fault}; close the surface (in Blender `Fill holes`, then "
-            "`Recalculate outside`), or take `kind: cloth` for a skin"
-        )
-        yield facts.problem("open-soft-body", (*use.where, "file"), text)
+        if use.filled and not mesh.closed and (fault := _surface(mesh).fault):
+            text = (
+                f"`{use.shape.file}` {fault} and has no inside to fill; close the surface (in Blender `Fill holes`, "
+                "then `Recalculate outside`), or use `kind: cloth` for a skin"
+            )
+            yield facts.problem("open-soft-body", (*use.where, "file"), text)
 
 
 def _slow(facts: Facts) -> Iterator[Problem]:
@@ -170,8 +158,8 @@ def _slow(facts: Facts) -> Iterator[Problem]:
             # Measured with a bumpy ring on one core: 7 s for 6,400 triangles, 21 s for 25,600, 51 s for 102,400.
             seconds = 7 * (faces / 6400) ** 0.72
             text = (
-                f"to take `{use.shape.file}`, with {faces:,} triangles, apart into convex pieces, the engine needs "
-                f"about {seconds:.0f} s before the first run; reduce it to some {MANY_TRIANGLES // 5:,} triangles"
+                f"the engine needs about {seconds:.0f} s before the first run to decompose `{use.shape.file}`, with "
+                f"{faces:,} triangles, into convex pieces; reduce it to about {MANY_TRIANGLES // 5:,} triangles"
             )
             yield facts.problem("slow-mesh", (*use.where, "collision"), text)
 
@@ -182,15 +170,15 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
             continue
         through = field.cell >= field.wall
         text = (
-            f"`{use.shape.file}` touches through a field with cells of {length(field.cell)}, and a quarter of its "
-            f"walls are thinner than {length(field.wall)}: what presses on them "
-            + ("goes through" if through else "may come out on the other side")
+            f"`{use.shape.file}` collides by a field with cells of {length(field.cell)}, and a quarter of its walls "
+            f"are thinner than {length(field.wall)}: bodies pressed against them "
+            + ("pass through" if through else "may come out on the other side")
         )
         least = max(field.sides) / (FINE - 1)
         if use.shape.cell is not None and least <= field.wall / 2:
-            text += f"; a `cell` of {length(field.wall / 2)} or less holds it"
+            text += f"; use a `cell` of {length(field.wall / 2)} or less"
         else:
-            text += "; make them thicker, or take `collision: decompose`"
+            text += "; make them thicker, or use `collision: decompose`"
         key = "cell" if use.shape.cell is not None else "collision"
         yield facts.problem("coarse-field", (*use.where, key), text, severity="error" if through else None)
 
@@ -201,15 +189,15 @@ def _sparse(facts: Facts) -> Iterator[Problem]:
         if share > EMPTY:
             text = (
                 f"{share:.0%} of the surface of `{use.shape.file}` is in triangles longer than a third of it: contact "
-                "is looked for at vertices, and an edge of another body goes through between them; take `collision: "
-                "decompose`, or divide its triangles to edges of a 32nd of its length"
+                "is detected at vertices, and an edge of another body passes through between them; use `collision: "
+                "decompose`, or subdivide its triangles to edges of a 32nd of its length"
             )
             yield facts.problem("few-vertices", (*use.where, "collision"), text)
 
 
 @lru_cache(maxsize=64)
 def _open_share(mesh: MeshFile) -> float:
-    """Part of the surface that is in triangles longer than `LONG` of the longest side of the mesh."""
+    """Return the share of the surface in triangles longer than `LONG` of the longest side of the mesh."""
     import numpy as np
 
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
@@ -226,13 +214,14 @@ def _needless(facts: Facts) -> Iterator[Problem]:
         return
     for use in uses:
         text = (
-            f"`{use.shape.file}` is convex, and nothing else here touches by its surface: `collision: hull` is the same"
+            f"`{use.shape.file}` is convex, and no other mesh here collides by its surface: `collision: hull` gives "
+            "the same contacts"
         )
         yield facts.problem("convex-exact", (*use.where, "collision"), text)
 
 
 def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
-    """Yield the meshes that touch by their surface, with their fields."""
+    """Yield the meshes that collide by their surface, with their fields."""
     for use in facts.own(_uses):
         if use.shape.collision == "exact" and not use.filled:
             (piece,) = pieces(use.shape, facts.folder)
@@ -244,12 +233,12 @@ RULES = (
     Rule(
         id="open-mesh",
         severity="warning",
-        title="A mesh whose volume gives its mass does not enclose one.",
+        title="A mesh whose volume gives the mass is not closed.",
         reason="""\
 Mass, centre of mass and inertia are those of the solid that a surface encloses. An open surface (an edge with one
-triangle, or with three) encloses none, nor does one whose triangles look to different sides: there the convex hull
-counts, which for a cup is the cup filled to the brim. Reported of bodies that move and have no `mass`.""",
-        remedy="Close the surface in the tool that made it, or give a `mass`; the hull still places its centre.",
+triangle, or with three) encloses none, nor does one with triangles of opposite orientation: then the convex hull
+counts, which for a cup is the cup filled to the brim. The rule checks moving bodies without a `mass`.""",
+        remedy="Close the surface in the tool that made it, or give a `mass`; the hull still gives the centre of mass.",
         example="""\
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
@@ -260,11 +249,11 @@ bodies:
     Rule(
         id="inside-out-mesh",
         severity="warning",
-        title="The triangles of a mesh look inward.",
+        title="The triangles of a mesh face inward.",
         reason="""\
-The corners of a triangle go counterclockwise, seen from outside. Where all of them go the other way, pictures show the
-inner side, and the volume is negative, so that the convex hull counts for the mass.""",
-        remedy="Turn all faces round in the tool that made the file (`Recalculate outside`, `invert`).",
+The corners of a triangle are in counterclockwise order, seen from outside. If all triangles have the opposite order,
+pictures show the inner side, and the volume is negative, so the convex hull gives the mass.""",
+        remedy="Flip all faces in the tool that made the file (`Recalculate outside`, `invert`).",
         example="""\
 bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: inverted.obj}, pose: {pos: [0, 0, 0.5]}}
@@ -275,10 +264,10 @@ bodies:
     Rule(
         id="open-soft-body",
         severity="error",
-        title="A body that is to be filled has an open surface.",
+        title="A body that is filled has an open surface.",
         reason="""\
-Soft bodies, grains, liquids and snow are filled with particles or cut into tetrahedra, and an open surface has no
-inside: the engine's filler fills what it takes for it, and its cutter (tetgen) gives up, or ends the process.""",
+Soft bodies, grains, liquids and snow are filled with particles or tetrahedra, and an open surface has no inside: the
+engine's particle filler guesses it, and its mesher (tetgen) fails or crashes the process.""",
         remedy="Close the surface in the tool that made the file; a skin without volume is a `cloth`.",
         example="""\
 bodies:
@@ -290,11 +279,11 @@ bodies:
     Rule(
         id="slow-mesh",
         severity="warning",
-        title="A mesh that is to be taken apart has very many triangles.",
+        title="A mesh for convex decomposition has very many triangles.",
         reason=f"""\
-With `collision: decompose` the engine finds convex pieces (CoACD) before the first run, and keeps them on this machine.
-That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (measured, one core). Reported above
-{MANY_TRIANGLES:,}.""",
+With `collision: decompose` the engine computes convex pieces (CoACD) before the first run and caches them on this
+machine. That takes some 7 s for 6,400 triangles, 20 s for 25,000 and 50 s for 100,000 (measured, one core). The rule
+reports more than {MANY_TRIANGLES:,}.""",
         remedy="Use a simplified mesh, or shapes of the language: a `compound`, a `cup`, a `tube`.",
         example="""\
 bodies:
@@ -308,11 +297,11 @@ bodies:
         severity="warning",
         title="The field of an exact mesh has cells that are too large for its walls.",
         reason="""\
-With `collision: exact` the distance to the surface is known at the nodes of a grid, and interpolated between them. In a
-wall of less than two cells it never gets as deep as half of the wall, its gradient vanishes, and the engine no longer
-knows to which side to push. Thickness is measured along rays; a quarter of the surface has thinner walls. A cell larger
-than half of it is a warning, one larger than all of it an error.""",
-        remedy="Take a smaller `cell`, thicker walls, `collision: decompose`, or a hollow shape: `cup`, `tube`.",
+With `collision: exact` the distance to the surface is known at the nodes of a grid and interpolated between them. In a
+wall of less than two cells it never reaches half of the wall, its gradient vanishes, and the engine does not know to
+which side to push. Thickness is measured along rays; a quarter of the surface has thinner walls. A cell larger than
+half of it is a warning, one larger than all of it an error.""",
+        remedy="Use a smaller `cell`, thicker walls, `collision: decompose`, or a hollow shape: `cup`, `tube`.",
         example="""\
 bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: ring.obj, collision: exact, cell: 0.05}, pose: {pos: [0, 0, 0.5]}}
@@ -326,10 +315,10 @@ bodies:
         severity="warning",
         title="An exact mesh has hardly any vertices on its faces.",
         reason="""\
-With `collision: exact` the engine looks up vertices of one body in the field of the other. Where two edges cross
-between their vertices it finds nothing: a plank of eight corners that was laid across the walls of a channel of sixteen
-fell through it. With the channel divided to edges of a 16th of its length it still fell, of a 32nd it lay still.""",
-        remedy="Take `collision: decompose`, or divide its triangles finely (in Blender `Subdivide`).",
+With `collision: exact` the engine looks up vertices of one body in the field of the other. It finds no contact where
+two edges cross between their vertices: a plank with eight corners fell through the walls of a channel with sixteen.
+With the channel subdivided to edges of a 16th of its length it still fell; of a 32nd, it lay still.""",
+        remedy="Use `collision: decompose`, or subdivide its triangles (in Blender `Subdivide`).",
         example="""\
 bodies:
   frame: {kind: rigid, shape: {kind: mesh, file: channel.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
@@ -341,10 +330,10 @@ bodies:
     Rule(
         id="convex-exact",
         severity="warning",
-        title="All meshes that are to touch by their surface are convex.",
+        title="All meshes with exact collision are convex.",
         reason="""\
-`collision: exact` is for hollows, holes and threads. Two convex bodies touch as hulls do in any case: the engine makes
-no use of their fields, which take time to make.""",
+`collision: exact` is for hollows, holes and threads. Two convex bodies collide as hulls in any case: the engine does
+not use their fields, which take time to compute.""",
         remedy="Leave `collision` out.",
         example="""\
 bodies:

@@ -1,22 +1,21 @@
-"""The time step against what goes on within it: spinning, schedules.
+"""Rotations and schedules that are too fast for the time step.
 
-Spinning. What turns by more than half a radian within a substep is tested for contact at every twelfth of a turn only.
-
-Schedules. Targets and forces are set once in each time step (not substep). A sine with fewer than two steps in a cycle
-shows another, slower one (Nyquist); with fewer than eight it is coarse.
+A body that turns by more than half a radian per substep is tested for contact only at every twelfth of a turn. Targets
+and forces are set once per time step (not substep). A sine with fewer than two steps per cycle aliases to a slower one
+(Nyquist); with fewer than eight it is coarse.
 """
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import ceil
+from math import ceil, hypot
 from typing import Any
 
 from text2sim.compiler.schedules import extremes
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import amount, one_each
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, Torque
@@ -24,9 +23,9 @@ from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine,
 from text2sim.spec_schema.text.document import Path
 
 SPIN = 0.5
-"""Turn [rad] within a substep that is worth a word."""
+"""Largest rotation [rad] per substep without a warning."""
 COARSE = 8
-"""Time steps in a cycle below which a sine is coarse."""
+"""Fewest time steps per cycle of a sine without a warning."""
 
 
 # --- spinning ------------------------------------------------------------------------------------------------------
@@ -37,19 +36,18 @@ def _spin(facts: Facts) -> Iterator[Problem]:
     for where, speed in _spins(facts):
         if speed * h > SPIN:
             text = (
-                f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad within a substep, and misses what it passes "
-                f"meanwhile; scene.substeps of {ceil(dt * speed / SPIN)} would be needed, or {SPIN / h:.3g} rad/s"
+                f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad per substep and misses contacts in between; use "
+                f"scene.substeps of {ceil(dt * speed / SPIN)}, or at most {SPIN / h:.3g} rad/s"
             )
             yield facts.problem("fast-spin", where, text)
 
 
 def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
-    """Places of the case that make something turn, and how fast [rad/s]."""
+    """Yield the paths of values that make bodies turn, and the speed [rad/s]."""
     for row in facts.rows.velocities:
         control = facts.case.actions.controls[row.control]
         if isinstance(control, InitialVelocity) and any(row.angular):
-            speed = sum(w * w for w in row.angular) ** 0.5
-            yield ("actions", "controls", row.control, "angular"), speed
+            yield ("actions", "controls", row.control, "angular"), hypot(*row.angular)
     for name in facts.case.bodies:
         for copy in facts.placed[name]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
@@ -67,7 +65,7 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
 
 
 def _schedules(facts: Facts) -> Iterator[tuple[Path, Any]]:
-    """Everything that changes with time, and where it stands."""
+    """Yield the schedules of controls and motions, with their paths."""
     for name, control in facts.case.actions.controls.items():
         where = ("actions", "controls", name)
         if isinstance(control, Drive):
@@ -89,24 +87,24 @@ def _fast(facts: Facts) -> Iterator[Problem]:
             steps = 1 / (schedule.frequency * dt)
             if steps >= COARSE:
                 continue
-            then = "is coarse" if steps >= 2 else "shows as another, slower one"
+            then = "is coarse" if steps >= 2 else "aliases to a slower frequency"
             text = (
-                f"{schedule.frequency:g} Hz {then}: a cycle has {steps:.2g} time steps; it needs scene.dt of "
-                f"{1 / (2.5 * COARSE * schedule.frequency):.1g} or less, or {1 / (COARSE * dt):.3g} Hz at most"
+                f"{schedule.frequency:g} Hz {then}: a cycle has {steps:.2g} time steps; use scene.dt of "
+                f"{1 / (2.5 * COARSE * schedule.frequency):.1g} or less, or at most {1 / (COARSE * dt):.3g} Hz"
             )
             yield facts.problem("fast-schedule", (*where, "frequency"), text)
         elif isinstance(schedule, Ramp) and schedule.end - schedule.start < dt * (1 - 1e-6):
             text = (
-                f"this ramp of {amount((schedule.end - schedule.start) * 1e3, 'ms')} is over within one time step "
-                f"({amount(dt * 1e3, 'ms')}), and is a jump; make it longer, or say `steps`"
+                f"this ramp of {amount((schedule.end - schedule.start) * 1e3, 'ms')} ends within one time step "
+                f"({amount(dt * 1e3, 'ms')}) and is a jump; make it longer, or use `steps`"
             )
             yield facts.problem("fast-schedule", where, text)
         elif isinstance(schedule, Steps | Piecewise | Waypoints):
             for index, (a, b) in enumerate(pairwise(schedule.times)):
                 if b - a < dt * (1 - 1e-6):
                     text = (
-                        f"{a:g} s and {b:g} s lie within one time step ({amount(dt * 1e3, 'ms')}), in which nothing "
-                        f"can change; leave one out, or take scene.dt of {(b - a):.2g}"
+                        f"{a:g} s and {b:g} s are within one time step ({amount(dt * 1e3, 'ms')}), in which nothing "
+                        f"can change; leave one out, or use scene.dt of {(b - a):.2g}"
                     )
                     yield facts.problem("fast-schedule", (*where, "times", index + 1), text)
                     break
@@ -133,26 +131,26 @@ RULES = (
     Rule(
         id="fast-spin",
         severity="warning",
-        title="Something turns too far within a substep.",
+        title="A body turns too far within a substep.",
         reason="""\
-Contacts are looked for once in each substep. What turns by more than half a radian meanwhile reaches into others, or
-jumps past them, before it is seen.""",
-        remedy="More substeps, or a slower turn.",
+The engine detects contacts once per substep. A body that turns by more than half a radian in that time enters others,
+or jumps past them, before the contact is detected.""",
+        remedy="Use more substeps, or a slower rotation.",
         example=_TURNED % "120",
         fix=_TURNED % "12",
-        run=lambda facts: one_each(_spin(facts)),
+        run=lambda facts: one_per_place(_spin(facts)),
     ),
     Rule(
         id="fast-schedule",
         severity="warning",
         title="A schedule changes faster than the time step.",
         reason="""\
-Targets, forces and prescribed motions are set once in each time step. A sine with fewer than two steps in a cycle shows
-as another, slower one, with fewer than eight it is coarse; a ramp that is over within a step is a jump, and of two
-values within one step only one is seen.""",
-        remedy="A shorter `scene.dt`, or a slower schedule.",
+Targets, forces and prescribed motions are set once per time step. A sine with fewer than two steps per cycle aliases to
+a slower one, with fewer than eight it is coarse; a ramp that ends within a step is a jump, and of two values within one
+step only one has an effect.""",
+        remedy="Use a shorter `scene.dt`, or a slower schedule.",
         example=_SHAKEN % "30",
         fix=_SHAKEN % "10",
-        run=lambda facts: one_each(_fast(facts)),
+        run=lambda facts: one_per_place(_fast(facts)),
     ),
 )

@@ -1,15 +1,15 @@
-"""Springs and servos that are too stiff for the time step, and joints that nothing damps.
+"""Springs and servos that are too stiff for the time step, and joints without damping.
 
-The engine (integrator `approximate_implicitfast`) takes damping implicitly and stiffness explicitly. With the substep
-h, the spring or servo stiffness k, all damping d and the inertia I of a joint it steps
+The engine (integrator `approximate_implicitfast`) integrates damping implicitly and stiffness explicitly. With the
+substep h, the spring or servo stiffness k, the total damping d and the inertia I of a joint it steps
 
     (I + h d) v' = I v - h k x,    x' = x + h v'
 
-which is stable for  h^2 k < 4 I + 2 h d  and only then; measured at h = 10 ms with 1 kg: 3e4 N/m swings on, 4.5e4 N/m
-diverges, 1e6 N/m with a damping of 6e4 is still. In a tree, I is the joint's entry of the mass matrix: if the bound is
-broken with it, it is broken whatever the other joints do. The frequency of a swing comes out wrong by (h w)^2 / 24.
+which is stable only for  h^2 k < 4 I + 2 h d; measured at h = 10 ms with 1 kg: 3e4 N/m oscillates, 4.5e4 N/m diverges,
+1e6 N/m with a damping of 6e4 is at rest. In a tree, I is the joint's entry of the mass matrix: if it violates the
+bound, so does the tree, whatever the other joints do. The relative error of the frequency is (h w)^2 / 24.
 
-Trees of ball joints without damping and armature diverge by themselves: measured with a chain of 10 links at 10 ms, and
+Trees of ball joints without damping and armature diverge on their own: measured with a chain of 10 links at 10 ms, and
 with a net (closed loops) at 5 ms.
 """
 
@@ -18,20 +18,21 @@ from math import ceil, inf, sqrt
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.motors import amount, at_least, one_each, powered
+from text2sim.lint.joints.motors import powered
 from text2sim.lint.joints.swing import Swing
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
 ROUGH = 1.0
-"""Substep times angular frequency of a swing that is worth a word: its frequency is 4 % wrong."""
+"""Largest substep times angular frequency without a warning: the frequency is 4 % wrong."""
 LIVELY = 0.3
-"""Damping ratio below which a swing is seen at all."""
+"""Damping ratio below which an oscillation is visible."""
 DEEP = 3
-"""Ball joints, one on the other, that make a chain."""
+"""Fewest ball joints in a row that make a chain."""
 CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
-"""Longest substeps [s] at which an undamped chain, and an undamped net, were seen to hold."""
+"""Longest substeps [s] at which an undamped chain, and an undamped net, remained stable (measured)."""
 
 
 def _stiff(facts: Facts) -> Iterator[Problem]:
@@ -64,15 +65,15 @@ def _judge(
         key = "joint damping" if name.startswith("spring") else "damping"
         text = (
             f"`{label}` {then}: {name} on an inertia of {amount(inertia, unit)} is too stiff for substeps of "
-            f"{amount(h * 1e3, 'ms')}; it needs scene.substeps of {ceil(dt / (0.8 * longest))} or more, or a value "
-            f"below {most:.2g}, or a {key} of {at_least(wanted)}"
+            f"{amount(h * 1e3, 'ms')}; use scene.substeps of {ceil(dt / (0.8 * longest))} or more, a value below "
+            f"{most:.2g}, or a {key} of {at_least(wanted)}"
         )
         yield facts.problem("stiff-joint", where, text, severity="error" if limit == inf else "warning")
     elif h * rate > ROUGH and damping / (2 * sqrt(stiffness * inertia)) < LIVELY:
         text = (
-            f"`{label}` swings {amount(rate / 6.2832, 'Hz')} with {name} on {amount(inertia, unit)}, which substeps of "
-            f"{amount(h * 1e3, 'ms')} get wrong by {(h * rate) ** 2 / 24:.0%}; scene.substeps of "
-            f"{ceil(dt * rate / 0.5)} bring that to 1 %, and below {inertia * (0.5 / h) ** 2:.2g} it is no matter"
+            f"`{label}` oscillates at {amount(rate / 6.2832, 'Hz')} with {name} on {amount(inertia, unit)}, and "
+            f"substeps of {amount(h * 1e3, 'ms')} make that frequency wrong by {(h * rate) ** 2 / 24:.0%}; use "
+            f"scene.substeps of {ceil(dt * rate / 0.5)} for 1 %, or a value below {inertia * (0.5 / h) ** 2:.2g}"
         )
         yield facts.problem("stiff-joint", where, text, severity="warning")
 
@@ -98,9 +99,9 @@ def _undamped(facts: Facts) -> Iterator[Problem]:
                     where = ("bodies", name, "joint") if facts.raw(("bodies", name, "joint")) else ("bodies", name)
                 needed = ceil(facts.case.scene.dt / longest - 1e-9)
                 text = (
-                    f"`{name}` has {depth} ball joints in a row with neither damping nor armature, and will fly apart "
-                    f"at substeps of {amount(facts.substep * 1e3, 'ms')}; give its joints a damping (0.02 is enough "
-                    f"for links of some 0.1 kg) or an armature, or set scene.substeps to {needed} or more"
+                    f"`{name}` has {depth} ball joints in a row without damping and armature, and will fly apart at "
+                    f"substeps of {amount(facts.substep * 1e3, 'ms')}; give its joints a damping (0.02 is enough for "
+                    f"links of about 0.1 kg) or an armature, or set scene.substeps to {needed} or more"
                 )
                 yield facts.problem("undamped-joints", where, text, key=True)
                 break
@@ -149,24 +150,25 @@ RULES = (
         severity="error",
         title="A spring or a servo is too stiff for the time step.",
         reason="""\
-The engine takes stiffness explicitly: a joint of inertia I with a spring or servo of stiffness k and damping d is
-stable only for `h^2 k < 4 I + 2 h d`, where h is the substep. Beyond, it swings wider with every step until the run
-diverges; a limited motor chatters between its limits (a warning). A swing that is fast for the substep (`h w > 1`) and
-hardly damped has a wrong frequency (a warning). Damping is taken implicitly, and is never too large.""",
-        remedy="More substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
+The engine integrates stiffness explicitly: a joint of inertia I with a spring or servo of stiffness k and damping d is
+stable only for `h^2 k < 4 I + 2 h d`, where h is the substep. Otherwise the amplitude grows with every step until the
+run diverges; a limited motor chatters between its limits (a warning). An oscillation that is fast for the substep
+(`h w > 1`) and hardly damped has a wrong frequency (a warning). Damping is integrated implicitly and is never too
+large.""",
+        remedy="Use more substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
         example=_CART % "1.0e+5",
         fix=_CART % "4000",
-        run=lambda facts: one_each(_stiff(facts)),
+        run=lambda facts: one_per_place(_stiff(facts)),
     ),
     Rule(
         id="undamped-joints",
         severity="warning",
-        title="A chain of ball joints has neither damping nor armature.",
+        title="A chain of ball joints has no damping and no armature.",
         reason="""\
 An undamped tree of ball joints gains energy from the integrator: a chain of ten links flew apart at substeps of 10 ms
-after 1.3 s, a net (with closed loops) at 5 ms after 0.3 s, both without any contact. A little damping or armature cures
-it at no visible cost; chains, nets and ragdolls of the language have both unless the case says otherwise.""",
-        remedy="Give the joints a `damping` or an `armature`, or take more substeps.",
+after 1.3 s, a net (with closed loops) at 5 ms after 0.3 s, both without any contact. A little damping or armature
+prevents it at no visible cost; chains, nets and ragdolls have both by default.""",
+        remedy="Give the joints a `damping` or an `armature`, or use more substeps.",
         example=_chain("0"),
         fix=_chain("0.01"),
         run=_undamped,

@@ -15,9 +15,8 @@ from text2sim.compiler.shapes.boxes import union
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.motors import amount, at_least, one_each
-from text2sim.lint.rule import Rule
-from text2sim.lint.words import length, vector
+from text2sim.lint.rule import Rule, one_per_place
+from text2sim.lint.words import amount, at_least, length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse
 
@@ -124,8 +123,8 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
 
 
 def _violent(facts: Facts) -> Iterator[Problem]:
-    yield from one_each(_launched(facts))
-    yield from one_each(_pushed(facts))
+    yield from one_per_place(_launched(facts))
+    yield from one_per_place(_pushed(facts))
 
 
 _PUCK = """\

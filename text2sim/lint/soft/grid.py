@@ -8,8 +8,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.soft.gaps import Gaps
-from text2sim.lint.soft.numbers import no_larger
-from text2sim.lint.words import length, more_copies
+from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
 COURANT, UNSTABLE = 0.5, 0.7
@@ -59,7 +58,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         cells = thin / soft.cell
         text = (
             f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {no_larger(thin / THIN)} gives it "
+            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / THIN)} gives it "
             f"{THIN:g}" + (f" (that is {(THIN / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
         )
         if cells < EMPTY:

@@ -8,8 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
-from text2sim.lint.soft.numbers import no_larger
-from text2sim.lint.words import length
+from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
 LOADED, LEAKING, STILL = 3.0, 2.0, 1.0
@@ -41,7 +40,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{copy.name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)}), and "
             f"{why}: `{body.name}` leaks through it; make it {length(wanted * soft.cell)} or thicker, or "
-            f"`scene.mpm.cell` {no_larger(thin / wanted)}, or, if it holds the body by `attach` alone, "
+            f"`scene.mpm.cell` {at_most(thin / wanted)}, or, if it holds the body by `attach` alone, "
             "`material: {touch_soft: false}`"
         )
         severity = "error" if wanted == LOADED and cells < LEAKING else None
@@ -74,7 +73,7 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
         text = (
             f"the opening of `{copy.name}` has a radius of {length(radius)}, {radius / soft.cell:.2g} cells of the mpm "
             f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; a radius of {length(NECK * soft.cell)}, or "
-            f"`scene.mpm.cell` {no_larger(radius / NECK)}, lets it through"
+            f"`scene.mpm.cell` {at_most(radius / NECK)}, lets it through"
         )
         yield facts.problem("narrow-opening", facts.said(copy.body, "shape"), text, key=True)
 
