@@ -26,9 +26,9 @@ actions:
         ("0.11", "{kind: contact, between: [ball, floor]}", ""),
         ("0.1", "{kind: contact, between: [ball, floor], after: other}", ""),
         ("0.2", "{kind: contact, between: [ball, post]}", ""),
-        ("1", "{kind: threshold, measure: height, above: 0.5}", "is 1 m at the start, above 0.5 m already"),
+        ("1", "{kind: threshold, measure: height, above: 0.5}", "is 1 m at the start, already above 0.5 m"),
         ("1", "{kind: threshold, measure: height, above: 1.5}", ""),
-        ("1", "{kind: threshold, measure: height, below: 1.5}", "below 1.5 m already"),
+        ("1", "{kind: threshold, measure: height, below: 1.5}", "already below 1.5 m"),
         (
             "1",
             "{kind: enters, of: ball, region: {kind: sphere, center: [0, 0, 1], radius: 0.3}}",
@@ -40,7 +40,7 @@ actions:
             "{kind: leaves, of: ball, region: {kind: sphere, center: [0, 0, 2], radius: 0.3}}",
             "leaves it only after",
         ),
-        ("0.1", "{kind: rest, of: post}", "stands still from the start"),
+        ("0.1", "{kind: rest, of: post}", "is at rest from the start"),
         ("0.5", "{kind: rest, of: post}", ""),
     ],
 )

@@ -49,7 +49,7 @@ def test_nothing_happens_before_the_first_cause(assets: Path, act: str) -> None:
     name = next(name for name in ("kick", "push", "ram", "drive") if f"{name}:" in act)
     for early in ("event: hit, within: [0, 0.9]", "event: in, within: [0.5, 1]", "measure: x, at: 0.8, above: 0.5"):
         (found,) = findings(assets, "too-soon", BALL, act, expecting(early))
-        assert f"everything still stands: `{name}` is the first to act, at 1 s" in found.message
+        assert f"everything is at rest: `{name}` acts first, at 1 s" in found.message
     for late in ("event: hit, within: [0, 3]", "event: hit, within: [2, 3]", "measure: x, at: 0.8, below: 0.5"):
         assert findings(assets, "too-soon", BALL, act, expecting(late)) == []
 

@@ -1,23 +1,23 @@
 """Cases whose expectations all hold if nothing moves.
 
-Every expectation is judged in a scene that stands still: measures keep the value of the start, speeds are zero, events
-that need motion do not happen. What is not known then (forces of contact, energies, bodies that may touch from the
-start) counts as a failure, so that a case is named only if every single expectation would certainly pass.
+The rule evaluates every expectation in a scene at rest: measures keep their start values, speeds are zero, events that
+need motion do not happen. Unknown values (contact forces, energies, bodies that may touch from the start) count as
+failures, so the rule reports a case only if every expectation would certainly pass.
 
-It is named only if something is meant to move: if it has controls other than welds, driven bodies, or a free body in
-the air. A tower that is to stand still may say so.
+It reports only cases in which something should move: with controls other than welds, driven bodies, or a free body in
+the air.
 """
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.event_bounds import happening_of
+from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.gaps import gap, height
-from text2sim.lint.script.outcomes import asked_of
+from text2sim.lint.script.outcomes import bound_of
 from text2sim.lint.script.starts import resting
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.script.values import JOINTS, subjects, values_of
@@ -27,9 +27,9 @@ from text2sim.spec_schema.models.controls import Attach, Release
 from text2sim.spec_schema.models.expectations import Expect
 
 MAX_PAIRS = 2_000
-"""Largest number of pairs of bodies that are tested."""
+"""Most pairs of bodies that are tested."""
 AIR = 0.02
-"""Smallest gap [m] below a body that is in the air."""
+"""Smallest gap [m] below a body in the air."""
 
 
 def _at_rest(facts: Facts) -> Iterator[Problem]:
@@ -40,31 +40,31 @@ def _at_rest(facts: Facts) -> Iterator[Problem]:
     if not moved:
         return
     if len(expect) == 1:
-        says = f"`{next(iter(expect))}`, the only expectation, holds"
+        holds = f"`{next(iter(expect))}`, the only expectation, holds"
     else:
-        says = f"all {len(expect)} expectations hold"
+        holds = f"all {len(expect)} expectations hold"
     text = (
-        f"{says} if nothing moves at all, and {moved}: add one that is true only after what is meant to happen has "
-        "happened (an event that has to come, a measure that has to change)"
+        f"{holds} if nothing moves, but {moved}: add an expectation that fails at the start (an event that has to "
+        "happen, a measure that has to change)"
     )
     yield facts.problem("passes-at-rest", ("actions", "expect"), text, key=True)
 
 
 def held_at_start(facts: Facts) -> list[str]:
-    """Return the expectations that hold if nothing moves, by name: they say what must not go wrong."""
+    """Return the names of the expectations that hold if nothing moves."""
     return [name for name, one in facts.case.actions.expect.items() if passes(facts, one)]
 
 
 def _moved(facts: Facts) -> str:
-    """Describe what is meant to move; empty if nothing is."""
+    """Say what should move; empty if nothing should."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
-            return f"`{name}` is to move something"
+            return f"`{name}` should move something"
     for name, body in facts.case.bodies.items():
         if body.kind == "driven":
             return f"`{name}` is driven"
-    for copies in (facts.placed[name][:1] for name in facts.case.bodies):
-        for copy in copies:
+    for name in facts.case.bodies:
+        for copy in facts.placed[name][:1]:
             if facts.free(copy) and _in_the_air(facts, copy):
                 return f"`{copy.name}` starts in the air"
     return ""
@@ -74,26 +74,20 @@ def _in_the_air(facts: Facts, copy: Copy) -> bool:
     box = facts.box(copy)
     if box is None or not any(facts.plan.gravity) or any(height(ground, box) < AIR for ground in facts.planes):
         return False
-    below = (tuple(low - AIR for low in box[0]), box[1])
-    for other in facts.copies.values():
-        under = facts.box(other)
-        if other is not copy and under is not None and _overlap(under, below):
-            return False
-    return True
-
-
-def _overlap(a: Any, b: Any) -> bool:
-    return all(p < s and r < q for p, q, r, s in zip(*a, *b, strict=True))
+    (x, y, z), high = box
+    below = ((x - AIR, y - AIR, z - AIR), high)
+    boxes = (facts.box(other) for other in facts.copies.values() if other is not copy)
+    return all(other is None or apart(other, below) for other in boxes)
 
 
 def passes(facts: Facts, expect: Expect) -> bool:
-    """Whether an expectation certainly holds in a scene that stands still."""
+    """Return whether an expectation certainly holds in a scene at rest."""
     if expect.on is not None:
-        return False  # nothing that it could count from
+        return False
     if expect.measure is not None:
         return _measure(facts, expect)
     event = facts.case.actions.events[expect.event or ""]
-    known = happening_of(facts, expect.event or "")
+    known = bounds_of(facts, expect.event or "")
     times = known.at
     if times is None:
         happens = event.kind == "rest" and event.after is None and event.for_ < facts.case.scene.duration
@@ -124,10 +118,10 @@ def _measure(facts: Facts, expect: Expect) -> bool:
         value = resting(facts, measure, targets)
     if value is None:
         return False
-    asked = asked_of(expect, facts.case.scene.duration)
-    if asked.stat in ("range", "std"):
+    bound = bound_of(expect, facts.case.scene.duration)
+    if bound.stat in ("range", "std"):
         value = 0.0
-    return asked.low < value < asked.high
+    return bound.low < value < bound.high
 
 
 def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
@@ -155,9 +149,9 @@ RULES = (
         severity="warning",
         title="All expectations would hold if nothing moved.",
         reason="""\
-Something is driven, pushed or dropped, and yet the case would pass if the engine did nothing. Such expectations only
-say what must not go wrong; they do not test that anything happened.""",
-        remedy="Add an expectation that fails at the start: an event that has to come, a place to be reached.",
+A body is driven, pushed or dropped, but the case would pass if the engine did nothing. Such expectations do not test
+that anything happened.""",
+        remedy="Add an expectation that fails at the start: an event that has to happen, a position to reach.",
         example=_BALL % "",
         fix=_BALL % "    lands: {measure: height, at: end, below: 0.2}\n",
         run=_at_rest,

@@ -1,8 +1,8 @@
-"""Expectations of which only one can hold.
+"""Expectations that contradict each other.
 
-Of one measure: what must be so at every time of a span (or at one time) has to fit with every other such wish at the
-same time, and with what a statistic over a span within it has to reach. Of events: an event that must never happen
-cannot also happen; first times lie in every `within`; and `before` has to fit with the spans, without cycles.
+For one measure: a bound at every time of a span (or at one time) has to agree with every other such bound at the same
+time, and with the bounds of statistics over a span within it. For events: an event that must never happen cannot also
+happen; its first time is in every `within`; and `before` has to agree with the spans, without cycles.
 """
 
 from collections.abc import Iterator
@@ -10,35 +10,35 @@ from itertools import combinations, islice
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.outcomes import Asked, asked_of, bound_of
+from text2sim.lint.script.outcomes import Bound, bound_of, field_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
-Wish = tuple[str, Expect, Asked]
+NamedBound = tuple[str, Expect, Bound]
 PAIRS = 50_000
-"""Of the expectations of one measure or event that are held against each other: those of the first three hundred."""
+"""Most pairs of expectations of one measure or event that are compared: those of the first three hundred."""
 
 
 def _contradictions(facts: Facts) -> Iterator[Problem]:
     duration = facts.case.scene.duration
-    wishes: dict[str, list[Wish]] = {}
+    bounds: dict[str, list[NamedBound]] = {}
     events: dict[str, list[tuple[str, Expect]]] = {}
     for name, expect in facts.case.actions.expect.items():
         if expect.on is not None:
-            continue  # when is not known
+            continue  # its time is not known
         if expect.measure is not None:
-            wishes.setdefault(expect.measure, []).append((name, expect, asked_of(expect, duration)))
+            bounds.setdefault(expect.measure, []).append((name, expect, bound_of(expect, duration)))
         elif expect.event is not None:
             events.setdefault(expect.event, []).append((name, expect))
-    for measure, group in wishes.items():
+    for measure, group in bounds.items():
         for a, b in islice(combinations(group, 2), PAIRS):
             if _clash(a[2], b[2]) or _clash(b[2], a[2]):
-                text = f"`{a[0]}` and `{b[0]}` cannot both hold: they ask for different values of `{measure}`"
+                text = f"`{a[0]}` and `{b[0]}` cannot both hold: they require different values of `{measure}`"
                 at = max(a[2].first, b[2].first)
                 text += f" at {at:g} s" if a[2].stat == b[2].stat == "all" else " over the same span"
-                yield facts.problem("contradiction", ("actions", "expect", b[0], bound_of(b[1])), text)
+                yield facts.problem("contradiction", ("actions", "expect", b[0], field_of(b[1])), text)
     for event, group in events.items():
         for a, b in islice(combinations(group, 2), PAIRS):
             if why := _at_odds(a[1], b[1], duration):
@@ -47,8 +47,8 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
     yield from _order(facts, events)
 
 
-def _clash(a: Asked, b: Asked) -> bool:
-    """Whether `a`, which holds for all values, leaves `b` nothing."""
+def _clash(a: Bound, b: Bound) -> bool:
+    """Return whether `a`, if it holds for all values, excludes `b`."""
     if a.stat == b.stat and a.stat != "all":
         return (a.first, a.last) == (b.first, b.last) and max(a.low, b.low) >= min(a.high, b.high)
     if a.stat != "all":
@@ -62,7 +62,7 @@ def _clash(a: Asked, b: Asked) -> bool:
     covered = b.first >= a.first and b.last <= a.last
     if covered and (a.high <= b.low or a.low >= b.high):
         return True
-    # One value of the span is enough to break a largest or a smallest one.
+    # One value of the span is enough to violate a maximum or a minimum.
     touching = max(a.first, b.first) <= min(a.last, b.last)
     return touching and (b.stat == "max" and a.low >= b.high or b.stat == "min" and a.high <= b.low)
 
@@ -76,24 +76,24 @@ def _times(expect: Expect) -> tuple[int, float]:
 
 
 def _at_odds(a: Expect, b: Expect, duration: float) -> str:
-    """Why two expectations of one event cannot both hold."""
+    """Say why two expectations of one event cannot both hold; empty if they can."""
     first, second = span_of(a.within, duration), span_of(b.within, duration)
     if a.never and b.never:
         return ""
     if a.never or b.never:
         span, other, least = (first, second, _times(b)[0]) if a.never else (second, first, _times(a)[0])
         inside = span[0] <= other[0] and other[1] <= span[1]
-        return "must not happen, and must" if inside and least > 0 else ""
+        return "must and must not happen" if inside and least > 0 else ""
     (least, most), (less, more) = _times(a), _times(b)
     if max(least, less) > min(most, more):
-        return "is to happen a different number of times"
+        return "has to happen different numbers of times"
     if least > 0 and less > 0 and max(first[0], second[0]) > min(first[1], second[1]):
-        return "has one first time, and is to have it in two spans"
+        return "has to happen first in two separate spans"
     return ""
 
 
 def _order(facts: Facts, events: dict[str, list[tuple[str, Expect]]]) -> Iterator[Problem]:
-    """Yield what is wrong with `before`."""
+    """Check `before`."""
     follows: dict[str, str] = {}
     for event, group in events.items():
         for name, expect in group:
@@ -106,17 +106,17 @@ def _order(facts: Facts, events: dict[str, list[tuple[str, Expect]]]) -> Iterato
             rivals = [rival for _, rival in events.get(other, []) if rival.within and _times(rival)[0] > 0]
             ends = [span_of(rival.within, facts.case.scene.duration)[1] for rival in rivals]
             if any(end <= start for end in ends):
-                text = f"`{other}` is to happen by {min(ends):g} s, and `{event}` not before {start:g} s"
+                text = f"`{other}` has to happen by {min(ends):g} s, and `{event}` not before {start:g} s"
                 yield facts.problem("contradiction", where, text)
             elif any(rival.never and rival.within is None for _, rival in events.get(other, [])):
-                text = f"`{other}` must never happen, and so nothing can come before it"
+                text = f"`{other}` must never happen, so nothing can happen before it"
                 yield facts.problem("contradiction", where, text)
             elif facts.case.actions.events[event].after == other:
-                text = f"`{event}` is looked for after `{other}` only, and so never comes before it"
+                text = f"`{event}` is only searched after `{other}`, so it never happens before it"
                 yield facts.problem("contradiction", where, text)
     for cycle in find_cycles(follows):
         name = next(name for name, expect in events[cycle[0]] if expect.before is not None)
-        text = f"events cannot come before each other in a circle: {' -> '.join([*cycle, cycle[0]])}"
+        text = f"events cannot happen before each other in a cycle: {' -> '.join([*cycle, cycle[0]])}"
         yield facts.problem("contradiction", ("actions", "expect", name, "before"), text)
 
 
@@ -135,10 +135,10 @@ RULES = (
     Rule(
         id="contradiction",
         severity="error",
-        title="Two expectations of which only one can hold.",
+        title="Two expectations contradict each other.",
         reason="""\
-Two bounds on one measure at the same time leave no value, or two expectations want an event at different times, or an
-event that must not happen. Whatever the run does, the case fails.""",
+Two bounds on one measure at the same time leave no value, or two expectations require an event at different times, or
+an event that must not happen. The case fails whatever the run does.""",
         remedy="Change one of the two, or the times to which they apply.",
         example=_BALL % "0.8",
         fix=_BALL % "0.1",

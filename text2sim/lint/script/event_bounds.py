@@ -1,8 +1,8 @@
 """Bounds on events: which can never happen, and how early others can (`evidence/events.py`).
 
-A contact needs two bodies that can get to each other: links of one tree do not touch unless `self_collision` is true,
-and bodies that the world holds get only so far. A threshold has to be passed: what is beyond it from the start has not
-passed it. A rest and a separation last for their `for`, within the run. A release happens when the case says.
+A contact needs two bodies that can meet: links of one tree do not collide unless `self_collision` is true, and bodies
+that the world holds have a limited reach. A threshold has to be crossed: a measure beyond it from the start does not
+cross it. A rest and a separation last for their `for`, within the run. The case gives the time of a release.
 """
 
 from collections.abc import Callable
@@ -18,56 +18,53 @@ from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release, Remove
 
 MAX_PAIRS = 2_000
-"""Pairs of bodies that are looked at, at most."""
+"""Most pairs of bodies that are tested."""
 
 
 @dataclass(frozen=True)
-class Happening:
-    """What is known of an event before the run."""
+class EventBounds:
+    """Bounds on an event before the run."""
 
     never: str = ""
     """Why it cannot happen; empty if it can."""
     earliest: float = 0.0
-    """It cannot happen before [s]."""
+    """Earliest time [s]."""
     at: tuple[float, ...] | None = None
-    """When it happens [s], if the case itself says so."""
+    """Its times [s], if the case gives them."""
 
 
-class _Known(dict[str, Happening]):
+class _Known(dict[str, EventBounds]):
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
 
-    def __missing__(self, name: str) -> Happening:
+    def __missing__(self, name: str) -> EventBounds:
         event = self.facts.case.actions.events[name]
-        found = _WHY[event.kind](self.facts, event) if event.kind in _WHY else Happening()
+        found = _WHY[event.kind](self.facts, event) if event.kind in _WHY else EventBounds()
         if event.after is not None and not found.never:
-            first = self[event.after]  # no circles: references are known to hold
+            first = self[event.after]  # references have no cycles
             if first.never:
-                found = Happening(f"it comes after `{event.after}`, which cannot happen: {first.never}")
+                found = EventBounds(f"it comes after `{event.after}`, which cannot happen: {first.never}")
             else:
-                found = Happening("", max(found.earliest, first.earliest), _after(found, first))
+                times = None
+                if found.at is not None and first.at is not None:
+                    times = tuple(time for time in found.at if time > first.at[0])
+                found = EventBounds("", max(found.earliest, first.earliest), times)
         self[name] = found
         return found
 
 
-def happening_of(facts: Facts, name: str) -> Happening:
-    """Return what is known of an event of the case."""
+def bounds_of(facts: Facts, name: str) -> EventBounds:
+    """Return the bounds on an event of the case."""
     return facts.own(_Known)[name]
 
 
-def _after(found: Happening, first: Happening) -> tuple[float, ...] | None:
-    if found.at is None or first.at is None:
-        return None
-    return tuple(time for time in found.at if time > first.at[0])
-
-
-def _contact(facts: Facts, event: Any) -> Happening:
+def _contact(facts: Facts, event: Any) -> EventBounds:
     first, second = (targets_of(facts).select(selector) for selector in event.between)
     if event.kind == "separation" and event.for_ > facts.case.scene.duration:
         duration = facts.case.scene.duration
-        return Happening(f"it needs {event.for_:g} s without a touch, and the run takes {duration:g} s")
+        return EventBounds(f"it needs {event.for_:g} s without contact, and the run takes {duration:g} s")
     if not first or not second or len(first) * len(second) > MAX_PAIRS:
-        return Happening()
+        return EventBounds()
     reach, why = reach_of(facts), ""
     for a in first:
         here = reach.body(a.copy, a.link)
@@ -76,88 +73,88 @@ def _contact(facts: Facts, event: Any) -> Happening:
                 continue
             why = _apart(facts, a, b)
             if not why and never_meet(here, reach.body(b.copy, b.link)):
-                why = f"`{a.label}` and `{b.label}` never come near each other, for what holds them lets them not"
+                why = f"their joints and mounts keep `{a.label}` and `{b.label}` apart"
             if not why:
-                return Happening()
-    return Happening(why)
+                return EventBounds()
+    return EventBounds(why)
 
 
 def _apart(facts: Facts, a: Target, b: Target) -> str:
-    """Why two links do not touch even where they meet."""
+    """Say why two links do not collide even where they meet; empty if they do."""
     model = a.copy.model
     if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:
         if not model.self_collision:
-            return f"links of `{a.copy.body}` pass through each other; `self_collision: true` would let them touch"
+            return f"links of `{a.copy.body}` pass through each other; set `self_collision: true`"
     elif not (a.moves or b.moves):
         return f"neither `{a.label}` nor `{b.label}` can move"
     return ""
 
 
-def _threshold(facts: Facts, event: Any) -> Happening:
+def _threshold(facts: Facts, event: Any) -> EventBounds:
     values = values_of(facts, event.measure)
     if values.frozen:
-        return Happening(f"`{event.measure}` never changes: {values.frozen}")
+        return EventBounds(f"`{event.measure}` never changes: {values.frozen}")
     bound = event.above if event.above is not None else event.below
     which, unit = "above" if event.above is not None else "below", f" {values.unit}".rstrip()
     low, high = values.low, values.high
     if event.above is not None and high < bound or event.below is not None and low > bound:
-        return Happening(f"`{event.measure}` is never {which} {bound:g}{unit}: {values.why}")
+        return EventBounds(f"`{event.measure}` is never {which} {bound:g}{unit}: {values.why}")
     if event.above is not None and low >= bound or event.below is not None and high <= bound:
-        return Happening(f"`{event.measure}` is always {which} {bound:g}{unit}, and so never passes it: {values.why}")
-    return Happening()
+        return EventBounds(f"`{event.measure}` is always {which} {bound:g}{unit} and never crosses it: {values.why}")
+    return EventBounds()
 
 
-def _rest(facts: Facts, event: Any) -> Happening:
+def _rest(facts: Facts, event: Any) -> EventBounds:
     duration = facts.case.scene.duration
     if event.for_ > duration:
-        return Happening(f"it needs {event.for_:g} s of rest, and the run takes {duration:g} s")
-    return Happening()
+        return EventBounds(f"it needs {event.for_:g} s of rest, and the run takes {duration:g} s")
+    return EventBounds()
 
 
-def _region(facts: Facts, event: Any) -> Happening:
+def _region(facts: Facts, event: Any) -> EventBounds:
     reach = reach_of(facts)
     region = facts.case.scene.domain if event.kind == "left_domain" else event.region
     if region is None or getattr(region, "moves_with", None) is not None:
-        return Happening()
+        return EventBounds()
     for target in targets_of(facts).select(event.of):
         ball = reach.origin(target.copy, target.link) if target.known and not target.driven else None
         if ball is None:
-            return Happening()
+            return EventBounds()
         depth = depth_inside(region, ball[0])
         outside, inside = depth < -ball[1], depth > ball[1]
         starts_outside = event.kind == "left_domain" and depth_inside(region, target.origin) <= 0.0
         if starts_outside or not (inside or (outside and event.kind != "left_domain")):
-            return Happening()
+            return EventBounds()
     selected = targets_of(facts).select(event.of)
     if not selected:
-        return Happening()
+        return EventBounds()
     where = "the domain" if event.kind == "left_domain" else "the region"
-    return Happening(f"what holds `{selected[0].label}` lets it get neither into nor out of {where}")
+    return EventBounds(f"the joints or the mount of `{selected[0].label}` let it neither enter nor leave {where}")
 
 
-def _released(facts: Facts, event: Any) -> Happening:
+def _released(facts: Facts, event: Any) -> EventBounds:
     controls, duration = facts.case.actions.controls.values(), facts.case.scene.duration
     releases = [c for c in controls if isinstance(c, Release) and c.attach == event.attach]
     if any(c.at is None for c in releases):  # when something happens
-        return Happening()
+        return EventBounds()
     times = sorted(c.at for c in releases if c.at is not None and c.at <= duration)
     if not times:
-        return Happening(f"`{event.attach}` is released after the end of the run ({duration:g} s)")
-    return Happening("", times[0], tuple(times))
+        return EventBounds(f"`{event.attach}` is released after the end of the run ({duration:g} s)")
+    return EventBounds("", times[0], tuple(times))
 
 
-def _removed(facts: Facts, event: Any) -> Happening:
+def _removed(facts: Facts, event: Any) -> EventBounds:
     control, duration = facts.case.actions.controls.get(event.remove), facts.case.scene.duration
     times = sorted(r.at for r in facts.rows.removals if r.control == event.remove and r.at is not None)
     times = [time for time in times if time <= duration]
     if not isinstance(control, Remove) or control.on is not None:
-        return Happening()
+        return EventBounds()
     if not times:
-        return Happening(f"`{event.remove}` comes after the end of the run ({duration:g} s)")
-    return Happening("", times[0], tuple(times))
+        return EventBounds(f"`{event.remove}` comes after the end of the run ({duration:g} s)")
+    return EventBounds("", times[0], tuple(times))
 
 
-_WHY: dict[str, Callable[[Facts, Any], Happening]] = {
+_WHY: dict[str, Callable[[Facts, Any], EventBounds]] = {
     "contact": _contact,
     "separation": _contact,
     "threshold": _threshold,

@@ -1,4 +1,4 @@
-"""Events that have happened when the run begins: see `starts` for what is known of the start."""
+"""Events whose condition holds when the run begins; see `starts` for the values at the start."""
 
 from collections.abc import Callable, Iterator
 from itertools import product
@@ -8,7 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.initial_rest import all_still
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.event_bounds import happening_of
+from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.script.values import values_of
@@ -16,19 +16,19 @@ from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
 
 MAX_PAIRS = 2_000
-"""Pairs of bodies that are looked at, at most."""
+"""Most pairs of bodies that are tested."""
 TOUCH = 1e-4
-"""Gap [m] at which bodies touch from the first step on."""
+"""Largest gap [m] of bodies that touch from the first step."""
 
 
-def _beginnings(facts: Facts) -> Iterator[Problem]:
+def _true_at_start(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
     used = {name for one in actions.expect.values() for name in (one.event, one.before, one.on)}
     used |= {getattr(control, "on", None) for control in actions.controls.values()}
     for name, event in actions.events.items():
-        if name not in used or event.after is not None or event.kind not in _SAYS or happening_of(facts, name).never:
+        if name not in used or event.after is not None or event.kind not in _WHY or bounds_of(facts, name).never:
             continue
-        why = _SAYS[event.kind](facts, event)
+        why = _WHY[event.kind](facts, event)
         if why:
             yield facts.problem("true-at-start", ("actions", "events", name), f"`{name}`: {why}", key=True)
 
@@ -41,8 +41,8 @@ def _contact(facts: Facts, event: Any) -> str:
     for a, b in product(first, second):
         if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= TOUCH:
             return (
-                f"`{a.label}` and `{b.label}` touch from the start, so that it happens at once; with `after` another "
-                "event, touches that begin later are looked for"
+                f"`{a.label}` and `{b.label}` touch from the start, so it happens at once; use `after` another event "
+                "to find later contacts"
             )
     return ""
 
@@ -66,8 +66,8 @@ def _threshold(facts: Facts, event: Any) -> str:
         return ""
     way, bound = ("above", event.above) if above else ("below", event.below)
     return (
-        f"`{event.measure}` is {values.start:.4g}{unit} at the start, {way} {bound:g}{unit} already; it happens only "
-        f"when the measure comes back and passes {bound:g} anew"
+        f"`{event.measure}` is {values.start:.4g}{unit} at the start, already {way} {bound:g}{unit}; it happens only "
+        f"when the measure comes back and crosses {bound:g} again"
     )
 
 
@@ -77,9 +77,9 @@ def _region(facts: Facts, event: Any) -> str:
         return ""
     depths = [depth_inside(event.region, target.origin) for target in targets]
     if event.kind == "enters" and min(depths) > 0.0:
-        return f"`{event.of}` is in the region at the start, and enters it only after it has left it"
+        return f"`{event.of}` is inside the region at the start, and enters it only after it has left it"
     if event.kind == "leaves" and max(depths) < 0.0:
-        return f"`{event.of}` is outside of the region at the start, and leaves it only after it has entered it"
+        return f"`{event.of}` is outside the region at the start, and leaves it only after it has entered it"
     return ""
 
 
@@ -89,10 +89,10 @@ def _rest(facts: Facts, event: Any) -> str:
         return ""
     if any(row.entity == target.copy.name for target in targets for row in facts.rows.velocities):
         return ""
-    return f"`{event.of}` stands still from the start, so that it happens at 0 s; with `after`, it is looked for later"
+    return f"`{event.of}` is at rest from the start, so it happens at 0 s; use `after` to find a later rest"
 
 
-_SAYS: dict[str, Callable[[Facts, Any], str]] = {
+_WHY: dict[str, Callable[[Facts, Any], str]] = {
     "contact": _contact,
     "threshold": _threshold,
     "enters": _region,
@@ -116,16 +116,16 @@ RULES = (
     Rule(
         id="true-at-start",
         severity="warning",
-        title="An event whose condition holds when the run begins.",
+        title="The condition of an event holds when the run begins.",
         reason="""\
-Bodies that touch from the start touch in the first step, and what stands still is at rest at once: such an event says
-nothing of what was meant to happen. A threshold that is passed already, and a region that a body is in already, count
-only when they are passed anew.""",
+Bodies that touch from the start have contact in the first step, and bodies at rest are at rest at once: such an event
+says nothing about the run. A threshold that is already crossed, and a region that a body is already in, count only when
+they are crossed again.""",
         remedy="""\
-Choose a bound or a region beyond the start, or say `after` which other event it is looked for. `check` lists the
-expectations that are true at the start, too.""",
+Choose a bound or a region beyond the start, or give another event as `after`. `check` also lists the expectations that
+hold at the start.""",
         example=_BALL % "1.2",
         fix=_BALL % "0.5",
-        run=_beginnings,
+        run=_true_at_start,
     ),
 )

@@ -1,4 +1,4 @@
-"""Names that are given and never used: most often a typing error, or what an edit left behind."""
+"""Names that are never used, usually because of a typing error or an edit."""
 
 import re
 from collections.abc import Iterator
@@ -12,25 +12,19 @@ from text2sim.spec_schema.errors import Problem
 OPEN, CLOSE = "${", "}"
 
 
-def _written(facts: Facts) -> dict[str, Any]:
-    """The case as it stands in its file: what prefabs and variants say is in it."""
-    data = facts.loaded.written.data
-    return data if isinstance(data, dict) else {}
-
-
-def _texts(value: Any) -> Iterator[str]:
-    """Every text inside some data."""
+def _mappings_and_texts(value: Any) -> Iterator[Any]:
+    """Yield every mapping and text inside some data."""
     waiting = [value]
     while waiting:
         one = waiting.pop()
-        if isinstance(one, str):
+        if isinstance(one, dict | str):
             yield one
-        elif isinstance(one, dict | list):
+        if isinstance(one, dict | list):
             waiting += one.values() if isinstance(one, dict) else one
 
 
-def _names(text: str) -> set[str]:
-    """All words in the expressions of a text, its names among them; to parse thousands again would take a second."""
+def _words(text: str) -> set[str]:
+    """Return all words in the expressions of a text, including its names, without parsing."""
     return {word for part in text.split(OPEN)[1:] for word in re.findall(r"\w+", part.partition(CLOSE)[0])}
 
 
@@ -38,12 +32,11 @@ def _params(facts: Facts) -> Iterator[Problem]:
     given = facts.raw(("params",)) or {}
     if not given:
         return
-    written = _written(facts)
-    # A prefab knows its own parameters, and nothing of the case.
-    sections = [value for key, value in written.items() if key != "prefabs"]
-    used: set[str] = set()
-    for text in {text for data in (sections, facts.loaded.raw) for text in _texts(data) if OPEN in text}:
-        used |= _names(text)
+    # A prefab knows its own parameters, but not those of the case. Variants are only in the file.
+    sections = [value for key, value in facts.loaded.written.data.items() if key != "prefabs"]
+    parts = (part for data in (sections, facts.loaded.raw) for part in _mappings_and_texts(data))
+    texts = {part for part in parts if isinstance(part, str) and OPEN in part}
+    used = {word for text in texts for word in _words(text)}
     for name in given:
         if name not in used:
             text = f"no expression uses the parameter `{name}`; use it as ${{{name}}}, or leave it out"
@@ -51,25 +44,17 @@ def _params(facts: Facts) -> Iterator[Problem]:
 
 
 def _prefabs(facts: Facts) -> Iterator[Problem]:
-    written = _written(facts)
-    prefabs = written.get("prefabs")
+    written = facts.loaded.written
+    prefabs = written.data.get("prefabs")
     if not isinstance(prefabs, dict):
         return
-    used: set[Any] = set()
-    waiting: list[Any] = [written]
-    while waiting:
-        value = waiting.pop()
-        if isinstance(value, dict):
-            used |= {value["use"]} if isinstance(value.get("use"), str) else set()
-            waiting += value.values()
-        elif isinstance(value, list):
-            waiting += value
+    used = [part.get("use") for part in _mappings_and_texts(written.data) if isinstance(part, dict)]
     for name in prefabs:
         if name not in used:
-            text = f"nothing uses the prefab `{name}`: a body would by `use: {name}`; or leave it out"
+            text = f"nothing uses the prefab `{name}`; use it in a body as `use: {name}`, or leave it out"
             problem = facts.problem("unused-prefab", ("prefabs", name), text, key=True)
-            # The expanded case has no prefabs any more: their places are those in the file.
-            line, column = facts.loaded.written.place(("prefabs", name), key=True)
+            # The expanded case has no prefabs, so the position is that in the file.
+            line, column = written.place(("prefabs", name), key=True)
             yield replace(problem, line=line, column=column)
 
 
@@ -85,8 +70,8 @@ RULES = (
         severity="warning",
         title="A parameter that no expression uses.",
         reason="""\
-A parameter changes nothing by itself. One that no `${…}` names is misspelt in one of the two places, or was left
-behind: a sweep over it would run the same case again and again.""",
+A parameter changes nothing by itself. One that no `${…}` uses is misspelt, or a leftover: a sweep over it would run the
+same case again and again.""",
         remedy="Use it, or leave it out.",
         example=_BALL % "2.0",
         fix=_BALL % '"${height}"',
@@ -97,8 +82,8 @@ behind: a sweep over it would run the same case again and again.""",
         severity="warning",
         title="A prefab of the case that no body uses.",
         reason="""\
-The section `prefabs` describes bodies that are there only where a body says `use`. One that nothing names is misspelt
-in one of the two places, or was left behind.""",
+The section `prefabs` defines bodies that exist only where a body has `use`. One that nothing uses is misspelt, or a
+leftover.""",
         remedy="Use it, or leave it out.",
         example="""\
 prefabs:

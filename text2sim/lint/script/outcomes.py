@@ -1,9 +1,8 @@
-"""Expectations that cannot fail, or cannot hold: see `values` and `event_bounds` for what is known before the run.
+"""Expectations that cannot fail or cannot hold, from `values` and `event_bounds`.
 
-An expectation of a measure holds if every value, or one statistic of them, lies between its bounds (the ends of `above`
-and `below` not included). Where the values that the measure can ever have lie wholly inside, it cannot fail; where they
-lie wholly outside, it cannot hold. A span that begins at 0 contains the value at the start: it alone decides a `min`
-that has to be small, or an all-the-time that it breaks.
+An expectation of a measure holds if every value, or a statistic of them, is between its bounds (`above` and `below` are
+exclusive). If all possible values of the measure are inside, it cannot fail; if they are all outside, it cannot hold. A
+span that begins at 0 contains the value at the start, which alone may decide a `min`, a `max`, or a bound at all times.
 """
 
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from math import degrees, inf, radians
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.angles import in_degrees
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.event_bounds import happening_of
+from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.values import Values, values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
@@ -24,96 +23,95 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What an expectation asks of a measure."""
+class Bound:
+    """The bound that an expectation puts on a measure."""
 
     low: float
     high: float
-    """Between these, without the ends."""
+    """Bounds, both exclusive."""
     first: float
     last: float
-    """From and to [s]."""
+    """Start and end [s]."""
     stat: str
-    """`all` values, or max, min, mean, std, range of them."""
+    """`all` values, or their max, min, mean, std or range."""
 
 
-def asked_of(expect: Expect, duration: float) -> Asked:
-    """Return what an expectation of a measure asks for."""
+def bound_of(expect: Expect, duration: float) -> Bound:
+    """Return the bound of an expectation on a measure."""
     low = -inf if expect.above is None else expect.above
     high = inf if expect.below is None else expect.below
     if expect.equals is not None and expect.tolerance is not None:
-        # The ends are allowed here: a hair more than the tolerance has no end.
+        # The tolerance is inclusive, so the exclusive bounds are slightly wider.
         width = expect.tolerance * (1 + ROUNDING) + ROUNDING
         low, high = max(low, expect.equals - width), min(high, expect.equals + width)
-    if expect.on is not None:  # some time after the start
-        return Asked(low, high, ROUNDING, duration, expect.stat or "all")
+    if expect.on is not None:  # at an unknown time after the start
+        return Bound(low, high, ROUNDING, duration, expect.stat or "all")
     if expect.at is not None:
         at = {"start": 0.0, "end": duration}.get(str(expect.at), expect.at)
-        return Asked(low, high, float(at), float(at), "all")
+        return Bound(low, high, float(at), float(at), "all")
     first, last = span_of(expect.during if isinstance(expect.during, tuple) else None, duration)
-    return Asked(low, high, first, last, expect.stat or "all")
+    return Bound(low, high, first, last, expect.stat or "all")
 
 
-def bound_of(expect: Expect) -> str:
-    """Return the field of an expectation that says what its value is to be."""
+def field_of(expect: Expect) -> str:
+    """Return the first field of an expectation that gives a bound."""
     return next(name for name in ("above", "below", "equals") if getattr(expect, name) is not None)
 
 
-def _measures(facts: Facts) -> Iterator[tuple[str, Expect, Asked, Values]]:
+def _measures(facts: Facts) -> Iterator[tuple[str, Expect, Bound, Values]]:
     for name, expect in facts.case.actions.expect.items():
         if expect.measure is None:
             continue
         values = values_of(facts, expect.measure)
-        if not values.frozen:  # that a measure is dead is said of the measure
-            yield name, expect, asked_of(expect, facts.case.scene.duration), values
+        if not values.frozen:  # `dead-measure` reports the measure
+            yield name, expect, bound_of(expect, facts.case.scene.duration), values
 
 
-def _verdict(asked: Asked, values: Values) -> tuple[str, str]:
-    """What is certain (`holds`, `fails`, or nothing), and why."""
+def _verdict(bound: Bound, values: Values) -> tuple[str, str]:
+    """Return `holds`, `fails`, or nothing if it is not certain, and why."""
     low, high = values.low, values.high
-    if asked.stat in ("range", "std"):
+    if bound.stat in ("range", "std"):
         low, high = 0.0, high - low if inf not in (high, -low) else inf
     unit = f" {values.unit}".rstrip()
-    if high <= asked.low or low >= asked.high:
-        edge = asked.low if high <= asked.low else asked.high
-        way = "above" if high <= asked.low else "below"
+    if high <= bound.low or low >= bound.high:
+        edge = bound.low if high <= bound.low else bound.high
+        way = "above" if high <= bound.low else "below"
         return "fails", f"it can never be {way} {edge:.6g}{unit}: {values.why}"
-    if (low > asked.low or asked.low == -inf) and (high < asked.high or asked.high == inf):
-        return "holds", f"it is always so: {values.why}"
-    if values.start is None or asked.first > 0.0:
+    if (low > bound.low or bound.low == -inf) and (high < bound.high or bound.high == inf):
+        return "holds", f"it is always true: {values.why}"
+    if values.start is None or bound.first > 0.0:
         return "", ""
-    return _at_start(asked, values, unit)
+    return _at_start(bound, values, unit)
 
 
-def _at_start(asked: Asked, values: Values, unit: str) -> tuple[str, str]:
+def _at_start(bound: Bound, values: Values, unit: str) -> tuple[str, str]:
     start, error = values.start or 0.0, values.error
-    over, under = start - error >= asked.high, start + error <= asked.low
-    says = f"at the start it is {start:.4g}{unit}"
-    if asked.stat == "all":
+    over, under = start - error >= bound.high, start + error <= bound.low
+    why = f"at the start it is {start:.4g}{unit}"
+    if bound.stat == "all":
         if over or under:
-            return "fails", says
-        inside = asked.low < start - error and start + error < asked.high
-        return ("holds", says) if inside and asked.last == 0.0 else ("", "")
-    if asked.stat == "max":
+            return "fails", why
+        inside = bound.low < start - error and start + error < bound.high
+        return ("holds", why) if inside and bound.last == 0.0 else ("", "")
+    if bound.stat == "max":
         if over:
-            return "fails", f"{says}, and the largest value is no less"
-        return ("holds", f"{says}, which is enough") if start - error > asked.low and asked.high == inf else ("", "")
-    if asked.stat == "min":
+            return "fails", f"{why}, and the largest value is at least that"
+        return ("holds", f"{why}, which is enough") if start - error > bound.low and bound.high == inf else ("", "")
+    if bound.stat == "min":
         if under:
-            return "fails", f"{says}, and the smallest value is no more"
-        return ("holds", f"{says}, which is enough") if start + error < asked.high and asked.low == -inf else ("", "")
+            return "fails", f"{why}, and the smallest value is at most that"
+        return ("holds", f"{why}, which is enough") if start + error < bound.high and bound.low == -inf else ("", "")
     return "", ""
 
 
 def _cannot_hold(facts: Facts) -> Iterator[Problem]:
-    for name, expect, asked, values in _measures(facts):
-        verdict, why = _verdict(asked, values)
+    for name, expect, bound, values in _measures(facts):
+        verdict, why = _verdict(bound, values)
         if verdict == "fails":
-            bound = bound_of(expect)
-            if not (values.high <= asked.low or values.low >= asked.high) and asked.first == 0.0 < asked.last:
-                why += "; say `during` from when it has got there, or `at` a time"
-            text = f"`{expect.measure}` cannot be so: {why}{_degrees(values, asked)}"
-            yield facts.problem("cannot-hold", ("actions", "expect", name, bound), text)
+            if not (values.high <= bound.low or values.low >= bound.high) and bound.first == 0.0 < bound.last:
+                why += "; begin `during` later, or give `at`"
+            text = f"`{expect.measure}` cannot satisfy this: {why}{_degrees(values, bound)}"
+            yield facts.problem("cannot-hold", ("actions", "expect", name, field_of(expect)), text)
     for name, expect in facts.case.actions.expect.items():
         if expect.event is not None:
             why, key = _too_early(facts, expect)
@@ -121,60 +119,60 @@ def _cannot_hold(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("cannot-hold", ("actions", "expect", name, key), why)
 
 
-def _degrees(values: Values, asked: Asked) -> str:
-    for bound in (asked.low, asked.high):
-        if values.unit == "rad" and in_degrees(bound) and values.low <= radians(bound) <= values.high:
-            return f"; joint positions of hinges are in radians: {bound:g} deg is ${{radians({bound:g})}}"
+def _degrees(values: Values, bound: Bound) -> str:
+    for edge in (bound.low, bound.high):
+        if values.unit == "rad" and in_degrees(edge) and values.low <= radians(edge) <= values.high:
+            return f"; joint positions of hinges are in radians: {edge:g} deg is ${{radians({edge:g})}}"
     if values.unit == "rad" and max(abs(values.low), abs(values.high)) < inf:
-        return f" ({degrees(values.low):.4g} to {degrees(values.high):.4g} deg, with some give)"
+        return f" ({degrees(values.low):.4g} to {degrees(values.high):.4g} deg, with a margin)"
     return ""
 
 
 def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
-    """Why an event cannot come in time, and the field that says so."""
-    known = happening_of(facts, expect.event or "")
+    """Say why an event cannot satisfy its expectation, and which field it violates."""
+    known = bounds_of(facts, expect.event or "")
     if known.never or expect.on is not None:
-        return "", ""  # that is said of the event; and when the other one happens is not known
+        return "", ""  # `dead-event` reports the event; the time of `on` is not known
     first, last = span_of(expect.within, facts.case.scene.duration)
     if expect.never:
         inside = [time for time in known.at or () if first <= time <= last]
         if inside:
-            return f"`{expect.event}` happens at {inside[0]:g} s: the case itself says so", "never"
+            return f"`{expect.event}` happens at {inside[0]:g} s, as the case specifies", "never"
         return "", ""
     if expect.within is not None:
         if known.at is not None and known.at and not first - ROUNDING <= known.at[0] <= last + ROUNDING:
-            return f"`{expect.event}` first happens at {known.at[0]:g} s: the case itself says so", "within"
+            return f"`{expect.event}` first happens at {known.at[0]:g} s, as the case specifies", "within"
         if last < known.earliest - ROUNDING:
-            return f"`{expect.event}` cannot happen before {known.earliest:g} s, after which it is looked for", "within"
+            return f"`{expect.event}` cannot happen before {known.earliest:g} s, when its `after` happens", "within"
     if expect.count is not None and known.at is not None:
         low, high = (expect.count, expect.count) if isinstance(expect.count, int) else expect.count
         if not low <= len(known.at) <= high:
-            return f"`{expect.event}` happens {len(known.at)} times: the case itself says so", "count"
+            return f"`{expect.event}` happens {len(known.at)} times, as the case specifies", "count"
     if expect.before is not None:
-        other = happening_of(facts, expect.before)
+        other = bounds_of(facts, expect.before)
         if other.at and known.earliest >= other.at[0]:
-            return f"`{expect.before}` comes at {other.at[0]:g} s, `{expect.event}` no earlier than that", "before"
+            return f"`{expect.before}` happens at {other.at[0]:g} s, `{expect.event}` not earlier", "before"
     return "", ""
 
 
 def _cannot_fail(facts: Facts) -> Iterator[Problem]:
-    for name, expect, asked, values in _measures(facts):
-        verdict, why = _verdict(asked, values)
+    for name, expect, bound, values in _measures(facts):
+        verdict, why = _verdict(bound, values)
         if verdict == "holds":
-            text = f"`{name}` cannot fail, and so says nothing: {why}"
-            yield facts.problem("cannot-fail", ("actions", "expect", name, bound_of(expect)), text)
+            text = f"`{name}` cannot fail, so it tests nothing: {why}"
+            yield facts.problem("cannot-fail", ("actions", "expect", name, field_of(expect)), text)
     for name, expect in facts.case.actions.expect.items():
         if expect.event is None or expect.before is not None or expect.on is not None:
             continue
         where: Path = ("actions", "expect", name)
-        known = happening_of(facts, expect.event)
+        known = bounds_of(facts, expect.event)
         happens = known.at is not None and not _too_early(facts, expect)[0]
         if happens and not expect.never:
-            text = f"`{name}` cannot fail: the case itself says when `{expect.event}` happens"
+            text = f"`{name}` cannot fail: the case specifies when `{expect.event}` happens"
             yield facts.problem("cannot-fail", (*where, "event"), text)
-        elif expect.count is not None and not isinstance(expect.count, int) and expect.count[0] <= 0:
-            if expect.count[1] >= 100_000 and expect.within is None:
-                text = f"`{name}` cannot fail: any number of times is right"
+        elif isinstance(expect.count, tuple) and expect.count[0] <= 0 and expect.count[1] >= 100_000:
+            if expect.within is None:
+                text = f"`{name}` cannot fail: it accepts any number of times"
                 yield facts.problem("cannot-fail", (*where, "count"), text)
 
 
@@ -192,12 +190,12 @@ RULES = (
     Rule(
         id="cannot-hold",
         severity="error",
-        title="An expectation that nothing can satisfy.",
+        title="An expectation cannot hold.",
         reason="""\
-By its definition, or by limits that the engine enforces, the measure is never what is asked for; or its value at the
-start, which the case decides, breaks an expectation that includes the start; or the case itself says when an event
-happens, and it is not then.""",
-        remedy="Change the bound, begin `during` after the start, or measure what is meant.",
+By its definition, or by limits that the engine enforces, the measure is never within the bounds; or its value at the
+start, which the case determines, violates an expectation that includes the start; or the case specifies another time
+for an event.""",
+        remedy="Change the bound, begin `during` after the start, or use the intended measure.",
         example=_BALL % "during: all, above: 0.5",
         fix=_BALL % "during: [0.2, 1], above: 0.5",
         run=_cannot_hold,
@@ -205,11 +203,11 @@ happens, and it is not then.""",
     Rule(
         id="cannot-fail",
         severity="warning",
-        title="An expectation that cannot fail.",
+        title="An expectation cannot fail.",
         reason="""\
-By its definition the measure is always as is asked for, or its value at the start already decides. Such an expectation
-passes whatever happens, and hides that nothing is tested.""",
-        remedy="Ask for what would be wrong if the scene went wrong, or leave it out.",
+By its definition the measure is always within the bounds, or its value at the start decides. Such an expectation passes
+whatever happens and tests nothing.""",
+        remedy="Change the bound so that it fails if the scene goes wrong, or leave the expectation out.",
         example=_BALL % "at: end, above: -1",
         fix=_BALL % "at: end, above: 1",
         run=_cannot_fail,

@@ -1,14 +1,13 @@
-"""Blows, forces and start velocities that are out of all proportion.
+"""Impulses, forces and start velocities that are disproportionate.
 
-A blow J gives a free body of mass m the speed J / m within one time step; a force F gives it F dt / m in each step. A
-body that moves by more than its own length within a substep passes through what it should hit. A run stops as
-diverged as soon as anything is faster than `scene.max_speed`.
-
-A `point` far outside of its body acts as if a rod were fixed to it.
+An impulse J gives a free body of mass m the speed J / m within one time step; a force F gives it F dt / m in each step.
+A body that moves by more than its own length within a substep passes through others instead of hitting them. A run
+stops as diverged as soon as anything is faster than `scene.max_speed`. A `point` far outside its body acts like a force
+at the end of a rod.
 """
 
 from collections.abc import Iterator
-from math import ceil, dist, inf
+from math import ceil, dist, hypot, inf
 
 from text2sim.compiler.plan import Wrench
 from text2sim.compiler.shapes.boxes import union
@@ -21,11 +20,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse
 
 OFF = 0.1
-"""A point is off its body if it is farther from it than this part of its length."""
-
-
-def _norm(vector: tuple[float, ...]) -> float:
-    return sum(x * x for x in vector) ** 0.5
+"""Largest distance of a point from its body, as a share of its length."""
 
 
 def _length(facts: Facts, entity: str) -> float:
@@ -36,7 +31,7 @@ def _length(facts: Facts, entity: str) -> float:
 def _launched(facts: Facts) -> Iterator[Problem]:
     most = facts.plan.max_speed
     for row in facts.rows.velocities:
-        if (speed := _norm(row.linear)) > most:
+        if (speed := hypot(*row.linear)) > most:
             where = ("actions", "controls", row.control, "linear")
             text = (
                 f"`{row.entity}` starts at {speed:.4g} m/s, and the run stops as diverged at scene.max_speed "
@@ -52,25 +47,25 @@ def _pushed(facts: Facts) -> Iterator[Problem]:
         if mass <= 0.0 or row.link is not None or not facts.free(facts.copies[row.entity]):
             continue
         if isinstance(control, Impulse):
-            yield from _blow(facts, row, _norm(row.force) / mass, mass)
+            yield from _impulse(facts, row, hypot(*row.force) / mass, mass)
         elif isinstance(control, Force) and row.end > row.start:
-            yield from _force(facts, row, _norm(row.force) / mass, mass)
+            yield from _force(facts, row, hypot(*row.force) / mass, mass)
 
 
-def _blow(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[Problem]:
+def _impulse(facts: Facts, row: Wrench, speed: float, mass: float) -> Iterator[Problem]:
     h, most, size = facts.substep, facts.plan.max_speed, _length(facts, row.entity)
     where = ("actions", "controls", row.control, "impulse")
     gives = f"gives `{row.entity}` ({mass:.3g} kg) {speed:.4g} m/s at once"
     if speed > most:
         text = (
-            f"{gives}, and the run stops as diverged at scene.max_speed ({most:g} m/s); {at_least(0.1 * most * mass)} "
-            "N s would be a tenth of that"
+            f"{gives}, and the run stops as diverged at scene.max_speed ({most:g} m/s); use less, such as "
+            f"{at_least(0.1 * most * mass)} N s for a tenth of that"
         )
         yield facts.problem("violent-push", where, text, severity="error")
     elif speed * h > size:
         text = (
-            f"{gives}: {amount(speed * h, 'm')} in a substep, more than it is long ({amount(size, 'm')}), so that it "
-            f"passes through things; {size / h * mass:.2g} N s would not, or scene.substeps of "
+            f"{gives}: {amount(speed * h, 'm')} per substep, more than its length ({amount(size, 'm')}), so it passes "
+            f"through others; use at most {size / h * mass:.2g} N s, or scene.substeps of "
             f"{ceil(facts.case.scene.dt * speed / size)}"
         )
         yield facts.problem("violent-push", where, text)
@@ -83,15 +78,15 @@ def _force(facts: Facts, row: Wrench, acceleration: float, mass: float) -> Itera
     time = min(row.end, scene.duration) - row.start
     if acceleration * dt * h > size:
         text = (
-            f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * dt:.3g} m/s in each time step, so that it jumps by "
-            f"more than it is long ({amount(size, 'm')}); for a mass like this, {size / (dt * h) * mass:.2g} N is much"
+            f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * dt:.3g} m/s in each time step, so it jumps by more "
+            f"than its length ({amount(size, 'm')}); use less than {size / (dt * h) * mass:.2g} N"
         )
         yield facts.problem("violent-push", where, text)
     elif row.scale is None and acceleration * time > most:
         text = (
             f"gives `{row.entity}` ({mass:.3g} kg) {acceleration * time:.3g} m/s within {time:.3g} s unless something "
-            f"holds it, and the run stops as diverged at scene.max_speed ({most:g} m/s); "
-            f"{most / time * mass:.2g} N stays below, or a shorter `during`"
+            f"holds it, and the run stops as diverged at scene.max_speed ({most:g} m/s); use at most "
+            f"{most / time * mass:.2g} N, or a shorter `during`"
         )
         yield facts.problem("violent-push", where, text)
 
@@ -116,8 +111,8 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
             done.add(row.control)
             name = row.entity if row.link is None else f"{row.entity}.{row.link}"
             text = (
-                f"{vector(row.point)} is {length(off)} off `{name}`: the {control.kind} acts there as if at the end "
-                "of a rod; points are in metres, from the body's own origin (a region like `{face: left}` is on it)"
+                f"{vector(row.point)} is {length(off)} away from `{name}`: the {control.kind} acts as if at the end of "
+                "a rod; points are in metres, from the body's own origin (a region like `{face: left}` is on it)"
             )
             yield facts.problem("point-off-body", ("actions", "controls", row.control, "point"), text)
 
@@ -143,12 +138,12 @@ RULES = (
     Rule(
         id="violent-push",
         severity="warning",
-        title="A blow, a force or a start velocity is out of proportion.",
+        title="An impulse, a force or a start velocity is disproportionate.",
         reason="""\
-A blow gives a free body `impulse / mass` at once, a force `force x dt / mass` in each time step. What then moves by
-more than its own length within a substep passes through things instead of hitting them. Anything faster than
-`scene.max_speed` ends the run as diverged: where that is certain it is an error.""",
-        remedy="Newton seconds and newtons fit the mass: to send m at v takes m v. Or take more substeps.",
+An impulse gives a free body `impulse / mass` at once, a force `force x dt / mass` in each time step. A body that then
+moves by more than its own length per substep passes through others instead of hitting them. Anything faster than
+`scene.max_speed` ends the run as diverged: if that is certain, it is an error.""",
+        remedy="Match impulses and forces to the mass: a speed v takes an impulse of m v. Or use more substeps.",
         example=_PUCK % ("impulse", "impulse: [50, 0, 0], at: 0.1"),
         fix=_PUCK % ("impulse", "impulse: [0.3, 0, 0], at: 0.1"),
         run=_violent,
@@ -156,11 +151,11 @@ more than its own length within a substep passes through things instead of hitti
     Rule(
         id="point-off-body",
         severity="warning",
-        title="A force or blow acts at a point beside its body.",
+        title="A force or impulse acts at a point away from its body.",
         reason=f"""\
-A `point` counts from the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its length
-makes it spin as no push of its surface can.""",
-        remedy="Say the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
+A `point` is relative to the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its
+length makes it spin as no push on its surface can.""",
+        remedy="Give the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
         example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
         fix=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),
         run=_off_body,

@@ -1,15 +1,15 @@
-"""Measures and events that say nothing: see `values` and `event_bounds`."""
+"""Measures that never change and events that cannot happen, from `values` and `event_bounds`."""
 
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.event_bounds import happening_of
+from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.values import subjects, values_of
 from text2sim.spec_schema.errors import Problem
 
-STATICS_SAY = ("position", "extent")
-"""Measures of statics that the language allows: they may stand for a reference."""
+STATIC_MEASURES = ("position", "extent")
+"""Measures that statics may have, as a reference."""
 
 
 def _dead_measures(facts: Facts) -> Iterator[Problem]:
@@ -18,11 +18,11 @@ def _dead_measures(facts: Facts) -> Iterator[Problem]:
         values = values_of(facts, name)
         if not values.frozen:
             continue
-        if measure.kind in STATICS_SAY and all(facts.mount(t.copy) == "static" for t in subjects(facts, measure)):
+        if measure.kind in STATIC_MEASURES and all(facts.mount(t.copy) == "static" for t in subjects(facts, measure)):
             continue
         users = [f"`{key}`" for key, expect in actions.expect.items() if expect.measure == name]
         users += [f"`{key}`" for key, event in actions.events.items() if getattr(event, "measure", None) == name]
-        then = f", and {', '.join(users[:3])} would show nothing" if users else ""
+        then = f", so {', '.join(users[:3])} would test nothing" if users else ""
         always = f" (it stays {values.start:.4g}{f' {values.unit}'.rstrip()})" if values.start is not None else ""
         text = f"`{name}` never changes{always}: {values.frozen}{then}; measure something that moves"
         key = "between" if measure.kind == "distance" else "of"
@@ -32,21 +32,17 @@ def _dead_measures(facts: Facts) -> Iterator[Problem]:
 def _dead_events(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
     for name, event in actions.events.items():
-        why = happening_of(facts, name).never
+        why = bounds_of(facts, name).never
         measure = getattr(event, "measure", None)
         if not why or (measure in actions.measures and values_of(facts, str(measure)).frozen):
-            continue  # that the measure is dead is said of the measure
+            continue  # `dead-measure` reports the measure
         waits = [
             key
             for key, expect in actions.expect.items()
             if name in (expect.event, expect.before, expect.on) and not expect.never and expect.count not in (0, (0, 0))
         ]
         quiet = [key for key, expect in actions.expect.items() if expect.event == name and key not in waits]
-        then = ""
-        if waits:
-            then = f"; `{waits[0]}` cannot come true"
-        elif quiet:
-            then = f"; `{quiet[0]}` cannot fail"
+        then = f"; `{waits[0]}` cannot hold" if waits else f"; `{quiet[0]}` cannot fail" if quiet else ""
         severity = "error" if waits else "warning"
         text = f"`{name}` cannot happen: {why}{then}"
         yield facts.problem("dead-event", ("actions", "events", name), text, key=True, severity=severity)
@@ -77,11 +73,11 @@ RULES = (
     Rule(
         id="dead-measure",
         severity="warning",
-        title="A measure of something that never moves.",
+        title="A measure never changes.",
         reason="""\
-Position, displacement, tilt and turning of a body are those of its root link. Of an articulated body with a fixed base
-they never change, nor does anything of a body that the world holds. A joint's force is that of its motor: without one
-that is driven it is always zero.""",
+Position, displacement, tilt and rotation of a body are those of its root link. For an articulated body with a fixed
+base they never change, nor does any measure of a fixed body. A joint's force is that of its motor, which is zero
+without a drive.""",
         remedy="Measure a link that moves (`arm.hand`), or another body.",
         example=_ARM + _TIP % "arm",
         fix=_ARM + _TIP % "arm.beam",
@@ -90,12 +86,12 @@ that is driven it is always zero.""",
     Rule(
         id="dead-event",
         severity="error",
-        title="An event that can never happen.",
+        title="An event can never happen.",
         reason="""\
-Two bodies that their joints keep apart never touch, links of one body do not touch unless `self_collision` is true,
-and a threshold that a measure cannot pass by its definition is never passed. It is an error if an expectation waits
-for such an event, and a warning if none does.""",
-        remedy="Look at the selectors, at the places of the bodies, and at the bound.",
+Two bodies that their joints keep apart never touch, links of one body do not collide unless `self_collision` is true,
+and a measure never crosses a threshold outside its possible values. It is an error if an expectation requires such an
+event, and a warning otherwise.""",
+        remedy="Check the selectors, the positions of the bodies, and the bound.",
         example=_POST % 3 + _ARM + _HIT,
         fix=_POST % 0.4 + _ARM + _HIT,
         run=_dead_events,

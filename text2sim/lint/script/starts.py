@@ -1,7 +1,7 @@
-"""Values of measures at the start, by their definitions (`evidence/measures.py`), where the case shows them."""
+"""Values of measures at the start, by their definitions (`evidence/measures.py`), if the case determines them."""
 
 from collections.abc import Callable, Sequence
-from math import dist, inf, sqrt
+from math import dist, hypot, inf, sqrt
 from statistics import pstdev
 from typing import Any
 
@@ -14,9 +14,9 @@ from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 
 COLUMN = {"x": 0, "y": 1, "z": 2}
 ROUNDING = 1e-4
-"""Relative error of values at the start: the engine counts in 32 bits."""
+"""Relative error of values at the start, because the engine uses single precision."""
 MAX_PAIRS = 10_000
-"""Pairs of bodies whose distances are looked at, at most."""
+"""Most pairs of bodies whose distances are computed."""
 
 
 def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
@@ -25,7 +25,7 @@ def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | N
     Args:
         facts: The case.
         measure: The measure.
-        targets: What it is measured of.
+        targets: Its targets.
     """
     if measure.kind in UNDEFORMED:
         return UNDEFORMED[measure.kind]
@@ -48,7 +48,7 @@ def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | No
     Args:
         facts: The case.
         measure: The measure.
-        targets: What it is measured of.
+        targets: Its targets.
     """
     if not targets or any(not target.known for target in targets):
         return None
@@ -90,7 +90,7 @@ class _Rows(dict[str, list[StartVelocity]]):
 
 
 def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
-    """Return the start velocities that the case gives a copy; the last one counts."""
+    """Return the start velocities that the case gives a copy; the last one applies."""
     return facts.own(_Rows).get(copy.name, [])
 
 
@@ -109,7 +109,7 @@ def spin_at_start(facts: Facts, target: Target) -> float | None:
     rows = velocities_of(facts, target.copy)
     if not rows:
         return 0.0
-    return norm(rows[0].angular) if len(rows) == 1 else None
+    return hypot(*rows[0].angular) if len(rows) == 1 else None
 
 
 def _turning(facts: Facts, measure: Any, target: Target) -> float | None:
@@ -126,7 +126,7 @@ def _component(facts: Facts, measure: Any, target: Target) -> float | None:
 
 def _speed(facts: Facts, measure: Any, target: Target) -> float | None:
     velocity = velocity_at_start(facts, target)
-    return None if velocity is None else norm(velocity)
+    return None if velocity is None else hypot(*velocity)
 
 
 def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
@@ -185,16 +185,11 @@ _TOGETHER: dict[str, Callable[[Facts, Any, Sequence[Target]], float | None]] = {
     "energy": _energy,
 }
 UNDEFORMED = {"stretch": 1.0, "strain": 0.0}
-"""Measures of deformation at the start, wherever a body is."""
-
-
-def norm(vector: Sequence[float]) -> float:
-    """Return the length of a vector."""
-    return sqrt(sum(x * x for x in vector))
+"""Measures of deformation at the start."""
 
 
 def depth_inside(region: Any, point: Vec) -> float:
-    """Return how deep [m] a point lies inside a region, negative outside; as `recording.geometry.depth_inside`."""
+    """Return how deep [m] a point is inside a region, negative outside; as in `recording.geometry.depth_inside`."""
     if isinstance(region, SphereRegion):
         return region.radius - dist(region.center, point)
     if isinstance(region, BoxRegion) or not hasattr(region, "axis"):

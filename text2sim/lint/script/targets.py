@@ -1,4 +1,4 @@
-"""Targets of selectors in the resolved case: copies and links, where they start, and whether they can move."""
+"""Targets of selectors in the resolved case: copies and links, with their start positions."""
 
 from dataclasses import dataclass
 
@@ -17,36 +17,36 @@ class Target:
     copy: Copy
     link: str | None
     standing: StandingLink | None
-    """The link whose frame stands for it; None for a primitive of the engine."""
+    """The link whose frame represents it; None for a primitive of the engine."""
     known: bool
-    """Whether its frame at the start is known: a file may say more than is read of it."""
+    """Whether its frame at the start is known: a model file may contain more than is read."""
     turns: bool
     """Whether that link can move."""
     moves: bool
-    """Whether any of it can move."""
+    """Whether any part of it can move."""
     driven: bool
-    """Its motion is prescribed."""
+    """Whether its motion is prescribed."""
 
     @property
     def origin(self) -> Vec:
-        """Where its frame is at the start [m]."""
+        """Origin of its frame at the start [m]."""
         return self.copy.pos if self.standing is None else self.standing.pos
 
     @property
     def label(self) -> str:
-        """How the case would name it."""
+        """Its selector."""
         return self.copy.name if self.link is None else f"{self.copy.name}.{self.link}"
 
 
 class Targets:
-    """Selectors looked up, each once; see `targets_of`."""
+    """Targets of selectors, each looked up once; see `targets_of`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         self._found: dict[str, list[Target]] = {}
 
     def select(self, selector: str) -> list[Target]:
-        """Return what a selector means; nothing if it means nothing, which is reported elsewhere."""
+        """Return the targets of a selector; none if it has none, which is reported elsewhere."""
         if selector not in self._found:
             try:
                 copies, part = select(selector, self.facts.placed)
@@ -57,20 +57,20 @@ class Targets:
         return self._found[selector]
 
     def _names(self, copy: Copy, part: str | None) -> list[str | None]:
-        """Links that a pattern means; without one, the link itself, or the whole copy."""
+        """Return the links that a pattern matches; without a pattern, the link itself, or None for the whole copy."""
         tree = self.facts.tree(copy) if part is not None and "*" in part else None
         return [part] if tree is None or part is None else [*named_by(part, [link.name for link in tree.links()])]
 
     def _target(self, copy: Copy, part: str | None) -> Target:
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
-        if self.facts.mount(copy) == "soft":  # where its centre of mass is, its solver says
+        if self.facts.mount(copy) == "soft":  # its solver determines its centre of mass
             return Target(copy, None, None, False, True, True, False)
         if tree is None or (part is None and getattr(copy.model, "kind", "") == "rigid"):  # of one link
             moves = self.facts.moves(copy)
             return Target(copy, None, None, True, moves, moves, driven)
         links = tree_links(tree, copy.pos, copy.quat)
         mine = [one for one in links if part is None or one.link.name == part]
-        # The engine numbers links in the order of the file, parents first: a body's frame is that of its first.
+        # The engine numbers links in the order of the file, parents first: a body's frame is that of its first link.
         first = next((one for one in mine if one.link.name == (part or tree.roots[0].name)), None)
         known = first is not None and getattr(copy.model, "file", None) is None
         moves = any(one.moves for one in mine)
@@ -78,5 +78,5 @@ class Targets:
 
 
 def targets_of(facts: Facts) -> Targets:
-    """Return the selectors of a case, looked up once."""
+    """Return the targets of the selectors of a case."""
     return facts.own(Targets)

@@ -1,8 +1,8 @@
-"""Expectations that come before anything can have got there.
+"""Expectations that come before any body can reach their target.
 
-How far anything can have gone by a time, at the very most, is worked out in `causes`: from the start velocities, the
-blows and forces before that time, and gravity; where everything stands still at first, from the first of them on. After
-the first drive, spring or bounce, nothing is said.
+`causes` bounds how far bodies move by a time: from start velocities, earlier impulses and forces, and gravity; if
+everything is at rest at the start, from the first cause on. Nothing is reported after the first drive, spring or
+bounce.
 """
 
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gaps import gap
-from text2sim.lint.script.outcomes import asked_of, bound_of
+from text2sim.lint.script.outcomes import bound_of, field_of
 from text2sim.lint.script.starts import depth_inside
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of
@@ -22,10 +22,10 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 
 MAX_PAIRS = 2_000
-"""Pairs of bodies that are looked at, at most."""
+"""Most pairs of bodies that are tested."""
 
 
-def _soon(facts: Facts) -> Iterator[Problem]:
+def _too_soon(facts: Facts) -> Iterator[Problem]:
     causes = causes_of(facts)
     actions = facts.case.actions
     for name, expect in actions.expect.items():
@@ -38,43 +38,39 @@ def _soon(facts: Facts) -> Iterator[Problem]:
             way = _way(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
             if not causes.reaches(way, last):
-                text = f"`{expect.event}` needs a way of {way:.3g} m" + _late(causes, way, last)
+                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _late(causes, way, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
-            asked, values = asked_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
+            bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
             measure = actions.measures[expect.measure]
-            if measure.kind not in ("position", "displacement") or asked.stat in ("mean", "std", "range"):
+            if measure.kind not in ("position", "displacement") or bound.stat in ("mean", "std", "range"):
                 continue
-            if (
-                values.start is None
-                or values.frozen
-                or getattr(measure, "stat", None) in ("count", "sum", "std", "range")
-            ):
+            if values.start is None or values.frozen or measure.stat in ("count", "sum", "std", "range"):
                 continue
-            # A smallest value that has to be low may come at the end of the span; an all-the-time begins at once.
-            by = asked.first if asked.stat == "all" else asked.last
-            way = max(asked.low - values.start, values.start - asked.high)
-            if asked.stat in ("max", "min") and (asked.stat == "max") != (asked.low > values.start):
+            # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
+            by = bound.first if bound.stat == "all" else bound.last
+            way = max(bound.low - values.start, values.start - bound.high)
+            if bound.stat in ("max", "min") and (bound.stat == "max") != (bound.low > values.start):
                 continue
             if by > 0.0 and not causes.reaches(way, by):
-                text = f"`{expect.measure}` has {way:.3g} {values.unit} to go from where it starts"
+                text = f"`{expect.measure}` has to change by {way:.3g} {values.unit} from its start"
                 text += _late(causes, way, by)
-                yield facts.problem("too-soon", (*where, bound_of(expect)), text)
+                yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 
 def _late(causes: Causes, way: float, by: float) -> str:
-    """Why a way is too long for a time, in words."""
+    """Say why a distance is too long for a time."""
     needs = causes.soonest(way)
     if by <= causes.quiet:
         if not causes.first:
-            return ", and nothing here moves"
-        return f", and by {by:g} s everything still stands: `{causes.first}` is the first to act, at {causes.quiet:g} s"
-    text = f", for which nothing here is fast enough by {by:g} s"
-    return text if needs == inf else f"{text}: it takes {needs:.2g} s at the very least"
+            return ", but nothing here moves"
+        return f", but by {by:g} s everything is at rest: `{causes.first}` acts first, at {causes.quiet:g} s"
+    text = f", but nothing here is fast enough by {by:g} s"
+    return text if needs == inf else f"{text}: it takes at least {needs:.2g} s"
 
 
 def _way(facts: Facts, event: Any) -> float:
-    """Shortest way [m] that some body has to go before an event happens; 0 if that is not known."""
+    """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
         first, second = (targets_of(facts).select(selector) for selector in event.between)
         if len(first) * len(second) > MAX_PAIRS:
@@ -89,7 +85,7 @@ def _way(facts: Facts, event: Any) -> float:
 
 
 def _gap(facts: Facts, a: Target, b: Target) -> float:
-    """Way [m] that one of two bodies has to go at least before they touch."""
+    """Return the least distance [m] that one of two bodies has to move before they touch."""
     if a.copy.name == b.copy.name:
         return 0.0
     return gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)
@@ -109,15 +105,15 @@ RULES = (
     Rule(
         id="too-soon",
         severity="warning",
-        title="An expectation that comes before anything can have got there.",
+        title="An expectation comes before any body can reach its target.",
         reason="""\
-Start velocities, blows and forces before the time t give no body more than some speed v, and so nothing gets farther
-than `2 v t + g t^2`, which is twice what a thrown body can do; where everything stands still at first, t counts from
-the first cause. An event or a place that is farther away cannot be reached in time. Nothing is said of what comes after
-a drive has begun, a driven body has set out, or a spring or a bounce is at work.""",
-        remedy="Begin sooner, nearer or faster, or let the span end later than the time in the message.",
+Start velocities, impulses and forces before the time t give a body at most a speed v, so nothing moves farther than
+`2 v t + g t^2`, twice the distance of a thrown body; if everything is at rest at the start, t counts from the first
+cause. No body reaches an event or a position farther away in time. The rule is silent after a drive or a driven body
+has started, or if springs or bounces act.""",
+        remedy="Start earlier, nearer or faster, or let the span end later than the time in the message.",
         example=_BALL % "[0, 0.3]",
         fix=_BALL % "[0, 0.9]",
-        run=_soon,
+        run=_too_soon,
     ),
 )

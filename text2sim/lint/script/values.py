@@ -1,8 +1,8 @@
 """Bounds on measures, by their definitions (`evidence/measures.py`), and their values at the start.
 
-Bounds come from definitions (a speed is not negative, a tilt is at most 180 degrees, of n copies at most n count),
-from limits that the engine enforces (a motor's largest force, `scene.max_speed`, at which a run stops), and from how
-far bodies can get that the world holds. Ranges of joints are soft, and count with a tenth to spare.
+Bounds come from definitions (a speed is not negative, a tilt is at most 180 degrees, at most n of n copies count), from
+limits that the engine enforces (a motor's largest force, `scene.max_speed`, at which a run stops), and from the reach
+of held bodies. Ranges of joints are soft and get a margin of a tenth.
 """
 
 from dataclasses import dataclass, replace
@@ -29,13 +29,13 @@ OF_THE_FRAME = (
     "distance",
     "count_in",
 )
-"""Measures of the frame of a body's root; the others are of all its links."""
+"""Measures of the frame of a body's root link; the others cover all its links."""
 OF_CONTACTS = ("contact_force", "contact_count", "penetration")
 NOT_NEGATIVE = ("angular_speed", "distance", "strain", "wrinkling", "bend", "self_penetration", *OF_CONTACTS)
 TINY = 1e-6
-"""No edge shrinks to this part of its length."""
+"""Lower bound on a stretch."""
 ROUND = 0.02
-"""Part of its size by which the engine's mesh of a round shape may fall short of it."""
+"""Share of its size by which the engine's mesh of a round shape may be smaller."""
 
 Bounds = tuple[float, float, str]
 """Lowest and highest value, and why."""
@@ -44,17 +44,17 @@ FREE: Bounds = (-inf, inf, "")
 
 @dataclass(frozen=True)
 class Values:
-    """What is known of a measure before the run."""
+    """Possible values of a measure before the run."""
 
     low: float = -inf
     high: float = inf
-    """It can never be outside."""
+    """Lowest and highest possible value."""
     why: str = ""
-    """What keeps it there."""
+    """Reason for the bounds."""
     start: float | None = None
-    """What it is at the start."""
+    """Value at the start; None if it is not known."""
     error: float = 0.0
-    """By how much that may be off."""
+    """Error of that value."""
     frozen: str = ""
     """Why it never changes; empty if it may."""
     unit: str = ""
@@ -71,7 +71,7 @@ class _Known(dict[str, Values]):
 
 
 def _changes(values: Values, since: str | float | None) -> Values:
-    """What is known of the change of a measure since the start or some time, from what is known of itself."""
+    """Return the values of the change of a measure since the start or a time, from the values of the measure."""
     if since is None:
         return values
     if values.frozen:
@@ -83,12 +83,12 @@ def _changes(values: Values, since: str | float | None) -> Values:
 
 
 def values_of(facts: Facts, name: str) -> Values:
-    """Return what is known of a measure of the case."""
+    """Return the possible values of a measure of the case."""
     return facts.own(_Known)[name]
 
 
 def subjects(facts: Facts, measure: Any) -> list[Target]:
-    """Return what a measure is about."""
+    """Return the targets of a measure."""
     found = targets_of(facts)
     if isinstance(measure, measures.Distance):
         return [target for selector in measure.between for target in found.select(selector)]
@@ -118,7 +118,7 @@ def _values(facts: Facts, measure: Any) -> Values:
 def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None) -> Bounds:
     low, high, why = _of_one(facts, measure, targets)
     if stat == "count":
-        return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
+        return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
     if stat == "range":
         return 0.0, high - low, "a range is not negative"
     if stat == "std":
@@ -137,13 +137,13 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
     if kind == "tilt":
         return 0.0, 180.0, "a tilt is 0 to 180 deg"
     if kind == "count_in":
-        return 0.0, float(len(targets)), f"`{measure.of}` means {len(targets)}"
+        return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
     if kind in ("share_in", "largest_piece", "leaked"):
         return 0.0, 1.0, "a share is 0 to 1"
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "stretch":
-        return TINY, inf, "it is a length over a length, and 1 is unstretched"
+        return TINY, inf, "it is a ratio of lengths, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
@@ -151,13 +151,12 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
         return _along(facts, measure, targets)
     if kind == "displacement":
         return _away(facts, targets)
-    none = kind in NOT_NEGATIVE
-    none = none or (kind == "energy" and measure.part == "kinetic") or (kind == "extent" and measure.stat == "range")
-    return (0.0, inf, "it is not negative") if none else FREE
+    kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
+    return (0.0, inf, "it is not negative") if kind in NOT_NEGATIVE or kinetic or width else FREE
 
 
 def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
-    """A coordinate, or how far it has changed, from how far the joints of a body let it get."""
+    """Return the bounds on a coordinate or its change, from the reach of a body."""
     reach, column = reach_of(facts), COLUMN[measure.axis]
     low, high = inf, -inf
     for target in targets:
@@ -166,7 +165,7 @@ def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
             return FREE
         since = target.origin[column] if measure.kind == "displacement" else 0.0
         low, high = min(low, ball[0][column] - ball[1] - since), max(high, ball[0][column] + ball[1] - since)
-    return low, high, "what holds it lets it get no farther"
+    return low, high, "its joints or its mount let it move no farther"
 
 
 def _away(facts: Facts, targets: list[Target]) -> Bounds:
@@ -176,11 +175,11 @@ def _away(facts: Facts, targets: list[Target]) -> Bounds:
         if ball is None:
             return 0.0, inf, "it is not negative"
         high = max(high, dist(ball[0], target.origin) + ball[1])
-    return 0.0, high, "it is not negative, and what holds it lets it get no farther"
+    return 0.0, high, "it is not negative, and its joints or its mount let it move no farther"
 
 
 def _frozen(measure: Any, targets: list[Target]) -> str:
-    """Why a measure never changes."""
+    """Say why a measure never changes; empty if it may."""
     if measure.kind in OF_CONTACTS or any(target.driven for target in targets):
         return ""
     if measure.kind == "extent" and measure.frame is not None:
@@ -189,7 +188,7 @@ def _frozen(measure: Any, targets: list[Target]) -> str:
         return ""
     first = targets[0]
     if first.moves:
-        return f"the frame of `{first.label}` is that of its root, which the world holds; name one of its links"
+        return f"the frame of `{first.label}` is that of its root link, which is fixed; name one of its links"
     return f"`{first.label}` never moves"
 
 
@@ -205,7 +204,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
     unit, force = swings[0].units
     ranges = [swing.joint.range for swing in swings]
     locked = all(limits is not None and limits[0] == limits[1] for limits in ranges)
-    frozen = "its range leaves it no way to move" if locked else ""
+    frozen = "its range does not let it move" if locked else ""
     if measure.kind == "joint_force":
         return _of_motor(facts, targets, swings, force)
     if measure.kind == "joint_velocity":
@@ -224,7 +223,7 @@ def _of_motor(facts: Facts, targets: list[Target], swings: list[Swing], unit: st
     driven = spans_of(facts)
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
-        why = "no control drives this joint, so that its motor gives no force"
+        why = "no control drives this joint, so its motor gives no force"
         return Values(0.0, 0.0, why, 0.0, ROUNDING, why, unit)
     limits = [swing.motor.max_force if swing.motor is not None else None for swing in swings]
     most = max((limit for limit in limits if limit is not None), default=inf)
