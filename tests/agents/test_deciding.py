@@ -227,7 +227,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     made.agreement.plan.keeps = ["low"]
     made.workshop.fixed = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
     assert ESTIMATE in {rule.id for rule in RULES}
-    guess = Problem("/bodies/ball", "about 9 s of wall time for each simulated second", 1, 1, rule=ESTIMATE)
+    guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=ESTIMATE)
     for pace in (0.0, 2.5):
         made._told.clear()
         made.mending._warned.clear()

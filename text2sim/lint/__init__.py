@@ -1,7 +1,7 @@
-"""The physics lint: what would go wrong in a simulation, found in the resolved case, without the engine.
+"""Physics lint: faults of a simulation, found in the resolved case, without the engine.
 
-A rule is a row of `rules.RULES`: an id, a severity, what it means, and a function that looks at the `Facts` of a case.
-A case can waive a rule by its id, with a reason.
+A rule is a row of `rules.RULES`: an id, a severity, documentation, and a function that checks the `Facts` of a case. A
+case can waive a rule by its id, with a reason.
 """
 
 from dataclasses import replace
@@ -13,9 +13,9 @@ __all__ = ["LintReport", "Waived", "lint_case"]
 
 
 def lint_case(resolution: Resolution) -> LintReport:
-    """Return everything that is to be said about a case that could be resolved.
+    """Return the report on a resolved case.
 
-    Warnings of the stages before are in the report too, so that they can be waived like any other.
+    It includes the warnings of earlier stages, so that a case can waive them too.
     """
     from text2sim.lint.facts import Facts
     from text2sim.lint.report import sift
@@ -24,8 +24,8 @@ def lint_case(resolution: Resolution) -> LintReport:
     from text2sim.lint.soft.cost import expected
 
     facts = Facts(resolution)
-    asked = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
-    found = [problem for rule in asked for problem in rule.run(facts)]
+    rules = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
+    found = [problem for rule in rules for problem in rule.run(facts)]
     known = [*(rule.id for rule in RULES), *EARLIER, *RETIRED]
     report = sift(resolution.loaded, [*resolution.plan.warnings, *found], known)
     return replace(report, held=held_at_start(facts), seconds=expected(facts))

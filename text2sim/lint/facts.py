@@ -1,4 +1,4 @@
-"""Facts for the rules: the resolved case, and what follows from it, worked out once and only on demand."""
+"""Facts for the rules: the resolved case and derived values, computed once on demand."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 class Facts:
-    """A resolved case, as the rules see it."""
+    """A resolved case, with the values that rules derive from it."""
 
     def __init__(self, resolution: Resolution) -> None:
         self.resolution = resolution
@@ -55,7 +55,7 @@ class Facts:
         self._own: dict[Any, Any] = {}
 
     def own(self, kind: Callable[["Facts"], T]) -> T:
-        """Return what a family of rules works out for itself, made once."""
+        """Return an object that a family of rules makes from the facts, made once."""
         if kind not in self._own:
             self._own[kind] = kind(self)
         return self._own[kind]
@@ -72,15 +72,15 @@ class Facts:
         severity: Severity | None = None,
         hint: str | None = None,
     ) -> Problem:
-        """Return a finding.
+        """Return a problem.
 
         Args:
             rule: Id of the rule.
-            where: JSON Pointer or path of what is to blame.
-            message: What is wrong, and the way out with numbers.
-            key: Point at the key instead of the value.
-            severity: If it differs from the rule's.
-            hint: The nearest right word.
+            where: JSON Pointer or path of the value that causes it.
+            message: What is wrong, and the remedy with numbers.
+            key: Whether to point at the key instead of the value.
+            severity: The severity, if it differs from the rule's.
+            hint: The nearest valid word.
         """
         severity = severity or SEVERITIES[rule]
         return self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity)
@@ -92,7 +92,7 @@ class Facts:
         return (*section, body, *keys)
 
     def said(self, name: str, *keys: str) -> Path:
-        """Return the path of the first of these values of a body or static that the case has; else of the body."""
+        """Return the path of the first of these values that the case gives for a body or static; else of the body."""
         found = (where for key in keys if self.raw(where := self.where(name, key)) is not None)
         return next(found, self.where(name))
 
@@ -100,7 +100,7 @@ class Facts:
 
     @cached_property
     def copies(self) -> dict[str, Copy]:
-        """Every copy of every static and body, by its own name."""
+        """Every copy of every static and body, by name."""
         return {copy.name: copy for group in self.placed.values() for copy in group}
 
     @cached_property
@@ -116,11 +116,11 @@ class Facts:
         return found
 
     def tree(self, copy: Copy) -> Tree | None:
-        """Return the tree of links that a copy became; None for a primitive of the engine."""
+        """Return the tree of links of a copy; None for a primitive of the engine."""
         return self.lowering.trees.get(copy.name)
 
     def mount(self, copy: Copy) -> str:
-        """Return how a copy hangs in the world: `static`, `driven`, `soft`, `tree`, or the kind of its mount."""
+        """Return how a copy is mounted: `static`, `driven`, `soft`, `tree`, or the kind of its mount."""
         if copy.body in self.case.scene.statics:
             return "static"
         if is_soft(copy.model):
@@ -129,7 +129,7 @@ class Facts:
         return copy.model.mount.kind if kind == "rigid" else "driven" if kind == "driven" else "tree"
 
     def moves(self, copy: Copy) -> bool:
-        """Whether any part of a copy can move."""
+        """Return whether any part of a copy can move."""
         mount = self.mount(copy)
         if mount == "tree":
             tree = self.tree(copy)
@@ -137,7 +137,7 @@ class Facts:
         return mount not in ("static", "fixed")
 
     def free(self, copy: Copy) -> bool:
-        """Whether nothing holds a copy of links: it falls if nothing is below it. See `loose`."""
+        """Return whether a rigid copy or a tree is free: it falls if nothing is below it. See `loose`."""
         mount = self.mount(copy)
         if mount != "tree":
             return mount == "free"
@@ -146,14 +146,14 @@ class Facts:
         return any(joint.kind == "free" for link in roots for _, joint in link.all_joints())
 
     def loose(self, copy: Copy) -> bool:
-        """Whether nothing holds a copy, be it of links or deformable."""
+        """Return whether nothing holds a copy, rigid or deformable."""
         if not is_soft(copy.model):
             return self.free(copy)
         return copy.body not in self._attached
 
     @cached_property
     def _attached(self) -> set[str]:
-        """Deformable bodies of which some part is held at some time."""
+        """Deformable bodies with a part that is held at some time."""
         controls = self.case.actions.controls.values()
         return {body_of(control.body) for control in controls if control.kind == "attach"}
 
@@ -164,18 +164,18 @@ class Facts:
 
     @cached_property
     def meant_to_leave(self) -> set[str]:
-        """Bodies that the case expects to get away."""
+        """Bodies that the case expects to leave."""
         events = [e for e in self.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
         return {body_of(event.of) for event in events if event.kind != "enters"}
 
     # --- geometry at the start ---------------------------------------------------------------------------------
 
     def balls(self, copy: Copy) -> list[tuple[Vec, float]]:
-        """Return centre and radius [m] of balls around the pieces of a copy; none for a plane."""
+        """Return the centre and radius [m] of balls around the pieces of a copy; none for a plane."""
         return self.lowering.balls.get(copy.name, [])
 
     def parts(self, copy: Copy) -> list[StandingPart]:
-        """Return the convex pieces by which a copy touches, where they stand at the start; none for a plane."""
+        """Return the convex pieces by which a copy collides, at their start poses; none for a plane."""
         if copy.name not in self._parts:
             tree = self.tree(copy)
             if tree is not None:
@@ -196,7 +196,7 @@ class Facts:
         return StandingPart(piece, pos, quat, moves, link, mesh)
 
     def box(self, copy: Copy) -> Bounds | None:
-        """Return the corners [m] of the upright box around a copy at the start; None for a plane."""
+        """Return the bounding box [m] of a copy at the start; None for a plane."""
         if copy.name not in self._boxes:
             self._boxes[copy.name] = self._box(copy)
         return self._boxes[copy.name]
@@ -209,7 +209,7 @@ class Facts:
         tree = self.tree(copy)
         if tree is not None and tree.initial:
             return union(part.box for part in self.parts(copy))
-        # Copies of one body mostly share their shape.
+        # Most copies of a body share their shape.
         key = (id(copy.shape), copy.quat)
         if key not in self._extents:
             self._extents[key] = extents(copy.shape, copy.quat, self.folder)
@@ -217,7 +217,7 @@ class Facts:
         return (x + a, y + b, z + c), (x + d, y + e, z + f)
 
     def thinnest(self, copy: Copy) -> float:
-        """Return the smallest thickness [m] of the pieces of a copy that can move; infinite if there are none."""
+        """Return the smallest thickness [m] of the movable pieces of a copy; infinite if there are none."""
         key = copy.name if copy.shape is None else id(copy.shape)
         if key not in self._thinnest:
             thicknesses = (part.thickness for part in self.parts(copy) if part.moves)
@@ -225,9 +225,9 @@ class Facts:
         return self._thinnest[key]
 
     def near(self, slack: float = 0.0, *, soft: bool = False) -> Iterator[tuple[Copy, Copy]]:
-        """Yield the pairs of copies of which at least one can move, and whose boxes overlap by more than `slack` [m].
+        """Yield the pairs of copies whose boxes overlap by more than `slack` [m], if at least one can move.
 
-        Of each pair the one that comes first in the case comes first. Deformable bodies are left out, unless asked for.
+        The copy that is first in the case is first in the pair. Deformable bodies are included only if `soft`.
         """
         known = [(copy, box) for copy in self.copies.values() if (box := self.box(copy)) is not None]
         known = [entry for entry in known if soft or not is_soft(entry[0].model)]
@@ -240,14 +240,14 @@ class Facts:
 
     @cached_property
     def masses(self) -> dict[str, float]:
-        """Mass [kg] of every copy of a body of links; what a file says of its masses is not in it."""
+        """Mass [kg] of every rigid copy or tree, except those from model files."""
         copies = (copy for name in self.case.bodies for copy in self.placed[name] if not is_soft(copy.model))
         known = (copy for copy in copies if getattr(copy.model, "file", None) is None)
         return masses_of(self.lowering, self.plan.bodies, known)
 
     @property
     def own_contact(self) -> bool:
-        """Whether rigid bodies touch by the engine's own contacts, which sap and ipc take the place of."""
+        """Whether rigid bodies use the engine's own contacts, which sap and ipc replace."""
         soft = self.settings.soft
         return soft is None or soft.model not in ("sap", "ipc")
 
@@ -266,7 +266,7 @@ class Facts:
         return found
 
     def raw(self, where: Path) -> Any:
-        """Return the evaluated data at a path, or None if the case does not say it."""
+        """Return the evaluated data at a path; None if the case does not give it."""
         value: Any = self.loaded.data
         for step in where:
             if isinstance(value, dict) and step in value:

@@ -1,4 +1,4 @@
-"""The convex pieces by which bodies touch, where they stand at the start, with their bounds."""
+"""Convex pieces by which bodies collide, at their start poses, with their bounds."""
 
 import math
 from collections.abc import Iterator
@@ -24,22 +24,22 @@ from text2sim.compiler.shapes.rotation import (
 from text2sim.compiler.shapes.solid import Solid
 
 FACES = 100
-"""Faces of a hull that are looked at one by one."""
+"""Most faces of a hull whose normals are used."""
 MOST_PAIRS = 500_000
-"""To hold more against each other takes seconds; a heap of 2,000 has some 20,000."""
+"""Most pairs that are compared, for which it takes seconds; a heap of 2,000 has some 20,000."""
 MANY_CELLS = 64
-"""What lies in more cells of the grid than this is compared with everything instead."""
+"""A box in more grid cells than this is compared with every other box."""
 
 
 class StandingPart:
-    """A convex piece where it stands at the start."""
+    """A convex piece at its start pose."""
 
     def __init__(
         self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None, mesh: MeshFile | None = None
     ) -> None:
         self.piece, self.pos, self.quat, self.moves, self.link = piece, pos, quat, moves, link
         self.mesh = mesh
-        """The surface, if the engine takes it apart: its hull says little about it."""
+        """The surface, if the piece is not its convex hull."""
 
     @cached_property
     def solid(self) -> Solid:
@@ -52,7 +52,7 @@ class StandingPart:
         return self.piece.thickness
 
     def normals(self) -> list[Vec]:
-        """Return unit vectors across the faces of a hull, in the world; of more than `FACES`, the axes of its frame."""
+        """Return the unit normals of the faces of a hull in the world; for more than `FACES`, its axes."""
         turn = quat_multiply(self.quat, self.piece.quat)
         rows, corners = quat_to_rows(turn), self.piece.vertices
         local: list[Vec] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
@@ -68,18 +68,18 @@ class StandingPart:
 
     @cached_property
     def box(self) -> Bounds:
-        """Exact corners [m] of the upright box around it."""
+        """Exact bounding box [m]."""
         span = self.solid.span
         (a, b), (c, d), (e, f) = span((1.0, 0.0, 0.0)), span((0.0, 1.0, 0.0)), span((0.0, 0.0, 1.0))
         return (a, c, e), (b, d, f)
 
     def lowest(self, up: Vec) -> float:
-        """Return the height [m] along a unit vector of the lowest point of the piece."""
+        """Return the height [m] of the lowest point of the piece along a unit vector."""
         return self.solid.span(up)[0]
 
 
 class Ground(NamedTuple):
-    """A plane: solid below, but only as far to the sides as it is drawn."""
+    """A plane: solid below, but only as wide as it is drawn."""
 
     copy: Copy
     up: Vec
@@ -90,11 +90,11 @@ class Ground(NamedTuple):
     """Half of its side [m]."""
 
     def depth(self, part: StandingPart) -> float:
-        """Return how deep [m] the lowest point of a piece is below it; negative above."""
+        """Return the depth [m] of the lowest point of a piece below it; negative above."""
         return self.level - part.lowest(self.up)
 
     def beside(self, point: Vec) -> float:
-        """Return how far [m] a point is beyond its edge, seen along its normal; negative over the plane."""
+        """Return how far [m] a point is outside its edge, seen along its normal; negative inside."""
         (a, b, c), (x, y, z) = point, self.copy.pos
         if self.copy.quat != IDENTITY:
             a, b, c = quat_rotate(quat_conjugate(self.copy.quat), (a - x, b - y, c - z))
@@ -108,16 +108,16 @@ def lowest_of(box: Bounds, up: Vec) -> float:
 
 
 def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
-    """Yield the pairs of boxes that are not `apart` by `slack` [m], by their numbers, the smaller first.
+    """Yield the index pairs of boxes that are not `apart` by `slack` [m], the smaller index first.
 
-    They are sorted into a grid of cells of twice their usual size, so that far pairs are never looked at; of thousands
-    that are all in one place, the first `MOST_PAIRS` are.
+    A grid with cells of twice the median size avoids distant pairs; if thousands of boxes are in one place, only the
+    first `MOST_PAIRS` are compared.
     """
     if len(boxes) < 2:
         return
     sizes = sorted(max(b - a for a, b in zip(low, high, strict=True)) for low, high in boxes)
     cell = 2.0 * sizes[len(sizes) // 2] or sizes[-1] or 1.0
-    gap = max(-slack, 0.0)  # that boxes may have between them
+    gap = max(-slack, 0.0)  # between boxes of a pair
     cells: dict[tuple[int, int, int], list[int]] = {}
     large: list[int] = []
     for index, (low, high) in enumerate(boxes):

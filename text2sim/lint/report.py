@@ -1,4 +1,4 @@
-"""Report of the lint: what is wrong, and what is wrong and meant."""
+"""Report of the lint: problems, and problems that the case waives."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -10,42 +10,42 @@ from text2sim.spec_schema.loaded import LoadedCase
 
 @dataclass(frozen=True)
 class Waived:
-    """A finding that the case says is meant."""
+    """A problem that the case waives."""
 
     problem: Problem
     reason: str
-    """Why it is meant, in the author's words."""
+    """The author's reason."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding as plain data, for machines."""
+        """Return it as plain data."""
         return {"rule": self.problem.rule, "path": self.problem.path, "reason": self.reason, **asdict(self.problem)}
 
 
 @dataclass(frozen=True)
 class LintReport:
-    """Findings in the order of the file."""
+    """Problems in the order of the file."""
 
     problems: list[Problem] = field(default_factory=list)
-    """What is wrong; an error among them keeps the case from running."""
+    """Problems; an error prevents the case from running."""
     waived: list[Waived] = field(default_factory=list)
-    """What is meant."""
+    """Waived problems."""
     held: list[str] = field(default_factory=list)
     """Expectations that would hold if nothing moved."""
     seconds: float = 0.0
-    """Wall time that a run takes on two idle cores; 0 if that is not known."""
+    """Estimated wall time [s] of a run on two idle cores; 0 if it is not known."""
 
     @property
     def ok(self) -> bool:
-        """Whether nothing keeps the case from running."""
+        """Whether there are no errors."""
         return all(problem.severity != "error" for problem in self.problems)
 
 
 def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> LintReport:
-    """Divide findings into those that the case waives and the rest.
+    """Separate the problems that the case waives from the rest.
 
     Args:
         loaded: The case, with its `waive`.
-        found: All findings.
+        found: All problems.
         known: Ids that can be waived.
     """
     reasons: Mapping[str, str] = loaded.data.get("waive") or {}
@@ -59,12 +59,11 @@ def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> 
     idle = set(reasons) - {one.problem.rule for one in waived}
     for rule in reasons:
         if rule not in known:
-            message = f"there is no rule `{rule}` that could be waived; `text2sim check --rules` lists them"
+            message = f"there is no rule `{rule}` to waive; `text2sim check --rules` lists them"
             hint = nearest(rule, known)
             problems.append(loaded.problem(("waive", rule), message, key=True, rule="unknown-rule", hint=hint))
         elif rule in idle:
-            message = f"`{rule}` finds nothing here: the waiver can go"
-            problems.append(
-                loaded.problem(("waive", rule), message, key=True, rule="unused-waiver", severity="warning")
-            )
+            message = f"`{rule}` reports nothing here; remove the waiver"
+            problem = loaded.problem(("waive", rule), message, key=True, rule="unused-waiver", severity="warning")
+            problems.append(problem)
     return LintReport(sort_problems(problems), waived)

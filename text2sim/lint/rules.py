@@ -88,7 +88,7 @@ RULES: tuple[Rule, ...] = (
 )
 
 EARLIER = ("after-end", "driven-subject", "no-final")
-"""Warnings that are given before the lint, and that can be waived too."""
+"""Warnings of earlier stages, which a case can waive too."""
 
 
 RETIRED = (
@@ -106,9 +106,9 @@ RETIRED = (
     "unfelt-push",
     "weak-press",
 )
-"""Rules of earlier versions: cases may waive them still."""
+"""Rules of earlier versions, which cases may still waive."""
 
 
 def find_rule(name: str) -> Rule | None:
-    """Return the rule with that id, if there is one."""
+    """Return the rule with that id, or None."""
     return next((rule for rule in RULES if rule.id == name), None)

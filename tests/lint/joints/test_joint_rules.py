@@ -133,7 +133,7 @@ actions:
     assert not findings(assets, "mass-ratio", crane % 0.5)
 
 
-def test_what_the_way_out_says_is_not_there_already(assets: Path) -> None:
+def test_a_remedy_is_not_there_already(assets: Path) -> None:
     """Welds are as stiff as two substeps allow; contacts are not stiffer than 2 ms unless the case says so."""
     rope = """
 scene: {%s}
@@ -148,7 +148,7 @@ actions: {controls: {tie: {kind: attach, body: rope.link_19, to: load}}}
     assert not findings(assets, "mass-ratio", rope % "substeps: 18, dt: 0.01")
     stack = STACK.format(light=0.001, substeps=50, place="place: {on: tray}")
     (found,) = findings(assets, "mass-ratio", stack)
-    assert "it needs contact.timeconst of" in found.message
+    assert "use contact.timeconst of" in found.message
 
 
 def test_what_is_too_light_for_the_solver(assets: Path) -> None:

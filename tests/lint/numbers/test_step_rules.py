@@ -90,7 +90,7 @@ def test_bounces_against_the_time_step(assets: Path, more: str, rules: list[str]
 
 
 @pytest.mark.parametrize(
-    ("point", "off"), [("[0, 0, 0.25]", "230 mm off `domino`"), ("[0, 0, 0.02]", ""), ("{face: top}", "")]
+    ("point", "off"), [("[0, 0, 0.25]", "230 mm away from `domino`"), ("[0, 0, 0.02]", ""), ("{face: top}", "")]
 )
 def test_a_point_beside_its_body(tmp_path: Path, point: str, off: str) -> None:
     case = f"""\
@@ -119,4 +119,4 @@ actions: {controls: {hit: {kind: impulse, body: arm.rod, impulse: [0, 0, 1], at:
 """
     assert not findings(tmp_path, "point-off-body", case % 0.2)
     (found,) = findings(tmp_path, "point-off-body", case % 0.5)
-    assert "300 mm off `arm.rod`" in found.message
+    assert "300 mm away from `arm.rod`" in found.message

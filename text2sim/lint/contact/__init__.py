@@ -1,1 +1,1 @@
-"""Rules about the limits of contacts: speed, sliding, creep, bounce."""
+"""Rules about contacts: speed, sliding, creep, bounce."""

@@ -1,1 +1,1 @@
-"""Rules about the film: cameras, and what stands before them."""
+"""Rules about the film: cameras and subjects."""

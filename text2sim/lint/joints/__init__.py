@@ -1,1 +1,1 @@
-"""Joints and motors: what is asked of them, and what they can do."""
+"""Rules about joints and motors."""

@@ -1,1 +1,1 @@
-"""Numbers that the engine cannot bear: sizes, masses, mesh files, time steps, stiffness, limits."""
+"""Rules about quantities: sizes, masses, densities, mesh files, time steps, stiffness."""

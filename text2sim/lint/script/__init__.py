@@ -1,1 +1,1 @@
-"""Rules about the script: names, pushes, measures, events and expectations."""
+"""Rules about the script: names, forces, measures, events and expectations."""

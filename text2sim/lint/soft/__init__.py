@@ -1,1 +1,1 @@
-"""Rules about bodies that deform: solvers that do not meet, grids that are too coarse, steps that are too long."""
+"""Rules about deformable bodies: solvers, resolutions, bounds, contact models."""

@@ -1,4 +1,4 @@
-"""Cloth of solver pbd that lets things through, and points that are held by what does not feel them."""
+"""Cloth of solver pbd that bodies pass through, and attachments that act one way or at a distance."""
 
 import math
 from collections.abc import Iterator
@@ -18,16 +18,16 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
 CAUGHT, CAUGHT_WELL = 8.0, 16.0
-"""Speed [m/s] at which a sheet still catches a ball, with 4 and with 20 sweeps over its threads: at twice that the ball
-went through."""
-WELL = 20
-"""As many sweeps."""
-SEEN = 0.005
-"""Gap [m] between a corner and its holder that a picture shows."""
+"""Speed [m/s] at which a sheet still catches a ball, with 4 and with `MANY_ITERATIONS`; at twice that the ball passed
+through."""
+MANY_ITERATIONS = 20
+"""Stretch iterations that catch fast bodies."""
+VISIBLE = 0.005
+"""Smallest visible gap [m] between a corner and its holder."""
 
 
 def _passes(facts: Facts) -> Iterator[Problem]:
-    """Cloth that meets rigid bodies, or is met by them, faster than its contact shell bears."""
+    """Report cloth and rigid bodies that meet too fast for the contact shell of the cloth."""
     soft = soft_facts(facts)
     room, h = soft.particle / 2, facts.substep
     found: dict[tuple[str, str], tuple[float, SoftBody, Copy]] = {}
@@ -35,7 +35,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
         speed = _meeting_speed(facts, soft, body, copy)
         if speed > found.get((body.body, copy.body), (0.0,))[0]:
             found[body.body, copy.body] = speed, body, copy
-    limit = CAUGHT_WELL if (facts.case.scene.pbd.stretch_iterations or 0) >= WELL else CAUGHT
+    limit = CAUGHT_WELL if (facts.case.scene.pbd.stretch_iterations or 0) >= MANY_ITERATIONS else CAUGHT
     for speed, body, copy in found.values():
         shift = speed * h
         if shift > room * (1 + 1e-6):
@@ -43,13 +43,14 @@ def _passes(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"`{body.name}` and `{copy.name}` meet at up to {speed:.3g} m/s, {length(shift)} in a substep of "
                 f"{h:.3g} s, but the contact shell of the cloth is {length(room)} (half of scene.pbd.particle_size): "
-                f"particles are past it before they are held; scene.substeps of {needed} hold them"
+                f"particles pass it before they are held; use scene.substeps of {needed}"
             )
         elif speed > limit and facts.free(copy):
+            more = f"set `scene.pbd.stretch_iterations: {MANY_ITERATIONS}`"
             text = (
-                f"`{copy.name}` meets `{body.name}` at up to {speed:.3g} m/s: a sheet lets go of its threads at that "
-                f"speed, and a ball went through at twice {limit:g} m/s; "
-                + ("make it slower" if limit == CAUGHT_WELL else f"`scene.pbd.stretch_iterations: {WELL}` bears more")
+                f"`{copy.name}` meets `{body.name}` at up to {speed:.3g} m/s: the sheet stretches open at that speed, "
+                f"and a ball passed through at twice {limit:g} m/s; "
+                + ("make it slower" if limit == CAUGHT_WELL else more)
             )
         else:
             continue
@@ -57,7 +58,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
 
 
 def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> float:
-    """Largest speed [m/s] at which the two may meet: of what is thrown, falls from above, or turns."""
+    """Return the largest speed [m/s] at which the two may meet, by their start velocities and a fall."""
     own, other = (facts.velocities.get(c.name, (0.0, 0.0, 0.0)) for c in (body.copy, copy))
     fast = math.dist(own, other)
     drop = 0.0
@@ -80,7 +81,7 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:
-    """Points that are attached to something free: they never pull it."""
+    """Report points that are attached to a free body, which they never pull."""
     soft = soft_facts(facts)
     solvers = {body.body: body.solver for body in soft.of("mpm", "fem")}
     for name, control in facts.case.actions.controls.items():
@@ -92,14 +93,14 @@ def _one_way(facts: Facts) -> Iterator[Problem]:
         if solver and loose:
             text = (
                 f"`{loose[0].name}`{more_copies(len(loose))} is free, and `{control.body}` is attached to it: points "
-                f"of solver {solver} follow what holds them but never pull it; hold them by something that is fixed, "
-                "driven, or on a joint with a motor"
+                f"of solver {solver} follow their holder but never pull it; use a holder that is fixed, driven, or on "
+                "a joint with a motor"
             )
             yield facts.problem("one-way-hold", ("actions", "controls", name, "to"), text)
 
 
 def _off_its_holder(facts: Facts) -> Iterator[Problem]:
-    """Corners and points that are attached to something that is not there."""
+    """Report corners and points that are attached at a distance."""
     soft, points = soft_facts(facts), BodyPoints({}, facts.folder)
     for name, control in facts.case.actions.controls.items():
         if control.kind != "attach" or control.to == "world" or (region := control.region) is None:
@@ -114,13 +115,13 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
         try:
             point = points.in_world(body.copy, None, region)
         except RegionError:
-            continue  # it lies inside of the body, where no gap can be seen
+            continue  # it is inside the body, where no gap is visible
         near = region.sphere.radius if region.sphere else 0.0
         away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), one) for one in pieces)
-        if away > max(soft.scales.spacing(body.body, body.solver), SEEN):
+        if away > max(soft.scales.spacing(body.body, body.solver), VISIBLE):
             text = (
-                f"what `{control.to}` holds of `{body.name}` is {length(away)} away from it: in the film it hangs on "
-                "nothing; move the one or the other until they touch"
+                f"the attached point of `{body.name}` is {length(away)} away from `{control.to}`: the film shows it "
+                "hanging on nothing; move one of them until they touch"
             )
             yield facts.problem("held-at-a-distance", ("actions", "controls", name, "to"), text)
 
@@ -131,12 +132,12 @@ RULES = (
         severity="warning",
         title="A cloth and a rigid body meet so fast that one passes through the other.",
         reason=f"""\
-Particles of cloth are pushed out of rigid bodies from half of `particle_size` on, wherever they are at the end of a
-substep: what moves farther in a substep may be on the other side. Walls may be thin: 4 mm held a tumbling cloth as long
-as speed times substep stayed below the shell. A sheet of 20 mm particles caught a ball at 4 and 8 m/s and let it pass
-at 16; with {WELL} sweeps over its threads and half the substep it caught it at 16 and not at 32.""",
+At the end of a substep, particles of cloth closer to a rigid body than half of `particle_size` are pushed out: a body
+that moves farther per substep may be on the other side. Walls may be thin: 4 mm held a tumbling cloth as long as speed
+times substep stayed below the shell. A sheet of 20 mm particles caught a ball at 4 and 8 m/s and let it pass at 16;
+with {MANY_ITERATIONS} stretch iterations and half the substep it caught it at 16 and not at 32.""",
         remedy="""\
-Take the `scene.substeps` that the message names, larger particles, or more `scene.pbd.stretch_iterations`.""",
+Use the `scene.substeps` of the message, larger particles, or more `scene.pbd.stretch_iterations`.""",
         example="""\
 scene: {dt: 0.01, substeps: 2}
 bodies:
@@ -154,12 +155,11 @@ actions:
         severity="warning",
         title="A soft body is attached to a free body, which does not feel it.",
         reason="""\
-The engine moves the held points of soft bodies with the link that holds them, and gives the link nothing back: a free
-body to which a soft one is attached falls as if it were alone, and takes it along. Cloth of solver pbd pulls at what
-holds it.""",
+The engine moves the attached points of soft bodies with their holder, without a reaction force: a free body to which a
+soft one is attached falls as if it were alone, and takes it along. Cloth of solver pbd does pull its holder.""",
         remedy="""\
-Attach it to what is fixed, driven, or moved by a motor, or to the `world`; a load can lie on a soft body, which feels
-it; or take cloth.""",
+Attach it to a body that is fixed, driven, or moved by a motor, or to the `world`; put a load on top of a soft body,
+which feels it; or use cloth.""",
         example="""\
 bodies:
   slab: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.6, 0.1, 0.1]}, pose: {pos: [0, 0, 1.0]}}
@@ -175,11 +175,11 @@ actions:
     Rule(
         id="held-at-a-distance",
         severity="warning",
-        title="A corner or point is attached to something that it does not touch.",
+        title="A corner or point is attached to a body that it does not touch.",
         reason="""\
-Attached points follow what holds them from where they are at the start, however far that is: physics is right, but a
-film shows a napkin that hangs below its peg on nothing.""",
-        remedy="Place the body, or what holds it, so that they touch.",
+Attached points follow their holder at the distance that they have at the start: the physics is correct, but the film
+shows a napkin that hangs on nothing below its peg.""",
+        remedy="Place the body, or its holder, so that they touch.",
         example="""\
 scene: {statics: {peg: {shape: {kind: sphere, radius: 0.01}, pose: {pos: [0.2, 0, 1.03]}}}}
 bodies:

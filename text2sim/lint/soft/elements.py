@@ -1,4 +1,4 @@
-"""Bodies of finite elements: too few elements, too little compressible, models that their solver lacks."""
+"""Bodies of finite elements: too few elements, nearly incompressible, or with an unsupported model."""
 
 import math
 from collections.abc import Iterator
@@ -11,16 +11,16 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
 ENOUGH = 4.0
-"""Elements through the thickness of a bar from which on nothing is said."""
+"""Fewest elements through the thickness of a bar without a warning."""
 ONE = 1.0
-"""Part of its deflection that a bar with n elements through it lacks, times n^1.5. Measured at the tip of a cantilever
+"""Missing share of the deflection of a bar with n elements through it, times n^1.5. Measured at the tip of a cantilever
 (`benchmarks.soft_physics`): 1 element 79 %, 2 36 %, 3 19 %, 4 12 %, 6 7 %."""
 MOST = 0.8
-"""No bar lacks more."""
+"""Largest missing share."""
 SLENDER = 4.0
-"""Length over thickness from which on a body is a bar or a plate that bends."""
+"""Smallest length over thickness of a bar or a plate that bends."""
 LOCKING = 0.49
-"""Poisson's ratio."""
+"""Largest Poisson's ratio without a warning."""
 
 
 def _too_stiff(facts: Facts) -> Iterator[Problem]:
@@ -40,8 +40,8 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
         lacking = min(MOST, ONE * through**-1.5)
         text = (
             f"`{body.name}` has {through:.2g} elements of {length(edge)} through its thickness of {length(thin)}: "
-            f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; `cell: {thin / ENOUGH:.2g}` "
-            f"would leave {ONE * ENOUGH**-1.5:.0%}"
+            f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; with `cell: {thin / ENOUGH:.2g}` "
+            f"it is {ONE * ENOUGH**-1.5:.0%}"
         )
         where = facts.said(body.body, "cell", "shape")
         yield facts.problem("too-few-elements", where, text, key=True)
@@ -56,15 +56,10 @@ def _incompressible(facts: Facts) -> Iterator[Problem]:
             continue
         seen.add(body.body)
         factor = math.sqrt((1 - nu) / ((1 + nu) * (1 - 2 * nu)))
-        text = (
-            f"a Poisson's ratio of {nu:g} hardly lets `{body.body}` change its volume: "
-            + (
-                f"sound is {factor:.2g} times as fast as in a bar, and so are the steps that it needs"
-                if body.solver == "mpm"
-                else "linear tetrahedra lock, and it is many times too stiff"
-            )
-            + "; 0.45 to 0.49 looks the same"
-        )
+        then = "linear tetrahedra lock, and it is many times too stiff"
+        if body.solver == "mpm":
+            then = f"sound is {factor:.2g} times as fast as in a bar, so it needs as many times shorter steps"
+        text = f"a Poisson's ratio of {nu:g} hardly lets `{body.body}` change its volume: {then}; use 0.45 to 0.49"
         where = facts.where(body.body, "material", "poisson_ratio")
         yield facts.problem("nearly-incompressible", where, text)
 
@@ -80,8 +75,8 @@ def _model(facts: Facts) -> Iterator[Problem]:
             continue
         seen.add(body.body)
         text = (
-            f"`{body.body}` has model {model}, which the implicit fem solver lacks: it would be computed as `elastic` "
-            "(corotated); leave the model out, or take `solver: mpm`"
+            f"`{body.body}` has model {model}, which the implicit fem solver does not support: it would use `elastic` "
+            "(corotated); leave the model out, or use `solver: mpm`"
         )
         where = facts.where(body.body, "material", "model")
         yield facts.problem("no-such-model", where, text)
@@ -93,12 +88,12 @@ RULES = (
         severity="warning",
         title="A bar or plate has too few elements through its thickness, and is too stiff.",
         reason=f"""\
-Linear tetrahedra lock in bending. Measured at the tip of a cantilever of 0.3 m by 60 mm, against Euler and Bernoulli
-with shear: 1 element through the thickness lacks 79 % of the deflection, 2 lack 36 %, 3 lack 19 %, 4 lack 12 %, 6 lack
-7 %: n elements about 1 over n to the power of 1.5. Reported below {ENOUGH:g}, for bodies {SLENDER:g} times as long as
-thick.""",
+Linear tetrahedra lock in bending. Measured at the tip of a cantilever of 0.3 m by 60 mm, against Euler-Bernoulli theory
+with shear: with 1 element through the thickness 79 % of the deflection is missing, with 2 36 %, 3 19 %, 4 12 %, 6 7 %:
+with n elements about 1 over n to the power of 1.5. The rule reports fewer than {ENOUGH:g}, for bodies {SLENDER:g} times
+as long as thick.""",
         remedy="""\
-Give the `cell` that the message names (half of it is about ten times as slow), or take `solver: mpm`.""",
+Use the `cell` of the message (half of it is about ten times as slow), or `solver: mpm`.""",
         example="""\
 bodies:
   bar:
@@ -114,11 +109,11 @@ bodies:
     Rule(
         id="nearly-incompressible",
         severity="warning",
-        title="A Poisson's ratio so near to 0.5 that the method fails.",
+        title="A Poisson's ratio is so close to 0.5 that the method fails.",
         reason="""\
-Towards 0.5 the stiffness against a change of volume goes to infinity. Linear tetrahedra then lock altogether; particles
-on a grid need steps as short as the speed of sound is high: 4 times as short at 0.49, 13 times at 0.499.""",
-        remedy="Take 0.45 to 0.49: rubber is not seen to differ.",
+Towards 0.5 the bulk modulus goes to infinity. Linear tetrahedra then lock entirely; particles on a grid need shorter
+steps, because the speed of sound grows: 4 times as short at 0.49, 13 times at 0.499.""",
+        remedy="Use 0.45 to 0.49: for rubber the difference is not visible.",
         example="""\
 bodies:
   rubber:
@@ -133,12 +128,12 @@ bodies:
     Rule(
         id="no-such-model",
         severity="error",
-        title="A material model that the solver of the body lacks.",
+        title="The solver of a body does not support its material model.",
         reason="""\
-The engine's explicit fem solver has a neo-Hookean model, but it diverges at steps that anyone can pay for (a box of
-0.1 MPa at 0.2 ms: 77 m away after one step, then a crash of the process); so soft bodies of solver fem are solved
-implicitly, and the implicit solver has none. Under contact model ipc every soft body is neo-Hookean anyway.""",
-        remedy="Leave `model` out, or take `solver: mpm`, which has both.",
+The engine's explicit fem solver has a neo-Hookean model, but it diverges at affordable steps (a box of 0.1 MPa at
+0.2 ms: 77 m away after one step, then a crash of the process). So soft bodies of solver fem use the implicit solver,
+which has none. Under contact model ipc every soft body is neo-Hookean.""",
+        remedy="Leave `model` out, or use `solver: mpm`, which has both.",
         example="""\
 bodies:
   rubber:

@@ -1,4 +1,4 @@
-"""Facts for the rules about deformable bodies: their solvers, how fine they are cut, where they may get."""
+"""Facts for the rules about deformable bodies: solvers, resolutions, and possible contacts."""
 
 import math
 from collections.abc import Iterator
@@ -14,7 +14,7 @@ from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, 
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import whereabouts
-from text2sim.lint.parts import Ground
+from text2sim.lint.parts import Ground, lowest_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class SoftBody:
     solver: str
     """`mpm`, `pbd`, `fem` or `ipc`."""
     box: Bounds
-    """Upright box around it at the start [m]."""
+    """Bounding box at the start [m]."""
 
     @property
     def name(self) -> str:
@@ -71,7 +71,7 @@ class SoftFacts:
 
     @cached_property
     def scales(self) -> Scales:
-        """How fine they are cut."""
+        """Their resolutions."""
         return scales(self.scene, self.facts.placed, self.facts.folder)
 
     @property
@@ -99,7 +99,7 @@ class SoftFacts:
         return mass(body.copy, self.facts.folder)
 
     def points(self, body: SoftBody) -> int:
-        """About how many particles or elements make a body; see `compiler.soft.scales` for the volume of each."""
+        """Return about how many particles or elements a body has; see `compiler.soft.scales`."""
         if body.model.kind == "cloth":
             a, b = sheet_size(body.copy.shape, self.facts.folder)
             return math.ceil(a * b / (0.866 * self.scales.spacing(body.body, body.solver) ** 2))
@@ -107,11 +107,11 @@ class SoftFacts:
             return math.ceil(self.volume(body) / (PARTICLE * self.cell) ** 3)
         return math.ceil(6 * math.sqrt(2) * self.volume(body) / self.scales.spacing(body.body, body.solver) ** 3)
 
-    # --- who may meet whom ---------------------------------------------------------------------------------------
+    # --- possible contacts ---------------------------------------------------------------------------------------
 
     @cached_property
     def rigid(self) -> list[Copy]:
-        """Copies of bodies and statics made of links or of one piece, planes left out, that deformable bodies feel."""
+        """Copies of rigid bodies and statics that deformable bodies feel, except planes."""
         return [
             copy
             for copy in self.facts.copies.values()
@@ -127,7 +127,7 @@ class SoftFacts:
         return [ground for ground in self.facts.planes if touches_soft(ground.copy.model)]
 
     def comes_down_on(self, upper: Copy, lower: Copy) -> bool:
-        """Whether a copy starts over another one (or in it), with nothing said of what lies between."""
+        """Return whether a copy starts above another one (or in it), whatever is between them."""
         a, b = self.facts.box(upper), self.facts.box(lower)
         if a is None or b is None or self.scene.gravity[2] >= 0.0:
             return False
@@ -135,12 +135,11 @@ class SoftFacts:
         return not beside and a[1][2] > b[0][2]
 
     def meets_plane(self, body: SoftBody, ground: Ground) -> bool:
-        """Whether a body could come to a plane."""
-        low, high = whereabouts(self.facts).box(body.copy)
-        return sum(u * (a if u > 0 else b) for u, a, b in zip(ground.up, low, high, strict=True)) <= ground.level
+        """Return whether a body could reach a plane."""
+        return lowest_of(whereabouts(self.facts).box(body.copy), ground.up) <= ground.level
 
     def pairs(self, *solvers: str) -> Iterator[tuple[SoftBody, Copy]]:
-        """Yield the pairs of bodies of some solvers with rigid copies that they could come to."""
+        """Yield the pairs of bodies of some solvers and rigid copies that could meet."""
         for body in self.of(*solvers):
             for copy in self.rigid:
                 if whereabouts(self.facts).meet(body.copy, copy):
@@ -148,10 +147,10 @@ class SoftFacts:
 
 
 def soft_facts(facts: Facts) -> SoftFacts:
-    """Return what there is of deformable bodies in a case, made once."""
+    """Return the facts about deformable bodies of a case."""
     return facts.own(SoftFacts)
 
 
 def touches_soft(model: Any) -> bool:
-    """Whether deformable bodies feel a rigid one."""
+    """Return whether deformable bodies feel a rigid one."""
     return getattr(getattr(model, "material", None), "touch_soft", True)

@@ -1,4 +1,4 @@
-"""Bodies of solvers that do not meet under the contact model of the scene."""
+"""Bodies of solvers that have no contact under the contact model of the scene."""
 
 from collections.abc import Iterator
 
@@ -16,11 +16,11 @@ TOUCHING: dict[str, set[frozenset[str]]] = {
     "ipc": {frozenset(pair) for pair in (("rigid", "fem"), ("rigid", "ipc"), ("fem", "ipc"), ("fem",), ("ipc",))}
     | {frozenset(("mpm",)), frozenset(("pbd",))},
 }
-"""Pairs of families that touch, by contact model: `rigid` and the solvers; a set of one is a solver with itself.
+"""Pairs of families that have contact, by contact model: `rigid` and the solvers; a set of one is a solver with itself.
 
-Of the engine's couplers, as their source has it (legacy, SAP, IPC). The legacy coupler also moves fem bodies by the
-rigid bodies in which a corner of their surface lies, and the other way round; that is no contact to build on: a cube
-of 0.15 kg fell through a beam of 290 vertices, and a ball sank 40 mm into the ground."""
+From the source of the engine's couplers (legacy, SAP, IPC). The legacy coupler also couples fem bodies with rigid
+bodies that contain a vertex of their surface, but that contact is not reliable: a cube of 0.15 kg fell through a beam
+of 290 vertices, and a ball sank 40 mm into the ground."""
 MEETS = {
     frozenset(("rigid", "mpm")): "particle",
     frozenset(("rigid", "pbd")): "particle",
@@ -28,9 +28,9 @@ MEETS = {
     frozenset(("rigid", "fem")): "sap",
     frozenset(("fem",)): "sap",
 }
-"""Contact model under which a pair does touch, where one does on every machine."""
+"""Contact model under which a pair has contact on every machine."""
 STILL = ("sap", "ipc")
-"""Contact models under which the grid of mpm is never moved: a block of jelly stayed where it was in the air."""
+"""Contact models under which the mpm grid does not move: a block of jelly stayed in the air."""
 WORDS = {"mpm": "mpm bodies", "pbd": "cloth of solver pbd", "fem": "fem bodies", "ipc": "cloth of solver ipc"}
 
 
@@ -40,9 +40,9 @@ def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
         return
     for name in _names(soft.of("ipc")):
         text = (
-            f"`{name}` has solver ipc, but scene.contact.model is {soft.model}: the engine computes such cloth in its "
-            "ipc coupler alone, and without it turns every point into nan without a word; leave scene.contact.model "
-            "out, or set it to ipc (needs a CUDA device), or take `solver: pbd`"
+            f"`{name}` has solver ipc, but scene.contact.model is {soft.model}: the engine simulates such cloth only "
+            "in its ipc coupler, and otherwise every point becomes nan without an error; leave scene.contact.model "
+            "out, set it to ipc (needs a CUDA device), or use `solver: pbd`"
         )
         yield facts.problem("cloth-without-ipc", facts.said(name, "solver"), text, key=True)
 
@@ -57,25 +57,21 @@ def _frozen(facts: Facts) -> Iterator[Problem]:
         if facts.case.scene.contact.model is None and needs is not None:
             why = f", which `{needs.body}` (solver {needs.solver}) needs"
         text = (
-            f"`{name}` has solver mpm, which stands still under contact model {soft.model}{why}: gravity and the "
-            "motion of its grid are part of the engine's other coupler; "
+            f"`{name}` has solver mpm, which does not move under contact model {soft.model}{why}: gravity and the "
+            "motion of its grid are part of another coupler of the engine; "
+            + ("give it `solver: fem`, or " if facts.case.bodies[name].kind == "soft" else "")
+            + "use only bodies for contact model particle"
         )
-        if facts.case.bodies[name].kind == "soft":
-            text += "give it `solver: fem`, or let nothing in the scene need another contact model than particle"
-        else:
-            text += "let nothing in the scene need another contact model than particle"
         yield facts.problem("mpm-stands-still", facts.said(name, "solver"), text, key=True)
 
 
 def _no_contact(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body that deforms and each thing that it would pass through."""
+    """Report each deformable body and each body that it would pass through once."""
     soft = soft_facts(facts)
     seen: set[tuple[str, str]] = set()
     for body in soft.bodies:
-        if body.solver == "ipc" and soft.model != "ipc":
-            continue  # reported already, and it has no other fault then
-        if body.solver == "mpm" and soft.model in STILL:
-            continue
+        if body.solver == "ipc" and soft.model != "ipc" or body.solver == "mpm" and soft.model in STILL:
+            continue  # other rules report these
         for other, family in _others(soft, body):
             if family == "mpm" and soft.model in STILL:
                 continue
@@ -113,31 +109,33 @@ def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family:
     )
     what = WORDS[body.solver] if family in ("rigid", body.solver) else f"{WORDS[body.solver]} and {WORDS[family]}"
     whom = "rigid bodies" if family == "rigid" else "each other"
-    text = f"`{body.name}` and `{other.name}` {'' if sure else 'may come to each other, but '}do not touch: "
+    text = f"`{body.name}` and `{other.name}` {'have' if sure else 'may meet, but have'} no contact: "
     text += f"under contact model {model} {what} and {whom} pass through each other"
     text = text.replace(f"{what} and each other pass", f"{what} pass")
     said = facts.case.scene.contact.model is not None
     if not said and model in ("sap", "ipc"):
         needs = next(b for b in soft.bodies if b.solver == ("fem" if model == "sap" else "ipc"))
         text += f" (the model is {model} because `{needs.name}` has solver {needs.solver})"
-    text += _way_out(soft, body, other, family, pair)
     where = facts.said(body.body, "solver")
-    return facts.problem("no-contact", where, text, key=True, severity="error" if sure else "warning")
+    severity = "error" if sure else "warning"
+    return facts.problem(
+        "no-contact", where, f"{text}; {_remedy(soft, body, family, pair)}", key=True, severity=severity
+    )
 
 
-def _way_out(soft: SoftFacts, body: SoftBody, other: Copy, family: str, pair: frozenset[str]) -> str:
+def _remedy(soft: SoftFacts, body: SoftBody, family: str, pair: frozenset[str]) -> str:
     needed = MEETS.get(pair)
     others = {b.solver for b in soft.bodies if b is not body}
     if needed == "sap" and not others & {"mpm", "pbd"}:
-        way = "; `scene.contact.model: sap` lets them touch"
-        return way + (", and `solver: mpm` with contact model particle does too" if body.model.kind == "soft" else "")
+        also = ", or `solver: mpm` with contact model particle" if body.model.kind == "soft" else ""
+        return f"set `scene.contact.model: sap`{also}"
     if needed == "particle" and not others & {"fem", "ipc"}:
-        return "; `scene.contact.model: particle` lets them touch"
+        return "set `scene.contact.model: particle`"
     if body.solver == "fem" or family == "fem":
-        return "; give the soft body `solver: mpm`: mpm bodies touch rigid bodies, cloth of solver pbd and each other"
+        return "give the soft body `solver: mpm`, which has contact with rigid bodies, cloth of solver pbd and itself"
     if body.model.kind == "cloth" and body.solver == "pbd" and soft.model == "ipc":
-        return "; give this cloth `solver: ipc`, too"
-    return "; let no body of the scene need another contact model than `particle`"
+        return "give this cloth `solver: ipc` too"
+    return "use only bodies for contact model `particle`"
 
 
 def _names(bodies: list[SoftBody]) -> list[str]:
@@ -148,11 +146,11 @@ RULES = (
     Rule(
         id="cloth-without-ipc",
         severity="error",
-        title="A cloth of solver ipc in a scene without contact model ipc.",
+        title="A cloth of solver ipc is in a scene without contact model ipc.",
         reason="""\
-The engine's shells are computed by its ipc coupler. Without the coupler nothing computes them: the scene is built, and
-steps, and every vertex is nan from the first step on, with no error.""",
-        remedy="Leave `scene.contact.model` out, or set it to `ipc`; or take `solver: pbd`, which runs everywhere.",
+The engine simulates its shells in the ipc coupler. Without it, the scene builds and steps, but every vertex is nan from
+the first step, without an error.""",
+        remedy="Leave `scene.contact.model` out, or set it to `ipc`; or use `solver: pbd`, which runs everywhere.",
         example="""\
 scene: {contact: {model: particle}}
 bodies:
@@ -164,12 +162,11 @@ bodies:
     Rule(
         id="mpm-stands-still",
         severity="error",
-        title="An mpm body under contact model sap or ipc.",
+        title="An mpm body is under contact model sap or ipc.",
         reason="""\
-The step in which the grid of the material point method gets its velocities, gravity among them, is part of the
-engine's coupler of rigid bodies and particles. Sap and ipc are couplers that take its place and have no such step: a
-block of jelly in the air over nothing stayed where it was for the whole run, while fem bodies and cloth beside it fell.
-There is no error.""",
+The step that updates the velocities of the mpm grid, including gravity, is part of the engine's coupler of rigid bodies
+and particles. The couplers sap and ipc replace it and have no such step: a block of jelly stayed in the air for the
+whole run, while fem bodies and cloth beside it fell. There is no error.""",
         remedy="Give soft bodies `solver: fem`; grains, liquids and snow need contact model particle.",
         example="""\
 bodies:
@@ -182,17 +179,17 @@ bodies:
     Rule(
         id="no-contact",
         severity="error",
-        title="Bodies of two solvers could meet, and would pass through each other.",
+        title="Bodies of two solvers may meet and would pass through each other.",
         reason="""\
-Each family of bodies has its own solver, and the contact model says which of them touch. `particle`: rigid bodies with
-mpm and pbd bodies, mpm with pbd. `sap`: rigid bodies with fem bodies, fem bodies with each other and themselves; cloth
-of solver pbd feels nothing but itself. `ipc`: rigid bodies, cloth and fem bodies, all with all; cloth of solver pbd as
-under `sap`. `rigid`: nothing that deforms. There is no contact between fem and pbd bodies under any model, and
-fem bodies without sap or ipc only feel what a corner of their surface is in. Where one starts over the other it is an
-error, where they may only come to each other a warning.""",
+Each family of bodies has its own solver, and the contact model determines which of them have contact. `particle`: rigid
+bodies with mpm and pbd bodies, mpm with pbd. `sap`: rigid bodies with fem bodies, fem bodies with each other and
+themselves; cloth of solver pbd only with itself. `ipc`: rigid bodies, cloth and fem bodies, all with all; cloth of
+solver pbd as under `sap`. `rigid`: no deformable bodies. There is no contact between fem and pbd bodies under any
+model, and without sap or ipc, fem bodies only feel bodies that contain a vertex of their surface. It is an error if one
+starts above the other, and a warning if they only may meet.""",
         remedy="""\
-Choose the contact model that the message names, or solvers that go together: soft bodies of solver mpm and cloth of
-solver pbd under `particle`; soft bodies of solver fem and rigid bodies under `sap`.""",
+Use the contact model of the message, or solvers that work together: soft bodies of solver mpm and cloth of solver pbd
+under `particle`; soft bodies of solver fem and rigid bodies under `sap`.""",
         example="""\
 scene: {duration: 1.0}
 bodies:

@@ -9,23 +9,23 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
 
 TESTS = 4000
-"""Pairs of pieces that are measured in a case, at most; what is left counts as far."""
+"""Most pairs of pieces that are measured in a case; the others count as far apart."""
 
 
 class Gaps:
-    """Measures distances, up to a number of them."""
+    """Distances of copies at the start, up to a budget of tests."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         self.left = TESTS
 
     def between(self, a: Copy, b: Copy, most: float) -> float:
-        """Return the distance [m] of two copies at the start, 0 if they overlap; `most` and more is `most`.
+        """Return the distance [m] of two copies at the start, 0 if they overlap, and at most `most`.
 
         Args:
             a: A copy.
             b: Another copy.
-            most: Distance from which on it does not matter [m].
+            most: Largest distance of interest [m].
         """
         box_a, box_b = self.facts.box(a), self.facts.box(b)
         if box_a is None or box_b is None or apart(box_a, box_b, -most):
@@ -41,12 +41,12 @@ class Gaps:
         return best
 
     def to_plane(self, copy: Copy, ground: Ground, most: float) -> float:
-        """Return the height [m] of the lowest point of a copy over a plane, negative below; `most` and more is `most`.
+        """Return the height [m] of the lowest point of a copy above a plane, negative below, and at most `most`.
 
         Args:
             copy: The copy.
             ground: The plane.
-            most: Height from which on it does not matter [m].
+            most: Largest height of interest [m].
         """
         depth = max((ground.depth(part) for part in self.facts.parts(copy)), default=-math.inf)
         return min(-depth, most)

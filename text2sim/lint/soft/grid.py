@@ -1,4 +1,4 @@
-"""Bodies in the grid of the material point method: what is too thin, too near, too fast for its cells."""
+"""Mpm bodies that are too stiff, too thin or too close together for the grid."""
 
 import math
 from collections.abc import Iterator
@@ -12,18 +12,18 @@ from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
 COURANT, UNSTABLE = 0.5, 0.7
-"""Fraction of a cell that a sound wave may cross in a substep. With 0.74 and 1.0, bars of 10 MPa diverged, with finite
-numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
+"""Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,
+bars of 10 MPa diverged, with finite numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
 EMPTY = 0.25
-"""Thickness [cells] below which a body holds no particle: particles are half a cell apart."""
+"""Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
 THIN = 2.2
-"""Cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
+"""Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
 NEAR = 2.0
-"""Cells between bodies at the start: they touch at 1.6 cells."""
+"""Fewest cells between bodies at the start: they touch at 1.6 cells."""
 
 
 def _step(facts: Facts) -> Iterator[Problem]:
-    """One finding: for the stiffest body."""
+    """Report the stiffest body."""
     soft = soft_facts(facts)
     rows = {body.body: (wave_speed(body.model.material, body.model), body) for body in soft.of("mpm")}
     if not rows:
@@ -35,10 +35,10 @@ def _step(facts: Facts) -> Iterator[Problem]:
         return
     needed = math.ceil(dt * speed / (COURANT * soft.cell) - 1e-9)
     text = (
-        f"sound runs at {speed:.3g} m/s in `{body.body}` and crosses {part:.2g} cells of the mpm grid "
+        f"sound has a speed of {speed:.3g} m/s in `{body.body}` and crosses {part:.2g} cells of the mpm grid "
         f"({length(soft.cell)}) in a substep of {h:.3g} s: "
         + ("it diverges, with finite numbers and no error" if part > UNSTABLE else f"more than {COURANT:g} may diverge")
-        + f"; scene.substeps of {needed} would do, or a softer body ({(COURANT / part) ** 2:.2g} of its stiffness)"
+        + f"; use scene.substeps of {needed}, or a softer body ({(COURANT / part) ** 2:.2g} of its stiffness)"
     )
     where = next(
         (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.raw(path) is not None),
@@ -64,7 +64,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
         if cells < EMPTY:
             text = (
                 f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-                f"({length(soft.cell)}): no particle fits into it; make it {length(EMPTY * soft.cell)} thick or more"
+                f"({length(soft.cell)}), and contains no particle; make it at least {length(EMPTY * soft.cell)} thick"
             )
         severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY) else None
         where = ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.said(body.body, "shape")
@@ -72,7 +72,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
 
 
 def _too_near(facts: Facts) -> Iterator[Problem]:
-    """One finding for each pair of mpm bodies whose grid nodes are shared at the start."""
+    """Report each pair of mpm bodies that share grid nodes at the start once."""
     soft = soft_facts(facts)
     bodies, room, gaps = soft.of("mpm"), NEAR * soft.cell, Gaps(facts)
     found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
@@ -84,16 +84,13 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
     for rows in found.values():
         gap, a, b = min(rows, key=lambda row: row[0])
         text = (
-            f"`{a.name}` and `{b.name}` are "
-            + (f"{length(gap)} apart" if gap > 0 else "inside each other")
-            + f" at the start{more_copies(len(rows), 'pairs')}, "
-            f"less than {NEAR:g} cells of the mpm grid ({length(soft.cell)}): they push each other away at once"
-            + (", and stick" if gap <= 0 else "")
-            + f"; {length(room - max(gap, 0.0))} more between them would do"
+            f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
+            f"{more_copies(len(rows), 'pairs')}, less than {NEAR:g} cells of the mpm grid ({length(soft.cell)}): they "
+            f"push each other away at once{'' if gap > 0 else ', and stick'}; increase their distance by "
+            f"{length(room - max(gap, 0.0))}"
         )
-        where = (
-            facts.said(a.body, "repeat", "place", "pose") if a.body == b.body else facts.said(b.body, "place", "pose")
-        )
+        keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
+        where = facts.said(b.body, *keys)
         yield facts.problem("soft-too-near", where, text, key=True)
 
 
@@ -101,14 +98,14 @@ RULES = (
     Rule(
         id="sound-too-fast",
         severity="error",
-        title="A time step too long for the stiffness of an mpm body.",
+        title="The time step is too long for the stiffness of an mpm body.",
         reason=f"""\
-The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho), may cross half a cell in a
+The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho), may cross half a cell per
 substep. At 0.74 and 1.0 cells bars of 10 MPa diverged within a second: all points in a corner of the domain, finite
-numbers, no error. The engine's own suggestion looks at the grid alone. More than {COURANT:g} is a warning, more than
-{UNSTABLE:g} an error. Without `scene.substeps` enough of them are chosen.""",
+numbers, no error. The engine's own suggestion only considers the grid. More than {COURANT:g} is a warning, more than
+{UNSTABLE:g} an error. By default the compiler derives enough substeps.""",
         remedy="""\
-Leave `scene.substeps` out, or take as many as the message says; or make the material softer, or the grid coarser.""",
+Leave `scene.substeps` out, or use as many as the message says; or make the material softer, or the grid coarser.""",
         example="""\
 scene: {dt: 0.004, substeps: 4}
 bodies:
@@ -125,12 +122,12 @@ bodies:
     Rule(
         id="thin-soft-body",
         severity="warning",
-        title="An mpm body is so thin that the grid cannot hold it together.",
+        title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
 A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
-no stiffness of its own against bending, and its parts separate. A soft body thinner than one cell is an error,
-and so is any body thinner than a quarter of a cell: it holds no particle.""",
-        remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or take `solver: fem`.",
+no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body thinner
+than a quarter of a cell, which contains no particle.""",
+        remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",
         example="""\
 bodies:
   mat: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.4, 0.4, 0.03]}, pose: {pos: [0, 0, 0.3]}}
@@ -141,12 +138,12 @@ bodies:
     Rule(
         id="soft-too-near",
         severity="warning",
-        title="Mpm bodies are so near each other at the start that they touch already.",
+        title="Mpm bodies are so close at the start that they already touch.",
         reason=f"""\
-Mpm bodies touch through the grid that they share, from 1.6 cells on: two cubes at rest on each other have a gap of 1.6
-cells between their particles. What starts nearer than {NEAR:g} cells pushes itself apart in the first steps, or moves
-as one; what starts inside each other sticks.""",
-        remedy="Leave two cells between bodies, with `clearance`, or more room in `repeat`; or make the grid finer.",
+Mpm bodies have contact through their common grid, below a distance of 1.6 cells: two cubes at rest on each other have a
+gap of 1.6 cells between their particles. Bodies that start closer than {NEAR:g} cells push each other apart in the
+first steps, or move as one; bodies that start inside each other stick.""",
+        remedy="Leave two cells between bodies, with `clearance` or more room in `repeat`; or make the grid finer.",
         example="""\
 bodies:
   a: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.2]}}

@@ -1,4 +1,4 @@
-"""Deformable bodies out of proportion: too soft to bear their own weight, cut too coarsely to fold."""
+"""Deformable bodies that are too soft for their weight, or too coarse to fold."""
 
 import math
 from collections.abc import Iterator
@@ -10,13 +10,13 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
 FLAT = 1.0
-"""Weight of a body on its own foot [Pa] over its stiffness, from which on it is squashed flat by itself."""
+"""Smallest pressure of a body's weight on its base over its stiffness at which it collapses."""
 USUAL = (3e3, 1e8)
-"""Stiffness [Pa] of what is called soft: jelly to hard rubber."""
+"""Stiffness [Pa] of soft materials: jelly to hard rubber."""
 UNITS, FULL = (("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9)), 1000.0
-"""Units of stiffness [Pa], and the number from which on the next one would have been taken."""
+"""Units of stiffness [Pa], and the value from which the next unit is usual."""
 FEW = 8
-"""Particles along the longer side of a cloth from which on nothing is said."""
+"""Fewest particles along the longer side of a cloth without a warning."""
 
 
 def _collapses(facts: Facts) -> Iterator[Problem]:
@@ -33,13 +33,13 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
             continue
         seen.add(body.body)
         text = (
-            f"`{body.name}` weighs {weight:.2g} Pa on its own foot ({material.density:g} kg/m3, {length(height)} "
-            f"high), and its {key} is {stiffness:g} Pa: it is squashed flat by its own weight"
+            f"the weight of `{body.name}` puts {weight:.2g} Pa on its base ({material.density:g} kg/m3, "
+            f"{length(height)} high), but its {key} is {stiffness:g} Pa: it collapses under its own weight"
         )
         unit = _meant(stiffness, weight)
         where = facts.where(body.body, "material", key)
         if unit is None:
-            text += f"; {10 * weight:.0e} or more would hold it"
+            text += f"; use {10 * weight:.0e} or more"
             yield facts.problem("squashes-itself", where, text)
         else:
             name, factor = unit
@@ -49,12 +49,12 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
 
 
 def _usual(stiffness: float, weight: float) -> bool:
-    """Whether something of this stiffness [Pa] is soft, and bears its weight [Pa]."""
+    """Return whether a stiffness [Pa] is usual and carries the weight [Pa]."""
     return USUAL[0] <= stiffness <= USUAL[1] and stiffness >= 3 * weight
 
 
 def _meant(stiffness: float, weight: float) -> tuple[str, float] | None:
-    """The unit in which a number may have been given, and how many Pa it is."""
+    """Return the unit in which a stiffness may be given, and its value in Pa."""
     if stiffness >= FULL:
         return None
     return next((unit for unit in UNITS if _usual(stiffness * unit[1], weight)), None)
@@ -75,13 +75,13 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
         grain = "particles" if body.solver == "pbd" else "triangles"
         if narrow:
             text = (
-                f"`{body.name}` is {length(width)} wide, and its {grain} are {length(edge)} apart: a thread, and no "
-                "cloth; make it wider, or take a `rope`"
+                f"`{body.name}` is {length(width)} wide, and its {grain} are {length(edge)} apart: it is a thread, not "
+                "a cloth; make it wider, or use a `rope`"
             )
         else:
             text = (
                 f"`{body.name}` is {length(side)} long and has {grain} {length(edge)} apart: {side / edge:.2g} of them "
-                f"in a row make a few stiff plates, no cloth; `cell: {side / 25:.2g}` would let it fold"
+                f"in a row make stiff plates that do not fold; use `cell: {side / 25:.2g}`"
             )
         yield facts.problem("coarse-cloth", facts.said(body.body, "cell", "shape"), text, key=True)
 
@@ -103,12 +103,12 @@ RULES = (
     Rule(
         id="squashes-itself",
         severity="warning",
-        title="A deformable body is too soft to bear its own weight.",
+        title="A deformable body is too soft to carry its own weight.",
         reason="""\
-At the foot of a body of height h stand `density g h` of pressure. Where that is more than its stiffness, the body is
-squashed to nothing by its own weight: a jelly of 20 cm needs far more than 2000 Pa. Stiffness is in Pa: 0.05 is what
-someone writes who means MPa.""",
-        remedy="Give `youngs_modulus` (of a liquid `stiffness`) in Pa: ten times the pressure at its foot, or more.",
+The pressure at the base of a body of height h is `density g h`. If that exceeds its stiffness, the body collapses under
+its own weight: a jelly of 20 cm needs far more than 2000 Pa. Stiffness is in Pa; a value like 0.05 is probably in
+MPa.""",
+        remedy="Give `youngs_modulus` (for a liquid `stiffness`) in Pa: at least ten times the pressure at the base.",
         example=_JELLY % "0.05",
         fix=_JELLY % "5.0e+4",
         run=_collapses,
@@ -116,12 +116,12 @@ someone writes who means MPa.""",
     Rule(
         id="coarse-cloth",
         severity="warning",
-        title="A cloth is made of so few particles that it cannot fold.",
+        title="A cloth has too few particles to fold.",
         reason=f"""\
-A cloth bends where its triangles meet, and touches things by its corners: between them it is a plate, and what is
-smaller than a plate is missed. With solver pbd the distance of its particles is its thickness in contact as well.
-Reported below {FEW} of them along its longer side. All pbd cloth of a scene has the same distance.""",
-        remedy="Give a smaller `cell`: a twenty-fifth of its side, or less.",
+A cloth bends where its triangles meet, and has contact at their corners: between them it is a plate that misses smaller
+bodies. With solver pbd the distance of its particles is also its thickness in contact. The rule reports fewer than
+{FEW} particles along its longer side. All pbd cloth of a scene has the same distance.""",
+        remedy="Use a smaller `cell`: a twenty-fifth of its side, or less.",
         example=_RAG % "0.1",
         fix=_RAG % "0.02",
         run=_coarse,

@@ -1,7 +1,4 @@
-"""Rules about what solvers leave out.
-
-Of rigid bodies under contact models sap and ipc: records of contacts, and bounce. Of cloth: the other solver's stuff.
-"""
+"""Contacts that solvers do not record, and material values that they ignore."""
 
 from collections.abc import Iterator
 
@@ -16,11 +13,11 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 OTHER = ("sap", "ipc")
-"""Contact models whose rigid bodies touch by another solver than the engine's own."""
+"""Contact models that replace the engine's own rigid contacts."""
 
 
 def _no_records(facts: Facts) -> Iterator[Problem]:
-    """Measures and events of contacts between rigid bodies, of which nothing is recorded."""
+    """Report measures and events of contacts between rigid bodies, which are not recorded."""
     soft = soft_facts(facts)
     if soft.model not in OTHER:
         return
@@ -31,15 +28,15 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
             if measure.kind == "penetration" and any(_soft(facts, side) for side in sides):
                 continue
             text = (
-                f"{measure.kind} has nothing to count: under contact model {soft.model} the engine returns no contacts "
-                "of rigid bodies; measure a distance, a position or a `gap` instead"
+                f"{measure.kind} has no data: under contact model {soft.model} the engine reports no contacts of rigid "
+                "bodies; measure a distance, a position or a `gap` instead"
             )
             yield facts.problem("unseen-contacts", ("actions", "measures", name, "kind"), text)
     for name, event in actions.events.items():
         if isinstance(event, ContactEvent | SeparationEvent) and not any(_soft(facts, side) for side in event.between):
             text = (
-                f"this {event.kind} of rigid bodies is never seen: under contact model {soft.model} the engine returns "
-                "no contacts of theirs; take a `threshold` of their distance"
+                f"this {event.kind} of rigid bodies is never found: under contact model {soft.model} the engine "
+                "reports no contacts of rigid bodies; use a `threshold` of their distance"
             )
             yield facts.problem("unseen-contacts", ("actions", "events", name, "kind"), text)
 
@@ -49,39 +46,33 @@ def _soft(facts: Facts, selector: str) -> bool:
     return is_soft(body)
 
 
-UNHEEDED = {
+IGNORED = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
     "ipc": (("stretch_compliance", "bending_compliance", "air_resistance"), "youngs_modulus and bending_stiffness"),
 }
-"""What the material of a cloth may say that its solver takes no notice of, and what it takes instead."""
+"""Values of a cloth's material that its solver ignores, and those that it uses instead."""
 
 
-def _stuff(facts: Facts) -> Iterator[Problem]:
-    """One finding for each value that changes nothing."""
+def _ignored(facts: Facts) -> Iterator[Problem]:
+    """Report each material value that has no effect."""
     soft = soft_facts(facts)
-    seen = set()
-    for body in soft.of("pbd", "ipc"):
-        if body.model.kind != "cloth" or body.body in seen:
+    for name, solver in {body.body: body.solver for body in soft.of("pbd", "ipc")}.items():
+        if facts.case.bodies[name].kind != "cloth":
             continue
-        seen.add(body.body)
-        unheeded, instead = UNHEEDED[body.solver]
-        for key in unheeded:
-            where: Path = facts.where(body.body, "material", key)
+        keys, instead = IGNORED[solver]
+        for key in keys:
+            where: Path = facts.where(name, "material", key)
             if facts.raw(where) is not None:
-                text = f"`{body.body}` has solver {body.solver}, which takes no notice of {key}; it takes {instead}"
+                text = f"`{name}` has solver {solver}, which ignores {key}; use {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
-    if soft.model in OTHER:
-        for name in (*facts.case.scene.statics, *facts.case.bodies):
-            where = facts.where(name, "material", "restitution")
-            if facts.raw(where):
-                text = f"nothing bounces by a restitution under contact model {soft.model}; leave it out"
-                yield facts.problem("unheeded-stuff", where, text)
-    if soft.of("mpm"):
-        return
     for name in (*facts.case.scene.statics, *facts.case.bodies):
+        where = facts.where(name, "material", "restitution")
+        if soft.model in OTHER and facts.raw(where):
+            text = f"restitution has no effect under contact model {soft.model}; leave it out"
+            yield facts.problem("unheeded-stuff", where, text)
         where = facts.where(name, "material", "soft_reach")
-        if facts.raw(where) is not None:
-            text = "soft_reach is for bodies of solver mpm, which this scene has none of; leave it out"
+        if not soft.of("mpm") and facts.raw(where) is not None:
+            text = "soft_reach is for bodies of solver mpm, and this scene has none; leave it out"
             yield facts.problem("unheeded-stuff", where, text, key=True)
 
 
@@ -98,12 +89,12 @@ RULES = (
     Rule(
         id="unseen-contacts",
         severity="error",
-        title="A measure or event of contacts between rigid bodies, under a contact model that returns none.",
+        title="A measure or event needs contacts of rigid bodies that the contact model does not report.",
         reason="""\
-Contacts are recorded as the engine's rigid solver returns them. Under sap and ipc another solver finds them, and the
-engine's list stays empty: a force of 0, a contact that never happens. Contact with a body that deforms is found in the
-recorded points, and works.""",
-        remedy="Ask for a `threshold` of a `distance`, or for the `gap` to a body that deforms.",
+Contacts are recorded from the engine's rigid solver. Under sap and ipc another solver computes them, and the engine's
+list stays empty: forces are 0, contacts never happen. Contacts with deformable bodies are found in the recorded points,
+and work.""",
+        remedy="Use a `threshold` of a `distance`, or the `gap` to a deformable body.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}}}
@@ -121,15 +112,15 @@ actions:
     Rule(
         id="unheeded-stuff",
         severity="warning",
-        title="A value in a material that the solver takes no notice of.",
+        title="The solver ignores a value of a material.",
         reason="""\
-Cloth of solver pbd knows how much its threads and folds give, in units of that method; cloth of solver ipc is an
-elastic shell with a stiffness in Pa. Neither takes what is meant for the other, and nothing translates between
-them. Only the grid of mpm bodies knows a reach of rigid surfaces. Restitution is made from the damping of the
-engine's own rigid contacts, which contact models sap and ipc do not use.""",
-        remedy="Give what the solver takes, or leave the value out.",
+Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
+shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Only mpm bodies use the
+`soft_reach` of rigid surfaces. Restitution is made from the damping of the engine's own rigid contacts, which contact
+models sap and ipc do not use.""",
+        remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",
-        run=_stuff,
+        run=_ignored,
     ),
 )

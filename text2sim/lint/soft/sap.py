@@ -1,4 +1,4 @@
-"""Rules about contact model sap: rigid bodies get one floor, no constraints, no overlaps."""
+"""Scenes that contact model sap does not support: several planes, constraints and overlaps."""
 
 from collections.abc import Iterator
 
@@ -11,11 +11,11 @@ from text2sim.spec_schema.errors import Problem
 
 UPRIGHT = 1.0 - 1e-6
 LEAST, STEPS = 1e-3, 4000
-"""Depth [m] of an overlap that counts, and steps for finding it."""
+"""Smallest depth [m] of an overlap, and budget for finding it."""
 
 
 def _floor(facts: Facts) -> Iterator[Problem]:
-    """Planes that are not the one level floor that sap knows."""
+    """Report planes other than the one level floor of sap."""
     soft = soft_facts(facts)
     if soft.model != "sap":
         return
@@ -25,20 +25,20 @@ def _floor(facts: Facts) -> Iterator[Problem]:
         where = facts.said(ground.copy.body, "pose", "place", "shape")
         if ground.up[2] <= UPRIGHT:
             text = (
-                f"`{ground.copy.name}` is not level: contact model sap knows one floor, at one height, and no other "
-                "plane; put a fixed box in its place"
+                f"`{ground.copy.name}` is not level: contact model sap has one level floor and no other plane; replace "
+                "it by a fixed box"
             )
             yield facts.problem("sap-floor", where, text, key=True)
         elif ground.level < highest - 1e-9:
             text = (
-                f"`{ground.copy.name}` lies lower than another plane: contact model sap has one floor for the whole "
-                f"scene, at {highest:g} m; put a fixed box in place of one of them"
+                f"`{ground.copy.name}` is lower than another plane: contact model sap has one floor for the whole "
+                f"scene, at {highest:g} m; replace one of them by a fixed box"
             )
             yield facts.problem("sap-floor", where, text, key=True)
 
 
 def _crash(facts: Facts) -> Iterator[Problem]:
-    """Rigid bodies that overlap at the start: sap ends the process."""
+    """Report rigid bodies that overlap at the start, which crash sap."""
     soft = soft_facts(facts)
     if soft.model != "sap":
         return
@@ -55,20 +55,20 @@ def _crash(facts: Facts) -> Iterator[Problem]:
         seen.add((a.body, b.body))
         text = (
             f"`{a.name}` and `{b.name}` overlap by {length(overlap.depth)} at the start: under contact model sap the "
-            "engine crashes in its first step, and takes the process along; move one, or use place"
+            "process crashes in the first step; move one, or use place"
         )
         mover = a if b.body in facts.case.scene.statics else b
         yield facts.problem("sap-overlap", facts.said(mover.body, "place", "pose", "repeat"), text, key=True)
 
 
 def _left_out(facts: Facts) -> Iterator[Problem]:
-    """What holds rigid bodies by the engine's constraint solver, which sap takes the place of."""
+    """Report constraints of the engine's own solver, which sap replaces."""
     soft = soft_facts(facts)
     if soft.model != "sap":
         return
     for row in facts.rows.welds:
         if row.on:
-            text = f"{_SAP} holds no rigid bodies together: `{row.a}` is not attached to `{row.b}`; {_WAY}"
+            text = f"{_SAP} has no attachments of rigid bodies: `{row.a}` is not attached to `{row.b}`; {_REMEDY}"
             yield facts.problem("sap-constraints", ("actions", "controls", row.control), text, key=True)
     for name in facts.case.bodies:
         tree = facts.tree(facts.placed[name][0]) if facts.placed[name] else None
@@ -85,22 +85,22 @@ def _left_out(facts: Facts) -> Iterator[Problem]:
             if found
         ]
         if lost:
-            text = f"{_SAP} leaves out {' and '.join(lost)} of `{name}`; {_WAY}"
+            text = f"{_SAP} ignores {' and '.join(lost)} of `{name}`; {_REMEDY}"
             yield facts.problem("sap-constraints", facts.where(name), text, key=True)
 
 
 def _touches_all(facts: Facts) -> Iterator[Problem]:
-    """Rigid bodies that soft ones are not to feel, which sap does not know."""
+    """Report rigid bodies with `touch_soft: false`, which sap ignores."""
     if soft_facts(facts).model != "sap":
         return
     for name, model in (facts.case.scene.statics | facts.case.bodies).items():
         if not touches_soft(model):
-            text = f"{_SAP} has no `touch_soft`: fem bodies touch `{name}` all the same; leave room between them"
+            text = f"{_SAP} ignores `touch_soft`: fem bodies touch `{name}` anyway; leave room between them"
             yield facts.problem("sap-touches-all", (*facts.where(name), "material", "touch_soft"), text, key=True)
 
 
 _SAP = "contact model sap"
-_WAY = "soft bodies of solver mpm with contact model particle need no sap"
+_REMEDY = "use soft bodies of solver mpm with contact model particle"
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
 _SOFT_BAR = """\
   bar: {kind: soft, solver: fem, cell: 0.05, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.5]}}
@@ -110,11 +110,11 @@ RULES = (
     Rule(
         id="sap-floor",
         severity="error",
-        title="A plane that contact model sap does not know.",
+        title="Contact model sap does not support a plane.",
         reason="""\
-The sap coupler refuses planes and has a floor of its own instead: level, endless, one in a scene. It stands where the
-highest level plane is; through all others bodies fall.""",
-        remedy="Put a fixed box, turned and placed as the plane, in its place.",
+The sap coupler refuses planes and has its own floor instead: one per scene, level and infinite. It is at the height of
+the highest level plane; bodies fall through all others.""",
+        remedy="Replace it by a fixed box with the pose of the plane.",
         example=f"""\
 scene: {{statics: {{floor: {{shape: {{kind: plane}}, pose: {{euler_deg: [0, 20, 0]}}}}}}}}
 bodies:
@@ -127,9 +127,9 @@ bodies:
         severity="error",
         title="Rigid bodies overlap at the start under contact model sap.",
         reason="""\
-Under sap, what overlaps at the start ends the process: two boxes of 100 mm, 40 mm inside each other, made the engine
-read memory that is not its own in the trial step with which it builds a scene. One above the other they run.""",
-        remedy="Move one of them, or say where it is with `place: {on: …}`.",
+Under sap, bodies that overlap at the start crash the process: two boxes of 100 mm, 40 mm inside each other, made the
+engine access invalid memory in the trial step that builds a scene. One above the other they run.""",
+        remedy="Move one of them, or place it with `place: {on: …}`.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}}}
@@ -143,10 +143,10 @@ bodies:
         severity="error",
         title="Joint limits, dry friction, closed loops or attached rigid bodies under contact model sap.",
         reason="""\
-Contact model sap takes the place of the engine's constraint solver, and knows contacts alone: limits of joints, dry
-friction, `connect` loops (nets, closed linkages) and attached rigid bodies are left out without a word. Motors,
-springs and the damping of joints work.""",
-        remedy="Take soft bodies of solver mpm and contact model particle; or do without what is left out.",
+Contact model sap replaces the engine's constraint solver and only has contacts: it ignores joint limits, dry friction,
+`connect` loops (nets, closed linkages) and attached rigid bodies without an error. Motors, springs and the damping of
+joints work.""",
+        remedy="Use soft bodies of solver mpm and contact model particle; or remove the constraints.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  door:
@@ -161,11 +161,11 @@ bodies:
     Rule(
         id="sap-touches-all",
         severity="warning",
-        title="A body that soft ones are not to touch, under contact model sap.",
+        title="Contact model sap ignores `touch_soft: false`.",
         reason="""\
-The sap coupler takes every rigid shape into account, whatever `material.touch_soft` says: a hook that only holds pushes
-what it holds.""",
-        remedy="Leave `touch_soft` out and room between the bodies; or take soft bodies of solver mpm.",
+The sap coupler includes every rigid shape, whatever `material.touch_soft` is: a hook pushes the soft body that it
+holds.""",
+        remedy="Leave `touch_soft` out and room between the bodies; or use soft bodies of solver mpm.",
         example=f"""\
 bodies:
 {_SOFT_BAR}  {_BALL}, material: {{touch_soft: false}}}}

@@ -1,4 +1,4 @@
-"""Deformable bodies outside of the space that their solver covers, and what that space does to them."""
+"""Deformable bodies that start outside the bounds of their solver, leave them, or rest on them."""
 
 import math
 from collections.abc import Iterator
@@ -14,11 +14,11 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
 PADDING = 3
-"""Cells at each wall of the grid in which the engine stops everything."""
+"""Cells at each side of the grid in which the engine stops all motion."""
 
 
 def _outside(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body that starts outside."""
+    """Report each body that starts outside once."""
     soft = soft_facts(facts)
     for solver, bounds, pad in _spaces(facts):
         found: dict[str, list[SoftBody]] = {}
@@ -30,16 +30,16 @@ def _outside(facts: Facts) -> Iterator[Problem]:
             away, side = max(_beyond(body.box, bounds, pad))
             edge = f", of which {PADDING} cells ({length(pad)}) at each side are its wall" if pad else ""
             text = (
-                f"`{body.name}`{more_copies(len(rows))} is {length(away)} outside of scene.{solver}.bounds "
-                f"({vector(bounds[0])} to {vector(bounds[1])}{edge}), beyond {side}: the engine "
-                + ("refuses it" if solver == "mpm" else "throws it to the wall")
+                f"`{body.name}`{more_copies(len(rows))} is {length(away)} outside scene.{solver}.bounds "
+                f"({vector(bounds[0])} to {vector(bounds[1])}{edge}) on the {side} side: the engine "
+                + ("refuses it" if solver == "mpm" else "moves it to the wall")
                 + "; leave the bounds out, or make them larger"
             )
             yield facts.problem("outside-bounds", ("scene", solver, "bounds"), text, key=True)
 
 
 def _spaces(facts: Facts) -> Iterator[tuple[str, Bounds, float]]:
-    """Yield solver, bounds [m] and what is kept free at each side [m], where the case gives them."""
+    """Yield solver, bounds [m] and wall thickness [m], if the case gives bounds."""
     scene, soft = facts.case.scene, soft_facts(facts)
     if scene.mpm.bounds is not None and soft.of("mpm"):
         yield "mpm", (scene.mpm.bounds.min, scene.mpm.bounds.max), PADDING * soft.cell
@@ -48,7 +48,7 @@ def _spaces(facts: Facts) -> Iterator[tuple[str, Bounds, float]]:
 
 
 def _beyond(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
-    """How far [m] a box is outside, and on which sides."""
+    """Return how far [m] a box is outside, and on which sides."""
     found = []
     for axis, name in enumerate("xyz"):
         found += [
@@ -59,7 +59,7 @@ def _beyond(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
 
 
 def _floor_of_space(facts: Facts) -> Iterator[Problem]:
-    """Grids that end so near to a plane that bodies come to rest on the grid's wall, above the plane."""
+    """Report bounds that end so near to a plane that bodies rest on the wall, above the plane."""
     soft = soft_facts(facts)
     for solver, (low, _), pad in _spaces(facts):
         level = low[2] + pad
@@ -68,16 +68,16 @@ def _floor_of_space(facts: Facts) -> Iterator[Problem]:
                 continue
             if level > ground.level + 1e-6:
                 text = (
-                    f"scene.{solver}.bounds end at z {low[2]:g}"
-                    + (f", and {PADDING} cells ({length(pad)}) above are its wall" if pad else "")
-                    + f": bodies rest {length(level - ground.level)} above `{ground.copy.name}`; let them begin at "
+                    f"scene.{solver}.bounds begin at z {low[2]:g}"
+                    + (f", and the {PADDING} cells ({length(pad)}) above are its wall" if pad else "")
+                    + f": bodies rest {length(level - ground.level)} above `{ground.copy.name}`; begin the bounds at "
                     f"{ground.level - pad:.4g} or lower"
                 )
                 yield facts.problem("floats-on-bounds", ("scene", solver, "bounds"), text, key=True)
 
 
 def _leaving(facts: Facts) -> Iterator[Problem]:
-    """Bodies that what throws, pushes, holds or pulls them takes out of the space of their solver."""
+    """Report bodies that may move out of the bounds of their solver."""
     settings = facts.plan.settings.soft
     if settings is None:
         return
@@ -109,9 +109,9 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
             seen.add(body.body)
             away, side = max(out)
             text = (
-                f"`{body.name}` may get {length(away)} beyond the {side} side of the space of {solver} "
-                f"({vector(space.low)} to {vector(space.high)}), by its fall and by what throws, pushes or carries it: "
-                "there is a wall that nobody sees; "
+                f"`{body.name}` may move {length(away)} beyond the {side} side of the bounds of {solver} "
+                f"({vector(space.low)} to {vector(space.high)}) by its fall and by the script, but there is an "
+                "invisible wall; "
                 + ("leave the bounds out, or make them larger" if said else _WIDER.format(solver=solver))
             )
             where = ("scene", solver, "bounds") if said else facts.where(body.body)
@@ -119,7 +119,7 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
 
 
 def _hangs(facts: Facts, body: SoftBody) -> bool:
-    """Whether a cloth is held somewhere for the whole run."""
+    """Return whether a cloth is held somewhere for the whole run."""
     controls = facts.case.actions.controls
     holds = {n for n, c in controls.items() if c.kind == "attach" and body_of(c.body) == body.body and not c.at}
     let_go = {c.attach for c in controls.values() if c.kind == "release"}
@@ -127,23 +127,23 @@ def _hangs(facts: Facts, body: SoftBody) -> bool:
 
 
 def _hung(box: Bounds, there: Bounds) -> Bounds:
-    """Where a cloth gets that hangs: no farther down than its longest side below its top."""
+    """Return the reach of a hanging cloth: no lower than its longest side below its top."""
     low = max(there[0][2], box[1][2] - max(b - a for a, b in zip(*box, strict=True)))
     return (there[0][0], there[0][1], min(low, box[0][2])), there[1]
 
 
-_WIDER = "give `scene.{solver}.bounds` as far as it matters, make `cell` larger, or end the run before"
+_WIDER = "give larger `scene.{solver}.bounds`, make `cell` larger, or end the run earlier"
 
 
 RULES = (
     Rule(
         id="outside-bounds",
         severity="error",
-        title="A deformable body starts outside of the bounds of its solver.",
+        title="A deformable body starts outside the bounds of its solver.",
         reason=f"""\
-The grid of mpm covers a box, and {PADDING} cells at each side of it stop what comes there: the engine refuses particles
-that start outside of the rest. The bounds of pbd are walls: what is outside is put onto them at once.""",
-        remedy="Leave the bounds out: they are derived from where bodies can come to.",
+The mpm grid covers a box, and {PADDING} cells at each side are walls: the engine refuses particles that start in or
+beyond them. The bounds of pbd are walls: particles outside are moved onto them at once.""",
+        remedy="Leave the bounds out: they are derived from the reach of the bodies.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 0.6]}}}
 bodies:
@@ -155,11 +155,11 @@ bodies:
     Rule(
         id="floats-on-bounds",
         severity="warning",
-        title="The bounds of a solver end above the ground, and bodies rest on them.",
+        title="The bounds of a solver begin above the ground, and bodies rest on them.",
         reason=f"""\
 Bounds are walls for the bodies of their solver, and those of mpm are {PADDING} cells thick: with bounds that begin at a
 floor, bodies come to rest {PADDING} cells above it.""",
-        remedy=f"Leave the bounds out, or let them begin {PADDING} cells below the ground.",
+        remedy=f"Leave the bounds out, or begin them {PADDING} cells below the ground.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, 0], max: [0.5, 0.5, 1.0]}}}
 bodies:
@@ -171,12 +171,12 @@ bodies:
     Rule(
         id="leaves-bounds",
         severity="warning",
-        title="A deformable body may leave the space of its solver, whose sides are walls.",
+        title="A deformable body may leave the bounds of its solver, which are walls.",
         reason="""\
-The grid of mpm and the hash of pbd cover a box, and stop at its sides what comes there, without a word. Derived bounds
-have room for what bodies do by their fall, their speed at the start, forces, fields, and what carries them; but a body
-is followed for 2 m at most, and each step goes through all cells: 3 million of mpm, or one of pbd, are the most.""",
-        remedy="Leave the bounds out, or make them as large as the message says; or let the body not get so far.",
+The mpm grid and the pbd hash cover a box and stop bodies at its sides, without an error. Derived bounds have room for
+falls, start velocities, forces, fields and carriers; but a body is followed for at most 2 m, and there are at most 3
+million cells of mpm, or one million of pbd, because each step processes all cells.""",
+        remedy="Leave the bounds out, make them as large as the message says, or limit the motion of the body.",
         example="""\
 scene: {mpm: {bounds: {min: [-0.5, -0.5, -0.2], max: [0.5, 0.5, 1.0]}}}
 bodies:

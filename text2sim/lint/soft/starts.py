@@ -1,6 +1,7 @@
-"""Deformable bodies that start inside rigid ones, or under the ground."""
+"""Deformable bodies that start inside other bodies, or below the ground."""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
@@ -15,21 +16,21 @@ from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
 LEAST = 1e-3
-"""Depth [m] that is nothing."""
-PERSONAL = 0.9
-"""How near particles of two cloths may be, in their distances from each other: contact keeps them one apart."""
+"""Largest depth [m] without a warning."""
+SPACING = 0.9
+"""Smallest gap between two cloths, in units of their particle distance, which contact keeps."""
 STEPS = 4000
-"""Steps for finding depths; then overlaps are only counted."""
+"""Budget for finding depths."""
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body that deforms and each rigid one that it starts in."""
+    """Report each deformable body and each rigid one that it starts in once."""
     soft = soft_facts(facts)
     effort = Effort(STEPS)
     found: dict[tuple[str, str], list[tuple[float, str, SoftBody, Copy]]] = {}
     for body in soft.bodies:
         if frozenset(("rigid", body.solver)) not in TOUCHING[soft.model] or soft.model == "ipc":
-            continue  # they pass through each other, or another rule looks closer
+            continue  # they have no contact, or another rule covers them
         least = _least(soft, body)
         for ground in soft.planes:
             depth = max((ground.depth(part) for part in facts.parts(body.copy)), default=0.0)
@@ -50,24 +51,22 @@ def _inside(facts: Facts) -> Iterator[Problem]:
 
 
 _WHAT = {
-    "mpm": "its particles in there are held fast or thrown out",
-    "pbd": "its particles in there are put outside within one substep, and fly off at that speed",
-    "fem": "contact pushes it out with a force that no body stands",
+    "mpm": "its particles inside are stuck or thrown out",
+    "pbd": "its particles inside are moved out within one substep, and fly off at that speed",
+    "fem": "contact pushes it out with a destructive force",
     "ipc": "",
 }
 
 
 def _least(soft: SoftFacts, body: SoftBody) -> float:
-    """Depth [m] that a solver bears: particles have a size."""
+    """Return the depth [m] that a solver tolerates, because particles have a size."""
     return max(LEAST, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
 def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Effort) -> tuple[float, str] | None:
-    """How deep [m] a body is in a rigid copy, and which way leads out; None where it is not."""
+    """Return how deep [m] a body is in a rigid copy, and which way leads out; None if it is not in it."""
     box, its = body.box, facts.box(copy)
-    if its is None or apart(box, its, least) and body.model.kind != "cloth":
-        return None
-    if apart(box, its):
+    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else least):
         return None
     pairs: list[tuple[StandingPart, StandingPart]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
@@ -82,53 +81,48 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
 
 
 def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:
-    """Whether a way leads down to where a body is under the ground."""
+    """Return whether a translation moves a body below the ground."""
     down = -way.direction[2] * way.length
     lowest = body.box[0][2] - down
     return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - LEAST for ground in soft.planes)
 
 
 def _into_each_other(facts: Facts) -> Iterator[Problem]:
-    """One finding for each pair of fem bodies, or of cloths, that start in each other."""
+    """Report each pair of fem bodies, or of cloths, that start in each other once."""
     soft = soft_facts(facts)
     gaps = Gaps(facts)
     found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
-    for solver, room in (("fem", LEAST), ("pbd", PERSONAL * soft.particle)):
-        bodies = soft.of(solver)
-        for k, a in enumerate(bodies):
-            for b in bodies[k + 1 :]:
-                gap = gaps.between(a.copy, b.copy, room)
-                if gap < room * (1 - 1e-3) and (gap <= 0.0 or solver == "pbd"):
-                    found.setdefault((a.body, b.body), []).append((gap, a, b))
+    for solver, room in (("fem", LEAST), ("pbd", SPACING * soft.particle)):
+        for a, b in combinations(soft.of(solver), 2):
+            gap = gaps.between(a.copy, b.copy, room)
+            if gap < room * (1 - 1e-3) and (gap <= 0.0 or solver == "pbd"):
+                found.setdefault((a.body, b.body), []).append((gap, a, b))
     for rows in found.values():
         gap, a, b = min(rows, key=lambda row: row[0])
-        fem = a.solver == "fem"
-        text = (
-            f"`{a.name}` and `{b.name}` "
-            + (f"are {length(gap)} apart" if gap > 0 else "start in each other")
-            + f"{more_copies(len(rows), 'pairs of their copies')}: "
-            + ("contact throws them apart with all of its stiffness" if fem else _THROWN.format(length(soft.particle)))
-            + "; move one of them"
-        )
-        same = a.body == b.body
-        where = facts.said(b.body, "repeat", "place", "pose") if same else facts.said(b.body, "place", "pose")
-        severity = "error" if fem else None
-        yield facts.problem("soft-in-soft", where, text, key=True, severity=severity)
-
-
-_THROWN = "particles of cloth are {} thick, and those that are nearer are put apart at once, or lie on the wrong side"
+        how = f"are {length(gap)} apart" if gap > 0 else "start in each other"
+        then = "contact throws them apart with its full stiffness"
+        if a.solver == "pbd":
+            then = (
+                f"particles of cloth are {length(soft.particle)} thick, and closer ones are separated at once, or are "
+                "on the wrong side"
+            )
+        more = more_copies(len(rows), "pairs of their copies")
+        text = f"`{a.name}` and `{b.name}` {how}{more}: {then}; move one of them"
+        keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
+        severity = "error" if a.solver == "fem" else None
+        yield facts.problem("soft-in-soft", facts.said(b.body, *keys), text, key=True, severity=severity)
 
 
 RULES = (
     Rule(
         id="soft-inside",
         severity="warning",
-        title="A deformable body starts inside a rigid one, or under the ground.",
+        title="A deformable body starts inside a rigid one, or below the ground.",
         reason="""\
-The solvers know only where points are, not how they got there. Particles of cloth that are inside a rigid body are put
-onto its surface within one substep, which is a speed of metres per second for each millimetre; particles of mpm bodies
-are held by the walls around them; tetrahedra are pushed out with the full stiffness of contact.""",
-        remedy="Move the body as far as the message says, or say where it is with `place`.",
+The solvers only know the positions of points, not their history. Particles of cloth inside a rigid body are moved to
+its surface within one substep, which is a speed of metres per second per millimetre; particles of mpm bodies are stuck
+in the walls around them; tetrahedra are pushed out with the full stiffness of contact.""",
+        remedy="Move the body as the message says, or place it with `place`.",
         example="""\
 bodies:
   jelly: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.05]}}
@@ -141,10 +135,10 @@ bodies:
         severity="warning",
         title="Two fem bodies, or two cloths, start in each other.",
         reason=f"""\
-Contact of points and tetrahedra only knows where they are: what starts in each other is thrown apart, or stays
-entangled for good. Cloths count as in each other when they are nearer than {PERSONAL:g} of the distance of their
-particles. For bodies of mpm there is `soft-too-near`.""",
-        remedy="Move one of them, or say where it is with `place`.",
+Contact of points and tetrahedra depends only on their positions: bodies that start in each other are thrown apart, or
+stay entangled. Cloths count as in each other if they are closer than {SPACING:g} of their particle distance. For mpm
+bodies see `soft-too-near`.""",
+        remedy="Move one of them, or place it with `place`.",
         example="""\
 bodies:
   lower: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.4, 0.4]}, pose: {pos: [0, 0, 0.3]}}

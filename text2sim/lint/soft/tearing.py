@@ -14,13 +14,13 @@ from text2sim.spec_schema.models.regions import SIDES
 from text2sim.spec_schema.names.selectors import body_of
 
 APART = 2 / PARTICLE
-"""Times its length to which a body can be drawn out until its particles are two cells apart."""
+"""Stretch at which the particles of a body are two cells apart."""
 TEARS = 0.5
-"""Strain of a pulled part of an mpm body from which on its particles part."""
+"""Smallest strain of a pulled part of an mpm body at which its particles separate."""
 
 
 def _tearing(facts: Facts) -> Iterator[Problem]:
-    """Forces on small parts of mpm bodies."""
+    """Report forces on small parts of mpm bodies."""
     soft = soft_facts(facts)
     bodies = {body.body: body for body in soft.of("mpm") if body.model.kind == "soft"}
     for name, control in facts.case.actions.controls.items():
@@ -30,13 +30,13 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         if body is None:
             continue
         forced, bore = _forced_stretch(facts, body)
-        through = f"; `{bore}` draws it out to {forced:.2g} times its length besides" if forced > 1.1 else ""
+        through = f"; `{bore}` also stretches it to {forced:.2g} times its length" if forced > 1.1 else ""
         if control.region is None:
             if forced > APART:
                 text = (
-                    f"to get through `{bore}`, `{body.name}` is drawn out to {forced:.2g} times its length: its "
-                    f"particles part at about {APART:.2g}; take a bore {math.sqrt(forced / APART):.2g} times as wide, "
-                    f"a thinner body, or solver fem"
+                    f"`{bore}` stretches `{body.name}` to {forced:.2g} times its length: its particles separate at "
+                    f"about {APART:.2g}; use a bore {math.sqrt(forced / APART):.2g} times as wide, a thinner body, or "
+                    "solver fem"
                 )
                 yield facts.problem("tearing-force", ("actions", "controls", name), text, key=True)
             continue
@@ -48,18 +48,18 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         strain = force / (area * young)
         if (1 + strain) * forced - 1 > TEARS and strain > 0.1:
             text = (
-                f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` stretch it there by {strain:.2g} of its "
-                f"length (E {young:.3g} Pa): particles that come more than two cells apart never hold together again; "
-                f"take {TEARS * 0.6 / forced * area * young:.2g} N or less, a larger region, or `drag` to let it move "
-                f"slowly{through}"
+                f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` give a strain of {strain:.2g} there "
+                f"(E {young:.3g} Pa): particles more than two cells apart never hold together again; use "
+                f"{TEARS * 0.6 / forced * area * young:.2g} N or less, a larger region, or `drag` for a slow motion"
+                f"{through}"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
 
 
 def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
-    """How long the narrowest opening in its way draws a body, over its length, and whose it is.
+    """Return the stretch of a body in the narrowest opening on its path, and the name of the copy with the opening.
 
-    A body that keeps its volume, of the mean cross-section A, is A / a times as long in a bore of cross-section a.
+    A body of constant volume and mean cross-section A is A / a times as long in a bore of cross-section a.
     """
     soft = soft_facts(facts)
     low, high = body.box
@@ -77,7 +77,7 @@ def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
 
 
 def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
-    """Cross-section [m2] of a region of a body, roughly; None where it is not known."""
+    """Return the approximate cross-section [m2] of a region of a body; None if it is not known."""
     (a, b, c), (d, e, f) = body.box
     size = (d - a, e - b, f - c)
     sides = region.sides
@@ -107,14 +107,13 @@ RULES = (
     Rule(
         id="tearing-force",
         severity="warning",
-        title="A force on so small a part of an mpm body that it tears.",
+        title="A force acts on such a small part of an mpm body that it tears.",
         reason=f"""\
-Particles hold together as long as they share nodes of the grid: what is drawn more than two cells apart is two bodies
-from then on, whatever the material is. A soft body that was pulled by its nose into a tube lost the nose. Reported
-where force over area and stiffness, and the stretch that the narrowest opening in its way forces (the body's mean
-cross-section over that of the free bore), come to a strain of more than {TEARS:g}; and where the bore alone draws a
-body out to {APART:.2g} times its length.""",
-        remedy="Push on more of the body, with less, or with `drag` so that it moves slowly.",
+Particles hold together as long as they share grid nodes: parts more than two cells apart are separate from then on, for
+any material. A soft body that was pulled into a tube by its tip lost the tip. The rule reports a strain of more than
+{TEARS:g} from the force over area and stiffness and from the narrowest opening on the path (the body's mean
+cross-section over that of the free bore), and a stretch of {APART:.2g} from the bore alone.""",
+        remedy="Use a larger region, a smaller force, or `drag` for a slow motion.",
         example=f"""\
 bodies:
   jelly: {_JELLY}, material: {{youngs_modulus: 5.0e+4}}}}

@@ -1,4 +1,4 @@
-"""Rigid walls around the grid of the material point method: what leaks through them, and what they close."""
+"""Rigid walls that are too thin for mpm bodies, too short in reach, or too narrow an opening."""
 
 import math
 from collections.abc import Iterator
@@ -12,20 +12,19 @@ from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
 LOADED, LEAKING, STILL = 3.0, 2.0, 1.0
-"""Thickness in cells of a wall: one that is pressed should have the first, must have the second; one that only stands
-there should have the third. Measured at a load of 65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3
-cells, 164 one of 1.9, 40 were some millimetres in one of 2.9, none passed one of 5. Standing walls of 1 to 1.3 cells
-never leaked."""
+"""Thickness [cells] of a wall under pressure that avoids a warning and an error, and of a wall at rest. Measured at a
+load of 65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3 cells, 164 one of 1.9, 40 were some
+millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells never leaked."""
 ON_TOP = 2.0
-"""The same of what is free to lie on a body."""
+"""Thickness [cells] of a free body on top of an mpm body."""
 HOLDING = 0.5
-"""Reach in cells with which walls hold a liquid: benchmarks/soft_leaks.py."""
+"""Reach [cells] with which walls hold a liquid: benchmarks/soft_leaks.py."""
 NECK = 2.5
-"""Radius of an opening in cells: sand ran steadily through 2.6."""
+"""Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
 
 def _thin_wall(facts: Facts) -> Iterator[Problem]:
-    """One finding for each rigid body that is too thin for the grid."""
+    """Report each rigid body that is too thin for the grid once."""
     soft = soft_facts(facts)
     seen = set()
     for body, copy in soft.pairs("mpm"):
@@ -40,7 +39,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{copy.name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)}), and "
             f"{why}: `{body.name}` leaks through it; make it {length(wanted * soft.cell)} or thicker, or "
-            f"`scene.mpm.cell` {at_most(thin / wanted)}, or, if it holds the body by `attach` alone, "
+            f"`scene.mpm.cell` {at_most(thin / wanted)}, or, if it only holds the body by `attach`, "
             "`material: {touch_soft: false}`"
         )
         severity = "error" if wanted == LOADED and cells < LEAKING else None
@@ -48,21 +47,21 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
 
 
 def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
-    """How many cells thick a rigid copy should be, and what it does."""
+    """Return how many cells thick a rigid copy should be, and why."""
     mount = facts.mount(copy)
     if mount == "driven":
         return LOADED, "it is driven"
     if any(motor.entity == copy.name for motor in facts.plan.motors):
         return LOADED, "a motor presses it"
     if not facts.moves(copy):
-        return STILL, "walls of less let particles through"
-    if mount == "tree":  # thin limbs and ropes: what they do to the body is seen at their scale
+        return STILL, "thinner walls let particles through"
+    if mount == "tree":  # leaks through thin limbs and ropes are not visible
         return 0.0, ""
-    return ON_TOP, "it is free to lie on the body" if facts.free(copy) else "what comes down on it presses it"
+    return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it"
 
 
 def _narrow(facts: Facts) -> Iterator[Problem]:
-    """One finding for each funnel or tube through which an mpm body hardly gets."""
+    """Report each funnel or tube that is too narrow for an mpm body once."""
     soft = soft_facts(facts)
     seen = set()
     for body, copy in soft.pairs("mpm"):
@@ -72,14 +71,14 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
         seen.add(copy.body)
         text = (
             f"the opening of `{copy.name}` has a radius of {length(radius)}, {radius / soft.cell:.2g} cells of the mpm "
-            f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; a radius of {length(NECK * soft.cell)}, or "
-            f"`scene.mpm.cell` {at_most(radius / NECK)}, lets it through"
+            f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; use a radius of "
+            f"{length(NECK * soft.cell)}, or `scene.mpm.cell` {at_most(radius / NECK)}"
         )
         yield facts.problem("narrow-opening", facts.said(copy.body, "shape"), text, key=True)
 
 
 def _leaks(facts: Facts) -> Iterator[Problem]:
-    """One finding for each wall that reaches too short for a liquid."""
+    """Report each wall whose reach is too short for a liquid once."""
     soft = soft_facts(facts)
     seen = set()
     for body, copy in soft.pairs("mpm"):
@@ -89,15 +88,15 @@ def _leaks(facts: Facts) -> Iterator[Problem]:
         seen.add(copy.body)
         share = 7 if cells < 0.25 else 2
         text = (
-            f"`{body.name}` runs through `{copy.name}`, which it feels from {length(free_by(copy, soft))} on, "
-            f"{cells:.2g} cells of the mpm grid: some {share} % of a dam of 12 cells had leaked after a second; "
-            f"leave `soft_reach` out, or make it {length(HOLDING * soft.cell)}, with which nothing did"
+            f"`{body.name}` leaks through `{copy.name}`, whose reach is {length(free_by(copy, soft))}, {cells:.2g} "
+            f"cells of the mpm grid: about {share} % of a dam of 12 cells leaked within a second; leave `soft_reach` "
+            f"out, or use {length(HOLDING * soft.cell)}, with which nothing leaked"
         )
         yield facts.problem("leaks", facts.said(copy.body, "material"), text, key=True)
 
 
 def free_by(copy: Copy, soft: SoftFacts) -> float:
-    """Return how far [m] from the surface of a rigid body the grid keeps mpm bodies: its `soft_reach`."""
+    """Return the distance [m] at which the grid keeps mpm bodies from a rigid surface: its `soft_reach`."""
     return getattr(copy.model.material, "soft_reach", None) or soft.scales.reach
 
 
@@ -119,14 +118,14 @@ RULES = (
     Rule(
         id="thin-wall",
         severity="warning",
-        title="A wall or plate is so thin that particles leak through it.",
+        title="A wall or plate is too thin, and particles leak through it.",
         reason=f"""\
-The grid of mpm bodies feels rigid ones at its nodes only. Measured with a piston on soft cubes, of 1668 particles: 440
-passed a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. What a
+The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
+a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
 motor or a prescribed motion presses on mpm bodies should be {LOADED:g} cells thick, and is an error below {LEAKING:g};
-what lies on them {ON_TOP:g}; what stands still {STILL:g}.""",
+a body on top of them {ON_TOP:g}; a wall at rest {STILL:g}.""",
         remedy="""\
-Make it thicker (a thin part may be drawn and a thick one touch: a `compound` with two parts), or the grid finer with
+Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
         example="""\
 bodies:
@@ -143,12 +142,12 @@ bodies:
     Rule(
         id="leaks",
         severity="warning",
-        title="A liquid runs through walls that reach too short.",
+        title="A liquid leaks through walls whose reach is too short.",
         reason="""\
-The grid feels a wall where one of its nodes comes within reach. In a dam break of 12 cells (benchmarks/soft_leaks.py)
+The grid detects a wall where one of its nodes is within reach. In a dam break of 12 cells (benchmarks/soft_leaks.py)
 7 % of the water was in or behind walls of five cells after a second with a `soft_reach` of a tenth of a cell, 2 % with
-a quarter, and none with half a cell, which is what walls have if a case says nothing.""",
-        remedy="Leave `soft_reach` out, or make it half a cell or more; the more, the slower a liquid runs.",
+a quarter, and none with half a cell, which is the default.""",
+        remedy="Leave `soft_reach` out, or make it at least half a cell; a larger value slows a liquid down.",
         example="""\
 scene:
   statics:
@@ -165,10 +164,10 @@ bodies:
     Rule(
         id="narrow-opening",
         severity="warning",
-        title="An opening is so narrow that the grid closes it.",
+        title="An opening is too narrow for the grid.",
         reason=f"""\
-Particles feel a wall from half a cell away. Sand ran steadily through a neck with a radius of 2.6 cells; a soft body
-went through tubes of 3.8 cells. Below {NECK:g} cells of radius flow is slow or stops, whatever the material.""",
+Particles feel a wall at a distance of half a cell. Sand ran steadily through a neck with a radius of 2.6 cells; a soft
+body passed through tubes of 3.8 cells. Below {NECK:g} cells of radius, flow is slow or stops for any material.""",
         remedy="Make the opening wider, or the grid finer with `scene.mpm.cell`.",
         example="""\
 scene:

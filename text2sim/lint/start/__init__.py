@@ -1,1 +1,1 @@
-"""Rules about the start: bodies inside each other, under the ground, with nothing to stand on."""
+"""Rules about the start: overlaps, bodies below the ground, bodies without support."""
