@@ -162,7 +162,7 @@ def test_language_has_pages_rules_and_prefabs(agent: Agent) -> None:
     assert box.text.startswith("### `box`")
     assert "Full lengths [m]" in box.text
     assert set(agent("language", topic="box").document["several"]) == {"shapes/box", "regions of space/box"}
-    assert "Remedy: More `scene.substeps`" in agent("language", topic="tunnelling").text
+    assert "Remedy: Use more `scene.substeps`" in agent("language", topic="tunnelling").text
     assert "use: table" in agent("language", topic="table").text
     wrong = agent("language", topic="artikulated")
     assert wrong.failed

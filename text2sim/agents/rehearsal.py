@@ -270,7 +270,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     An expectation that a measure returns to its rest value is allowed if another one requires the same measure to
     differ from it at some time.
     """
-    from text2sim.lint.script.outcomes import asked_of
+    from text2sim.lint.script.outcomes import bound_of
 
     case = loaded.case
     kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
@@ -280,7 +280,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
             continue  # the event does not happen, so the expectation fails
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
-            asked = asked_of(expect, case.scene.duration)
+            asked = bound_of(expect, case.scene.duration)
             if value is not None and not asked.low < value < asked.high:
                 active.add(expect.measure)
             elif value is not None and asked.first > 0.0:
@@ -332,12 +332,12 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
     from text2sim.lint.script.at_rest import passes
-    from text2sim.lint.script.outcomes import asked_of
+    from text2sim.lint.script.outcomes import bound_of
 
     facts, found = Facts(resolve_case(loaded)), {}
     for name in (one for written in names for one in numbered(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
-        if expect is None or expect.measure is None or asked_of(expect, loaded.case.scene.duration).first <= 0.0:
+        if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue
         if passes(facts, expect):
             found[name] = f"/actions/expect/{name}: " + HOLDS.format(f"`{expect.measure}` is so at the start already")
