@@ -280,10 +280,10 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
             continue  # the event does not happen, so the expectation fails
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
-            asked = bound_of(expect, case.scene.duration)
-            if value is not None and not asked.low < value < asked.high:
+            bound = bound_of(expect, case.scene.duration)
+            if value is not None and not bound.low < value < asked.high:
                 active.add(expect.measure)
-            elif value is not None and asked.first > 0.0:
+            elif value is not None and bound.first > 0.0:
                 holding[name] = (expect.measure, f"`{expect.measure}` is {value:g} then")
         else:
             event = case.actions.events[expect.event or ""]
