@@ -220,7 +220,7 @@ def test_traced_pictures_show_things_where_the_annotations_have_them(
 def test_energy_from_nowhere_is_compared_with_what_moves(take: Take, recipe: Any) -> None:
     account = {"not_counted": [], "start": 2.9, "end": 2.9, "min": 2.9, "max": 2.9, "work_of_motors": 0.0}
     assert take("still", evidence={"energy": account | {"change": 0.0}}).row["energy_gain"] == 0
-    why = ["energy: 20 % from nowhere, more than 5 %"]
+    why = ["energy: 20 % without a source, more than 5 %"]
     # The crate of 1 kg is said to go at 1 m/s.
     moving = take("moving", evidence={"energy": account | {"change": 0.1}, "goes": 1.0}, refused=why)
     assert moving.row["energy_gain"] == pytest.approx(0.2)

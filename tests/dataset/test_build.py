@@ -120,7 +120,7 @@ def test_what_a_recipe_asks_of_cases_has_to_be_there(recipe_folder: Path) -> Non
 def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None:
     recipe = parse_recipe(Source(RECIPE, "recipe.yaml"))
     (recipe_folder / "drops").mkdir()
-    with pytest.raises(RunError, match="is there already"):
+    with pytest.raises(RunError, match="already exists"):
         build(
             recipe,
             recipe_folder,

@@ -94,14 +94,14 @@ def test_a_leak_among_the_episodes_is_told(dataset: Path, tmp_path: Path) -> Non
     writer.close()
     assert check_dataset(dataset) == []
     (dataset / "lerobot" / "train-one-arm").rename(dataset / "lerobot" / "test-one-arm")
-    assert check_dataset(dataset) == ["leak: lerobot/test-one-arm has a, which is no item of test"]
+    assert check_dataset(dataset) == ["leak: lerobot/test-one-arm has a, which is not an item of test"]
     (dataset / "lerobot" / "test-one-arm").rename(dataset / "lerobot" / "train-one-arm")
     _, film = episodes_of(dataset / "lerobot" / "train-one-arm")[0]
     film.write_bytes(b"another")
     film.with_name("file-001.mp4").write_bytes(b"a further one")
     assert check_dataset(dataset) == [
         "lerobot/train-one-arm: the film of a is not that of the item",
-        "lerobot/train-one-arm: file-001.mp4 is the film of no episode",
+        "lerobot/train-one-arm: file-001.mp4 belongs to no episode",
     ]
     (dataset / "lerobot" / "train-one-arm" / "meta" / "episodes" / "chunk-000" / "file-000.parquet").write_bytes(b"no")
     assert any(words.startswith("lerobot/train-one-arm: cannot be read") for words in check_dataset(dataset))

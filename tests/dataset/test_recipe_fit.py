@@ -64,7 +64,7 @@ def test_what_fits_is_read(tmp_path: Path) -> None:
         ("    films: 2\n    lights: {render.lights.moon.strength: {times: [1, 2]}}\n", "r.yaml:7:43: error: "),
         ("    refuse: [overlp]\n", "r.yaml:6:14: error: there is no rule `overlp`"),
         ("    refuse: [overlp]\n", "did you mean `overlap`?"),
-        ("    split: train\n  b: {cases: [drop], split: test}\n", "r.yaml:4:3: error: the source b has a case in common"),
+        ("    split: train\n  b: {cases: [drop], split: test}\n", "r.yaml:4:3: error: the source b shares a case"),
         ("benchmarks: [nowhere]\n", "r.yaml:6:14: error: there is no file or folder `nowhere`"),
         ("benchmarks: [empty]\n", "r.yaml:6:14: error: there is no case in `empty`"),
         ("judged: [nowhere]\n", "r.yaml:6:10: error: there is no file or folder `nowhere`"),

@@ -73,7 +73,7 @@ def test_a_film_of_the_same_simulation_in_another_split_is_a_leak(dataset: Path)
     found = "\n".join(check_dataset(dataset))
     assert "a-film1 in test is same physics as a in train" in found
     assert "one source, one: a-film1 in test and a in train" in found
-    assert "frames: a-film1 is no item of train" in found
+    assert "frames: a-film1 is not an item of train" in found
 
 
 def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
@@ -95,24 +95,27 @@ def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
     row = first | names | {"key": "c", "split": "test", "shard": shard.name}
     edit(dataset / "items" / "test-00000.parquet", lambda rows: [*rows, row])
     found = check_dataset(dataset)
-    assert any(words.startswith("leak: ") and "moves as" in words for words in found), found
+    assert any(words.startswith("leak: ") and "moves like" in words for words in found), found
     assert any("one film digest" in words for words in found)
 
 
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda d: (d / "shards" / "test-00000.tar").unlink(), "b: is in the table, and in no shard"),
+        (lambda d: (d / "shards" / "test-00000.tar").unlink(), "b: is in the table, but in no shard"),
         (lambda d: shutil.copy(d / "shards" / "train-00000.tar", d / "shards" / "train-00001.tar"), "is in two shards"),
         (lambda d: (d / "shards" / "test-00000.tar").write_bytes(b"x" * 2000), "test-00000.tar: is damaged"),
-        (lambda d: (d / "frames" / "test-00000.parquet").write_bytes(b"x"), "test-00000.parquet: is no Parquet file"),
+        (
+            lambda d: (d / "frames" / "test-00000.parquet").write_bytes(b"x"),
+            "test-00000.parquet: is not a Parquet file",
+        ),
         (
             lambda d: edit(d / "items" / "test-00000.parquet", lambda r: [r[0] | {"film_digest": "0"}]),
-            "film.mp4 is not the one",
+            "the digest of film.mp4 is not",
         ),
-        (first("items", verdict="wonderful"), "b: the table says verdict wonderful, and the shard passed"),
-        (first("items", prompt="something else"), "b: the table says prompt something else, and the shard "),
-        (first("items", things=None), "b: the table says things None, and the shard "),
+        (first("items", verdict="wonderful"), "b: the table says verdict wonderful, the shard passed"),
+        (first("items", prompt="something else"), "b: the table says prompt something else, the shard "),
+        (first("items", things=None), "b: the table says things None, the shard "),
         (lambda d: edit(d / "items" / "test-00000.parquet", lambda r: [*r, *r]), "b is in the table 2 times"),
         (in_shard("evidence.json", lambda c: c.replace(b'"passed"', b'"failed"')), "evidence.json failed"),
         (in_shard("evidence.json", lambda _: None), "b: lacks evidence.json"),
@@ -165,7 +168,7 @@ def test_sources_with_a_case_in_common_stay_together() -> None:
             "r.yaml",
         )
     )
-    with pytest.raises(RunError, match="in common"):
+    with pytest.raises(RunError, match="shares a case"):
         deal(apart, jobs)
 
 
@@ -178,9 +181,9 @@ def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recip
     writer.close()
     refused = [json.loads(line) for line in (tmp_path / "d" / "refused.jsonl").read_text().splitlines()]
     assert {row["key"]: row["why"] for row in refused} == {
-        "a-film1": ["duplicate: looks as a"],
-        "c": ["duplicate: moves as a"],
-        "c-film1": ["pair: what it belongs to is refused"],
+        "a-film1": ["duplicate: looks like a"],
+        "c": ["duplicate: moves like a"],
+        "c-film1": ["pair: the item that it belongs to is refused"],
         "e": ["review: ugly"],
     }
     assert writer.tally.items == {"train": 3}, "a cause without an effect is no duplicate"

@@ -1,7 +1,7 @@
-"""What is true of each picture of a film: from recorded states and the film's cameras, by a rasteriser.
+"""Annotations of each picture of a film, rasterised from recorded states and the film's cameras.
 
-Cameras are pinholes. Pixels count from the upper left corner, the middle of the first is (0.5, 0.5). Camera frames are
-those of OpenCV: x to the right, y down, z ahead. What the recording does not hold, such as a backdrop, is background.
+Cameras are pinholes. Pixels count from the upper left corner; the centre of the first is (0.5, 0.5). Camera frames
+follow OpenCV: x to the right, y down, z ahead. Anything outside the recording, such as a backdrop, is background.
 """
 
 from collections.abc import Sequence
@@ -21,50 +21,51 @@ from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
 TRIANGLES = 400_000
-"""Of rigid things, about: more than that are coarsened."""
+"""Triangles of rigid things, about: larger meshes are coarsened."""
 GRAINS = 5_000
+"""Particles that are drawn."""
 WAYS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-"""Key points of a thing are the eight corners of its surface that lie farthest along these at the start."""
+"""Key points of a thing are the eight vertices of its surface that are farthest in these directions at the start."""
 AHEAD = 0.01
-"""Part of its depth by which a point may lie behind what is seen at its pixel, and still be seen."""
+"""A point is seen if it is at most this part of its depth behind the surface at its pixel."""
 FLIP = np.array([1.0, -1.0, -1.0])
-"""From right, up, back to right, down, ahead."""
+"""Converts (right, up, back) to (right, down, ahead)."""
 LIGHT = np.array([0.35, -0.45, 0.82])
-"""Where the light of a preview comes from."""
+"""Direction to the light of a preview."""
 
 ARRAYS = {
     "depth": "float32 (T, H, W): distance along the camera's z axis [m]; inf for background",
     "normals": "float16 (T, H, W, 3): unit normals towards the camera, in the world; 0 for background",
     "instances": "uint16 (T, H, W): number of the thing, from 1; 0 for background",
     "parts": "uint16 (T, H, W): number of the mesh or deforming body, from 1; 0 for background",
-    "flow": "float32 (T, H, W, 2): where a surface point is in the next picture, minus where it is [pixels]; nan where "
-    "that is not known: background, the last picture, a cut",
+    "flow": "float32 (T, H, W, 2): motion of a surface point to the next picture [pixels]; nan where that is unknown: "
+    "background, the last picture, a cut",
     "seen_next": "bool (T, H, W): whether that point is seen in the next picture",
-    "contacts": "float16 (T, H, W): normal forces of the contacts that fall on a pixel [N]",
+    "contacts": "float16 (T, H, W): sum of the normal forces of the contacts at a pixel [N]",
 }
 
 
 @dataclass(frozen=True)
 class Seen:
-    """A picture's geometry."""
+    """Geometry of a picture."""
 
     frame: Frame
     view: PictureView
     corners: Array
     """Triangles [m], shape (n, 3, 3)."""
     there: Array
-    """Whether each is there, shape (n,)."""
+    """Whether each triangle exists at this time, shape (n,)."""
     ids: Array
-    """Triangle at each pixel, -1 for none, shape (h, w)."""
+    """Triangle at each pixel, -1 for background, shape (h, w)."""
     depth: Array
-    """[m], shape (h, w); inf where nothing is."""
+    """Depth [m], shape (h, w); inf for background."""
 
 
 class Annotator:
     """Annotates pictures of a film.
 
     Args:
-        recording: Of the run; `film` says size and cameras.
+        recording: The recorded run; its `film` has size and cameras.
     """
 
     def __init__(self, recording: FilmRecord):
@@ -78,12 +79,12 @@ class Annotator:
 
     @property
     def names(self) -> list[str]:
-        """Of the things: instance 1 is the first."""
+        """Names of the things; the first is instance 1."""
         return self.recorded.names
 
     @cached_property
     def things(self) -> list[dict[str, Any]]:
-        """Number, name, body, and whether it never moves, of each thing."""
+        """Number, name and body of each thing, and whether it is static."""
         statics = self.recorded.statics
         return [
             {"instance": k + 1, "name": name, "body": name.partition("[")[0], "static": name in statics}
@@ -92,7 +93,7 @@ class Annotator:
 
     @cached_property
     def parts(self) -> list[dict[str, Any]]:
-        """Number, thing and link of each part; a body that deforms is one, without a link."""
+        """Number, thing and link of each part; a deformable body is one part without a link."""
         rows, found = self.recording.states.layout["links"], []
         for k, piece in enumerate(self.recorded.pieces):
             link = getattr(piece, "link", None)
@@ -101,7 +102,7 @@ class Annotator:
         return found
 
     def seen(self, frame: Frame) -> Seen:
-        """Return what is where in a picture."""
+        """Return the geometry of a picture."""
         view = raster_view(self._cameras.view(frame.camera, frame.t, frame.part), self.size)
         corners, _, there = self.recorded.surfaces(frame.t)
         raster = Raster(np.where(there[:, None, None], corners, 0.0), view)
@@ -117,9 +118,9 @@ class Annotator:
 
         Args:
             now: The picture.
-            after: The next one; None if there is none.
+            after: The next picture; None after the last.
             wanted: Names of annotations.
-            touches: Recorded contacts.
+            touches: Recorded contacts; None if the run has no record of them.
         """
         hit, found = now.ids >= 0, {}
         if "depth" in wanted:
@@ -148,7 +149,7 @@ class Annotator:
         return found
 
     def flow(self, now: Seen, after: Seen | None) -> tuple[Array, Array]:
-        """Return the flow to the next picture, and whether what it leads to is seen there; see `ARRAYS`."""
+        """Return the flow to the next picture, and whether each point is seen there; see `ARRAYS`."""
         flow = np.full((*now.ids.shape, 2), np.nan, np.float32)
         shown = np.zeros(now.ids.shape, bool)
         if after is None or after.frame.camera != now.frame.camera or after.frame.t < now.frame.t:
@@ -164,19 +165,19 @@ class Annotator:
         return flow, shown
 
     def preview(self, now: Seen) -> Array:
-        """Return a picture of colours and one light, without shadows, uint8, shape (h, w, 3)."""
+        """Return an image with flat colours and one light, without shadows, uint8, shape (h, w, 3)."""
         shade = 0.45 + 0.55 * np.clip(self.normals(now) @ LIGHT, 0, 1)
         background = np.asarray(self.recording.film["background"], float)
         colors = self.recorded.colors[self.owner[now.ids]] * shade[..., None]
         return (np.where((now.ids >= 0)[..., None], colors, background) * 255).round().astype(np.uint8)
 
     def row(self, now: Seen, wanted: Sequence[str], touches: "PictureContacts | None") -> dict[str, Any]:
-        """Return the numbers of a picture, as the table of frames has them.
+        """Return the row of a picture in the table of frames.
 
         Args:
             now: The picture.
-            wanted: Kinds of annotations of the recipe.
-            touches: Contacts of the run; None if it has no record of them.
+            wanted: Names of annotations.
+            touches: Recorded contacts; None if the run has no record of them.
         """
         frame, view = now.frame, now.view
         found: dict[str, Any] = {"frame": frame.k, "camera": frame.camera, "time": frame.t, "speed": frame.speed}
@@ -220,7 +221,7 @@ class Annotator:
         return rows
 
     def _box3d(self, name: str, points: Array, t: float) -> dict[str, Any]:
-        """A box along the axes of the first link that a thing wears meshes on; along the world's if it deforms."""
+        """A box in the frame of the first link of a thing that has meshes; in the world frame if the thing deforms."""
         piece = next(piece for piece in self.recorded.pieces if piece.body == name)
         link = getattr(piece, "link", None)
         quat, turn = np.array([1.0, 0, 0, 0]), np.eye(3)
@@ -235,7 +236,7 @@ class Annotator:
 
 
 class PictureContacts:
-    """Recorded contacts between links, at the time step of a picture."""
+    """Recorded contacts between links at the time step of a picture."""
 
     def __init__(self, states: RunStates):
         self._states = states
@@ -246,7 +247,7 @@ class PictureContacts:
         self._arrays = {key: states.contact(key) for key in ("links", "force", "pos", "penetration", "normal_force")}
 
     def rows(self, now: Seen) -> list[dict[str, Any]]:
-        """Return the contacts at the moment of a picture."""
+        """Return the contacts of a picture, one row each."""
         pixels = self._pixels(now)
         return [
             {
@@ -260,7 +261,7 @@ class PictureContacts:
         ]
 
     def map(self, now: Seen) -> Array:
-        """Return the sums of normal forces at each pixel [N], float16, shape (h, w)."""
+        """Return the sum of normal forces at each pixel [N], float16, shape (h, w)."""
         wide, tall = now.view.width, now.view.height
         pixels, force = self._pixels(now), self._arrays["normal_force"][self._at(now.frame.t)]
         inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < (wide, tall)).all(axis=1)
@@ -278,10 +279,10 @@ class PictureContacts:
 
 
 def _shares(now: Seen, pixels: Array, triangle: Array) -> Array:
-    """Shares of a triangle's corners in the point that is seen at a pixel, shape (n, 3).
+    """Barycentric coordinates of the points that are seen at pixels, shape (n, 3).
 
-    The ray through the pixel is a sum of the corners, as seen from the eye, with positive weights: their solution is
-    exact in perspective, and independent of how the rasteriser came to the triangle.
+    The ray through a pixel is a sum of the triangle's corners, relative to the eye, with positive weights. This is
+    exact in perspective, and independent of the rasteriser.
     """
     view = now.view
     slope = np.stack([pixels[:, 0] - view.width / 2, view.height / 2 - pixels[:, 1]], axis=1) / view.focal
@@ -294,10 +295,10 @@ def _shares(now: Seen, pixels: Array, triangle: Array) -> Array:
 
 
 def _is_seen(now: Seen, points: Array) -> Array:
-    """Whether nothing is in front of points [m], shape (n, 3), at their pixels.
+    """Whether nothing hides points [m], shape (n, 3), at their pixels.
 
-    What a pixel shows is known in its middle. The surface that is seen there is followed to where the point is: at a
-    grazing angle, its depth changes a lot within a pixel.
+    Depth is known at the centre of a pixel. The plane of the triangle that is seen there is extrapolated to the point:
+    at a grazing angle, depth changes a lot within a pixel.
     """
     pixels, depth = now.view.pixels(points), -now.view.local(points)[:, 2]
     inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (depth > now.view.near)
@@ -313,7 +314,7 @@ def _is_seen(now: Seen, points: Array) -> Array:
     under = np.einsum("nk,nk->n", normal, points[which] - now.view.origin)
     with np.errstate(divide="ignore", invalid="ignore"):
         ahead = depth[which] * over / under
-    # Its plane goes on where the surface does not.
+    # The plane extends beyond the triangle.
     ends = -now.view.local(corners.reshape(-1, 3))[:, 2].reshape(-1, 3)
     ahead = np.where(ahead > 0, np.clip(ahead, ends.min(axis=1), ends.max(axis=1)), now.depth[row, column][hit])
     found[which] = depth[which] <= ahead * (1 + AHEAD)
@@ -321,13 +322,13 @@ def _is_seen(now: Seen, points: Array) -> Array:
 
 
 def _outermost(corners: Array, triangles: Array) -> tuple[Array, Array]:
-    """Triangle and corner of the points that lie farthest along `WAYS`, both of shape (8,)."""
+    """Triangle and corner of the points that are farthest along `WAYS`, both of shape (8,)."""
     best = np.argmax(corners[triangles].reshape(-1, 3) @ WAYS.T, axis=0)
     return triangles[best // 3], best % 3
 
 
 def _box(mask: Array) -> list[int] | None:
-    """Left, top, right, bottom of a mask [pixels], the latter two not included; None if it is empty."""
+    """Left, top, right, bottom of a mask [pixels], the last two exclusive; None if it is empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not len(rows):
         return None
@@ -335,7 +336,7 @@ def _box(mask: Array) -> list[int] | None:
 
 
 def _around(points: Array, view: PictureView) -> list[float] | None:
-    """Left, top, right, bottom [pixels] of all of a thing, hidden and outside of the picture too.
+    """Left, top, right, bottom [pixels] of a whole thing, with what is hidden or outside of the picture.
 
     None if some of it is behind the camera.
     """

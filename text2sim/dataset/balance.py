@@ -1,7 +1,7 @@
-"""Which questions may be asked: words alone must not give an answer away; a classifier of words tells if they do.
+"""Selection of questions whose words do not give the answer away, and a classifier of words that verifies it.
 
-Of all questions about a case with the same text, every answer is right equally often, and only answers that are right
-for some of them are offered.
+Among all questions about a case with the same text, every answer is correct equally often, and each choice is correct
+for some of them.
 """
 
 import re
@@ -15,20 +15,20 @@ from text2sim.dataset.draws import generator
 from text2sim.dataset.questions import Row
 
 Group = tuple[str, str, str]
-"""Split, case and text of questions: answers of another case are no distractors, for they are not in the scene."""
+"""Split, case and text of questions: answers from another case would not be in the scene."""
 MOST = 5
-"""Answers to choose from."""
+"""Largest number of choices."""
 FOLDS = 5
-"""Into which cases are dealt out, so that none trains its own answers."""
+"""Folds of cases for cross-validation."""
 
 
 def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
-    """Yield questions with choices, as the table has them, so that their text says nothing about the answer.
+    """Yield questions with choices, as rows of the table, such that their text does not tell the answer.
 
     Args:
-        rows: What can be asked, with its `split` and `case`.
-        counts: Of all of it: how often each answer is right.
-        seed: For the order of choices.
+        rows: Candidates, each with its `split` and `case`.
+        counts: How often each answer is correct among all candidates of a group.
+        seed: Seed of the order of choices.
     """
     quota = {group: _quota(found) for group, found in counts.items()}
     given: dict[Group, Counter[str]] = defaultdict(Counter)
@@ -47,9 +47,9 @@ def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: in
 
 
 def _quota(found: Counter[str]) -> dict[str, int]:
-    """How often each answer is taken: those that are right most often, each as often as the rarest of them.
+    """How often each answer is used: the most frequent answers, each as often as the rarest of them.
 
-    Of two answers up to `MOST`, as many as give the most questions.
+    The number of answers, from two to `MOST`, is the one that gives the most questions.
     """
     ranked = sorted(found.items(), key=lambda pair: (-pair[1], pair[0]))[:MOST]
     best = max(range(1, len(ranked) + 1), key=lambda n: (n > 1, n * ranked[n - 1][1]))
@@ -57,16 +57,16 @@ def _quota(found: Counter[str]) -> dict[str, int]:
 
 
 def guess_by_words(rows: Sequence[Row], cases: Sequence[str]) -> dict[str, float]:
-    """Return how many questions are answered right without any picture: shares of all, each choice as likely by chance.
+    """Return the shares of questions that are answered correctly without pictures.
 
     `by_words`: by naive Bayes over the words and pairs of words of question and choice, trained on other cases. The
-    same cases must not train it: where answers are balanced exactly, those that are left are the wrong ones.
-    `by_wording`: by whoever knows the best answer to every wording; no words alone give more.
+    same cases must not train it: where answers are balanced exactly, the remaining ones are wrong.
+    `by_wording`: by someone who knows the most frequent answer to every wording; an upper bound for words alone.
     `by_chance`: by guessing.
 
     Args:
-        rows: Of the table of questions.
-        cases: The case of each.
+        rows: Rows of the table of questions.
+        cases: The case of each row.
     """
     if not rows:
         return dict.fromkeys(("by_words", "by_wording", "by_chance"), 0.0)

@@ -1,4 +1,4 @@
-"""From a recipe to a dataset on disk: jobs that are done side by side, items that are written as they come."""
+"""Builds a dataset from a recipe: jobs run in parallel, items are written as they arrive."""
 
 import json
 import shutil
@@ -31,31 +31,31 @@ from text2sim.spec_schema.reuse.sweeps import runs_of
 
 @dataclass
 class Tally:
-    """What a build came to."""
+    """Counts of a build."""
 
     jobs: int = 0
     done: int = 0
     fresh: int = 0
-    """Of these, how many no earlier build had done."""
+    """Jobs of `done` that no earlier build had done."""
     items: Counter[str] = field(default_factory=Counter)
-    """By split."""
+    """Items by split."""
     refused: Counter[str] = field(default_factory=Counter)
-    """By stage."""
+    """Refused draws and items by stage."""
     tables: dict[str, Counter[str]] = field(default_factory=dict)
     """Rows by table and split."""
 
 
 def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[DrawJob]:
-    """Return what there is to do.
+    """Return the jobs of a recipe.
 
     Args:
-        recipe: The dataset's.
-        root: Folder that its paths are seen from.
+        recipe: The recipe.
+        root: Folder that its paths are relative to.
         runs: Folder of run folders.
         out: Folder for the files of items.
 
     Raises:
-        SpecError: with what is wrong with a case, or if it lacks a variant or a sweep.
+        SpecError: with the problems of the cases, such as a missing variant or sweep.
         RunError: if a case cannot be read.
     """
     jobs, problems = [], []
@@ -79,7 +79,7 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[DrawJob]:
                 ]
     if problems:
         raise SpecError(problems)
-    # The first draws of all come first: a build that is stopped has something of everything.
+    # The first draws of all cases come first, so that a build that is stopped has some items of each.
     return sorted(jobs, key=lambda job: job.number)
 
 
@@ -96,29 +96,29 @@ def build(
     announce: Callable[[Sequence[Task]], None] = lambda _: None,
     complete: Callable[[Path], None] = lambda _: None,
 ) -> Tally:
-    """Build a dataset. The folder is there when it is complete.
+    """Build a dataset. The folder appears when it is complete.
 
     Args:
-        recipe: What to build.
-        root: Folder that its paths are seen from.
-        target: The dataset's folder, which must not be there.
-        runs: Folder of run folders; what was simulated already is not simulated again.
-        where: Where the jobs are done, and how many at a time.
-        dropped: Items that somebody decided against, and why.
-        scores: What judges gave runs, by digest of the simulation.
-        tell: Told after each job.
-        announce: Told before the start what will be done.
-        complete: Given the folder with all items, before its card is written; may add to it.
+        recipe: The recipe.
+        root: Folder that its paths are relative to.
+        target: Folder of the dataset, which must not exist.
+        runs: Folder of run folders; simulations that it has are reused.
+        where: Where the jobs run, and how many at a time.
+        dropped: Items that a reviewer dropped, with the reasons.
+        scores: Scores of judges, by digest of the simulation.
+        tell: Called after each job.
+        announce: Called with the tasks before they start.
+        complete: Called with the folder once it has all items, before its card is written; may add files.
 
     Raises:
-        RunError: if the folder is there, or nothing came of any job.
-        SpecError: with what is wrong with a case.
+        RunError: if the folder exists, or no job gave an item.
+        SpecError: with the problems of the cases.
         MachineError: if this machine, or the cluster, cannot run a case.
     """
     if target.exists():
-        raise RunError(f"{target} is there already; name another folder, or remove it")
+        raise RunError(f"{target} already exists; name another folder, or remove it")
+    # Finished jobs of a build that was stopped stay in this folder, and are reused.
     stage = target.with_name(f".{target.name}.parts")
-    # What is done of a build that was stopped stays there, and is not done again.
     stage.mkdir(parents=True, exist_ok=True)
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
@@ -126,11 +126,12 @@ def build(
     writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
     writer.tally.jobs = len(jobs)
     known = measured(runs)
-    tasks = {id(task): (task, job) for job in jobs for task in [task_of(job, known.get(job.name, Needs()))]}
-    announce([task for task, _ in tasks.values()])
+    tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
+    job_of = {id(task): job for task, job in zip(tasks, jobs, strict=True)}
+    announce(tasks)
     with Stop() as stop:
-        for done in run_tasks([task for task, _ in tasks.values()], where, stop):
-            job = tasks[id(done.task)][1]
+        for done in run_tasks(tasks, where, stop):
+            job = job_of[id(done.task)]
             if done.stopped:
                 continue
             if done.machine:
@@ -141,10 +142,10 @@ def build(
             writer.add(made)
             tell(writer.tally, made)
         if stop.count:
-            raise RunError("stopped on request; what is done stays, and the same command goes on from there")
+            raise RunError("stopped on request; the same command continues with what is left")
     writer.close()
     if not writer.tally.items:
-        raise RunError(f"no item came of {len(jobs)} draws: {_mostly(folder / 'refused.jsonl')}")
+        raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
     complete(folder)
     write_card(folder, recipe, writer.tally.tables)
     folder.rename(target)
@@ -153,14 +154,14 @@ def build(
 
 
 class Writer:
-    """Writes what comes of jobs: tables, shards, and the list of what is refused.
+    """Writes the results of jobs: tables, shards, and the list of refusals.
 
     Args:
-        recipe: The dataset's.
-        folder: Of the dataset.
+        recipe: The recipe.
+        folder: Folder of the dataset.
         splits: Split of each source.
-        dropped: Items that somebody decided against, and why.
-        scores: What judges gave runs, by digest of the simulation.
+        dropped: Items that a reviewer dropped, with the reasons.
+        scores: Scores of judges, by digest of the simulation.
     """
 
     def __init__(
@@ -185,7 +186,7 @@ class Writer:
         write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
 
     def add(self, made: DrawResult) -> None:
-        """Write what came of a job."""
+        """Write the result of a job."""
         refused, gone, kept = list(made.refused), set[str](), list[Item]()
         for item in made.items:
             row = item.row
@@ -193,13 +194,15 @@ class Writer:
             if item.key in self._dropped:
                 why = [f"review: {self._dropped[item.key] or 'dropped'}"]
             elif {row["same_physics_as"], row.get("counterfactual_of")} & gone:
-                why = ["pair: what it belongs to is refused"]
+                why = ["pair: the item that it belongs to is refused"]
             elif row["same_physics_as"] is None:
                 twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
-                # A cause without an effect is worth knowing.
-                why = [f"duplicate: moves as {twin}"] if twin not in (None, row.get("counterfactual_of")) else []
-            elif twin := same_film(item, [one for one in kept if row["same_physics_as"] in _names(one)]):
-                why = [f"duplicate: looks as {twin}"]
+                # A counterfactual without an effect is kept: that is information, too.
+                why = [f"duplicate: moves like {twin}"] if twin not in (None, row.get("counterfactual_of")) else []
+            elif twin := same_film(
+                item, [i for i in kept if row["same_physics_as"] in (i.key, i.row["same_physics_as"])]
+            ):
+                why = [f"duplicate: looks like {twin}"]
             if why:
                 gone.add(item.key)
                 refused.append({"key": item.key, "stage": "item", "why": why, "drawn": row["drawn"]})
@@ -212,7 +215,7 @@ class Writer:
         self.tally.done += 1
 
     def close(self) -> None:
-        """Complete all files. Questions come last: only now it is known which can be balanced."""
+        """Complete all files. Questions come last, because all items decide which can be balanced."""
         self._asked.close()
         with Path(self._asked.name).open(encoding="utf-8") as lines:
             rows = (json.loads(line) for line in lines)
@@ -241,7 +244,7 @@ class Writer:
         self.tally.items[split] += 1
 
     def _robot(self, name: str, form: RobotForm) -> RobotWriter:
-        """What writes the episodes of a case; those of another form go to a further folder."""
+        """The writer for episodes of a case; each form gets its own folder."""
         if (name, form) not in self._robots:
             count = sum(other == name for other, _ in self._robots)
             folder = self._folder / "lerobot" / (f"{name}-{count + 1}" if count else name)
@@ -256,11 +259,7 @@ class Writer:
         self.tally.tables.setdefault(table, Counter())[split] += len(rows)
 
 
-def _names(item: Item) -> tuple[str, str | None]:
-    return item.key, item.row["same_physics_as"]
-
-
-def _mostly(path: Path) -> str:
-    """The most frequent reason why something was refused."""
+def _main_reason(path: Path) -> str:
+    """The most frequent reason for refusals."""
     reasons = Counter(why for line in path.read_text("utf-8").splitlines() for why in json.loads(line)["why"])
     return reasons.most_common(1)[0][0] if reasons else "there was nothing to do"

@@ -1,4 +1,4 @@
-"""What others read first: the card, with what `datasets` needs to know, and the metadata in Croissant.
+"""The card of a dataset, with the settings that `datasets` reads, and its metadata in Croissant.
 
 Croissant: https://docs.mlcommons.org/croissant/docs/croissant-spec.html
 """
@@ -6,7 +6,6 @@ Croissant: https://docs.mlcommons.org/croissant/docs/croissant-spec.html
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from hashlib import file_digest
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from text2sim import __version__
 from text2sim.dataset.annotations import ARRAYS
 from text2sim.dataset.recipe import SPLITS, Recipe
 from text2sim.dataset.tables import SCHEMAS
+from text2sim.recording.inventory import sha256_of
 from text2sim.recording.record import write_atomically
 
 CONTEXT = {
@@ -45,34 +45,30 @@ CONTEXT = {
     "source": "cr:source",
 }
 FILES = {
-    "film.mp4": "the film, H.264; sharp pinhole pictures, nothing written into them",
+    "film.mp4": "the film, H.264; sharp pinhole pictures without overlays",
     "annotations.npz": "arrays of every picture, see below",
     "states.npz": "time (F,) [s]; pos, quat (w, x, y, z), vel, ang of links (F, L, …) [SI, world]; qpos, "
     "dofs_velocity, dofs_force of joints; soft_points (T, P, 3) at the times of the pictures",
-    "layout.json": "links, joints, deforming bodies: the columns of `states.npz`",
+    "layout.json": "links, joints, deformable bodies: the columns of `states.npz`",
     "case.yaml": "the case as it was run",
-    "program.zip": "the program that it became",
-    "evidence.json, events.jsonl, measures.csv": "measures, events and touches, expectations, diagnostics",
+    "program.zip": "the generated program",
+    "evidence.json, events.jsonl, measures.csv": "measures, events and contacts, expectations, diagnostics",
     "json": "the item's row of the table",
 }
 
 
 def write_card(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]]) -> None:
-    """Write `README.md` and `croissant.json`. Benchmarks that lie in the folder are named.
+    """Write `README.md` and `croissant.json`. The card names benchmarks that are in the folder.
 
     Args:
-        folder: The dataset.
-        recipe: What it was made from.
+        folder: Folder of the dataset.
+        recipe: Its recipe.
         tables: Rows by table and split.
     """
     configs = [
         {
             "config_name": table,
-            "data_files": [
-                {"split": split, "path": f"{table}/{split}-*.parquet"}
-                for split in SPLITS
-                if rows.get(split) is not None
-            ],
+            "data_files": [{"split": split, "path": f"{table}/{split}-*.parquet"} for split in SPLITS if split in rows],
         }
         | ({"default": True} if table == "items" else {})
         for table, rows in tables.items()
@@ -90,21 +86,21 @@ def write_card(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]])
 
 
 def _words(recipe: Recipe, tables: Mapping[str, Counter[str]], benchmarks: Sequence[str]) -> str:
-    rows = [f"# {recipe.name}", recipe.description or "Simulated scenes: films, what happens in them, and why."]
+    rows = [f"# {recipe.name}", recipe.description or "Simulated scenes: films and a record of what happens in them."]
     counts = ["| table | " + " | ".join(SPLITS) + " |", "|---|" + "---|" * len(SPLITS)]
     counts += [
         f"| `{name}` | " + " | ".join(str(rows.get(s, 0)) for s in SPLITS) + " |" for name, rows in tables.items()
     ]
     rows.append("\n".join(counts))
     rows.append(
-        f"Made by text2sim {__version__} from `recipe.json`; what was refused, and why, is in `refused.jsonl`. No "
-        "source lies in two splits, and with it no case, variant, counterfactual or repeat of one. "
-        "`text2sim dataset check` proves that."
+        f"Made by text2sim {__version__} from `recipe.json`; `refused.jsonl` lists refused draws and items with the "
+        "reasons. Each source is in one split, with all its cases, variants, counterfactuals and repeats. "
+        "`text2sim dataset check` verifies that."
     )
     if benchmarks:
         rows.append("## Simulator benchmarks in `benchmarks/`")
         rows.append(
-            "Cases as neutral files, with observables, references and tolerances, for other simulators: "
+            "Cases in neutral formats, with observables, references and tolerances, for other simulators: "
             f"{', '.join(f'`{name}`' for name in benchmarks)}. `text2sim benchmark run benchmarks --engine mujoco` "
             "runs them in MuJoCo. They are for comparing simulators, not for training: some are cases of `test`."
         )
@@ -115,11 +111,7 @@ def _words(recipe: Recipe, tables: Mapping[str, Counter[str]], benchmarks: Seque
         rows.append("\n".join(f"- `{name}`: {words}" for name, words in ARRAYS.items()))
     for table in tables:
         rows.append(f"## Columns of `{table}`")
-        rows.append(
-            "\n".join(
-                f"- `{field.name}`: {(field.metadata or {})[b'description'].decode()}" for field in SCHEMAS[table]
-            )
-        )
+        rows.append("\n".join(f"- `{field.name}`: {_description(field)}" for field in SCHEMAS[table]))
     return "\n\n".join(rows) + "\n"
 
 
@@ -128,34 +120,11 @@ def _croissant(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]])
     for table, rows in tables.items():
         for split in rows:
             name = f"{table}-{split}"
-            path = folder / table / f"{split}-00000.parquet"
-            with path.open("rb") as file:
-                digest = file_digest(file, "sha256").hexdigest()
-            files.append(
-                {
-                    "@type": "cr:FileObject",
-                    "@id": name,
-                    "name": name,
-                    "contentUrl": path.relative_to(folder).as_posix(),
-                    "encodingFormat": "application/x-parquet",
-                    "sha256": digest,
-                }
-            )
+            files.append(_file(folder, f"{table}/{split}-00000.parquet", name, "application/x-parquet"))
             fields = [field for one in SCHEMAS[table] if (field := _field(name, one)) is not None]
             records.append({"@type": "cr:RecordSet", "@id": f"{name}-rows", "name": f"{name}-rows", "field": fields})
     for path in sorted((folder / "shards").glob("*.tar")):
-        with path.open("rb") as file:
-            digest = file_digest(file, "sha256").hexdigest()
-        files.append(
-            {
-                "@type": "cr:FileObject",
-                "@id": path.name,
-                "name": path.name,
-                "contentUrl": f"shards/{path.name}",
-                "encodingFormat": "application/x-tar",
-                "sha256": digest,
-            }
-        )
+        files.append(_file(folder, f"shards/{path.name}", path.name, "application/x-tar"))
     return {
         "@context": CONTEXT,
         "@type": "sc:Dataset",
@@ -168,20 +137,31 @@ def _croissant(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]])
     }
 
 
-def _field(file: str, one: pa.Field) -> dict[str, Any] | None:
-    """Return a column in Croissant; None for lists of structures, which it does not tell well."""
-    kind, repeated = one.type, pa.types.is_list(one.type)
-    kind = kind.value_type if repeated else kind
-    name = {pa.string(): "sc:Text", pa.float64(): "sc:Float", pa.int64(): "sc:Integer", pa.bool_(): "sc:Boolean"}.get(
-        kind
-    )
-    if name is None or repeated:
+def _file(folder: Path, url: str, name: str, encoding: str) -> dict[str, Any]:
+    return {
+        "@type": "cr:FileObject",
+        "@id": name,
+        "name": name,
+        "contentUrl": url,
+        "encodingFormat": encoding,
+        "sha256": sha256_of(folder / url),
+    }
+
+
+def _field(file: str, column: pa.Field) -> dict[str, Any] | None:
+    """A column in Croissant; None for lists and structures, which it cannot describe well."""
+    types = {pa.string(): "sc:Text", pa.float64(): "sc:Float", pa.int64(): "sc:Integer", pa.bool_(): "sc:Boolean"}
+    if column.type not in types:
         return None
     return {
         "@type": "cr:Field",
-        "@id": f"{file}/{one.name}",
-        "name": one.name,
-        "description": (one.metadata or {})[b"description"].decode(),
-        "dataType": name,
-        "source": {"fileObject": {"@id": file}, "extract": {"column": one.name}},
+        "@id": f"{file}/{column.name}",
+        "name": column.name,
+        "description": _description(column),
+        "dataType": types[column.type],
+        "source": {"fileObject": {"@id": file}, "extract": {"column": column.name}},
     }
+
+
+def _description(column: pa.Field) -> str:
+    return (column.metadata or {})[b"description"].decode()

@@ -1,4 +1,4 @@
-"""Why an item gets into a dataset, or does not, and which items somebody should look at."""
+"""Filters of items: reasons to refuse them, doubts that a person should look at, and duplicates."""
 
 import io
 from collections.abc import Sequence
@@ -13,27 +13,28 @@ from text2sim.dataset.recipe import ItemLimits
 from text2sim.recording.vectors import rotate
 
 MOMENTS = 12
-"""At which two runs are compared."""
+"""Number of times at which two runs are compared."""
 GLANCE, GLANCES = 12, 4
 """Fields along each side of a picture, and pictures of a film, whose mean colours are compared."""
 SAME = 1.5
 """Mean difference of these colours, of 255, below which two films of one simulation are the same."""
 LINKS = 16
-"""Of a run, at most, and as many points that deform, whose ways are compared."""
+"""Links, and points of deformable bodies, whose motion is compared, at most."""
 REACH = 0.1
-"""How far from a link's origin [m] points of its axes lie that are compared, too: an arm turns about its origin."""
+"""Distance [m] from a link's origin of further points that are compared: an arm may turn about its origin."""
 NEAR = 0.5
-"""Part of a limit from which on an item is doubtful."""
+"""Part of a limit above which an item is doubtful."""
 
 
 def refusals(item: Item, limits: ItemLimits) -> list[str]:
-    """Return why an item is refused; nothing if it is not."""
+    """Return the reasons to refuse an item."""
     row, found = item.row, []
     if row["state"] != "finished":
         found.append(f"state: the run ended as {row['state']}")
-    found += [f"finite: {name} is not" for name in _not_finite(item.folder)]
+    with np.load(item.folder / "states.npz") as arrays:
+        found += [f"finite: {name} is not" for name in arrays if not np.isfinite(arrays[name]).all()]
     if (gain := row["energy_gain"]) is not None and gain > limits.energy:
-        found.append(f"energy: {100 * gain:.2g} % from nowhere, more than {100 * limits.energy:g} %")
+        found.append(f"energy: {100 * gain:.2g} % without a source, more than {100 * limits.energy:g} %")
     if (depth := row["penetration"]) is not None and depth > limits.penetration:
         found.append(f"penetration: {1e3 * depth:.3g} mm, more than {1e3 * limits.penetration:g} mm")
     if (seen := _seen(item)) < limits.seen:
@@ -47,17 +48,13 @@ def refusals(item: Item, limits: ItemLimits) -> list[str]:
 
 
 def is_doubtful(row: dict[str, Any], limits: ItemLimits) -> bool:
-    """Whether somebody should look at an item that is not refused."""
+    """Whether a person should look at an accepted item."""
     close = [(row["energy_gain"], limits.energy), (row["penetration"], limits.penetration)]
     return bool(row["suspicions"]) or any(value is not None and value > NEAR * limit for value, limit in close)
 
 
-def _not_finite(folder: Path) -> list[str]:
-    with np.load(folder / "states.npz") as arrays:
-        return [name for name in arrays if not np.isfinite(arrays[name]).all()]
-
-
 def _seen(item: Item) -> float:
+    """Median over the pictures of the share that the largest moving body fills."""
     still = {thing["instance"] for thing in item.row["things"] if thing["static"]}
     shares = [
         max((one["share"] for one in frame.get("objects", []) if one["instance"] not in still), default=0.0)
@@ -67,7 +64,7 @@ def _seen(item: Item) -> float:
 
 
 def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
-    """Return mean colours of fields of each picture, 0 to 255, as far as a film can be read and has this size."""
+    """Return mean colours of fields of each picture, 0 to 255, as far as a film is readable and has this size."""
     import av
     import av.error
 
@@ -85,12 +82,12 @@ def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]
 
 
 def annotation_faults(path: "Path | io.BytesIO", row: dict[str, Any], frames: list[dict[str, Any]]) -> list[str]:
-    """Return what contradicts itself in the annotations of an item.
+    """Return contradictions in the annotations of an item.
 
     Args:
         path: The file of the annotations, or its content.
         row: Row of the item.
-        frames: Rows of its frames.
+        frames: Rows of its frames; boxes are not checked without them.
     """
     if isinstance(path, Path) and not path.is_file():
         return []
@@ -117,19 +114,17 @@ def _box_faults(ids: Any, frames: list[dict[str, Any]]) -> list[str]:
             if box is None:
                 continue
             mask = ids[k] == thing["instance"]
-            if (
-                not mask[box[1] : box[3], box[0] : box[2]].any()
-                or mask.sum() != mask[box[1] : box[3], box[0] : box[2]].sum()
-            ):
+            inside = mask[box[1] : box[3], box[0] : box[2]].sum()
+            if not inside or inside != mask.sum():
                 return [f"annotation: the box of {thing['name']} in picture {k} is not around its pixels"]
     return []
 
 
 class Likeness:
-    """Finds runs that are nearly those that are there already; keeps a few numbers of each.
+    """Finds runs that nearly repeat earlier ones; keeps a few numbers of each.
 
     Args:
-        limit: Mean distance, as a part of the room that the bodies take, below which two runs are the same.
+        limit: As in `is_alike`.
     """
 
     def __init__(self, limit: float):
@@ -137,25 +132,38 @@ class Likeness:
         self._known: dict[tuple[str, int], list[tuple[str, Any]]] = {}
 
     def twin(self, key: str, name: str, states: Path) -> str | None:
-        """Return the item of the same case that is nearly this one; take note of this one if there is none.
+        """Return the item of the same case that moves like this one; remember this one if there is none.
 
         Args:
             key: The item.
-            name: Of its case.
+            name: Name of its case.
             states: Its `states.npz`.
         """
-        places = fingerprint(states)
-        room = float(np.ptp(places.reshape(-1, 3), axis=0).max()) if places.size else 0.0
-        others = self._known.setdefault((name, places.size), [])
-        for other, there in others:
-            if places.size and np.linalg.norm(places - there, axis=-1).mean() < self._limit * max(room, 1e-9):
+        motion = fingerprint(states)
+        others = self._known.setdefault((name, motion.size), [])
+        for other, its_motion in others:
+            if is_alike(motion, its_motion, self._limit):
                 return other
-        others.append((key, places))
+        others.append((key, motion))
         return None
 
 
+def is_alike(one: Any, other: Any, limit: float) -> bool:
+    """Whether two runs are nearly the same.
+
+    Args:
+        one: Its `fingerprint`.
+        other: That of the other run.
+        limit: Mean distance below which they are, as a part of the space that the bodies of the first run take up.
+    """
+    if one.shape != other.shape or not one.size:
+        return False
+    space = float(np.ptp(one.reshape(-1, 3), axis=0).max())
+    return bool(np.linalg.norm(one - other, axis=-1).mean() < limit * max(space, 1e-9))
+
+
 def same_film(item: Item, others: Sequence[Item]) -> str | None:
-    """Return which of some films of the same simulation looks the same; None if none does."""
+    """Return the key of the first of some films of the same simulation that looks the same, if any."""
     for other in others:
         one, two = np.array(item.glance, float), np.array(other.glance, float)
         if one.shape == two.shape and np.abs(one - two).mean() < SAME:
@@ -164,7 +172,7 @@ def same_film(item: Item, others: Sequence[Item]) -> str | None:
 
 
 def fingerprint(states: "Path | io.BytesIO") -> Any:
-    """Return where links with their axes, and points that deform, are at some moments of a run [m], shape (M, L, 3)."""
+    """Return positions of points of links and deformable bodies at some times of a run [m], shape (M, L, 3)."""
     with np.load(states) as arrays:
         pos = arrays["pos"]
         chosen = np.linspace(0, len(pos) - 1, MOMENTS).round().astype(int) if len(pos) else []

@@ -1,4 +1,4 @@
-"""Random draws, each from a seed of its own: the n-th is the same whatever was drawn before it."""
+"""Random draws, each with its own seed, so that the n-th does not depend on those before it."""
 
 import json
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 DIGITS = 9
-"""Of a number that was drawn: what is written is what is used."""
+"""Significant digits of a drawn number: the written value is the value that is used."""
 Values = dict[str, Any]
-"""What was drawn, by dotted path."""
+"""Drawn values by dotted path."""
 
 
 def generator(*key: object) -> np.random.Generator:
-    """Return a generator that depends on these words and numbers alone."""
+    """Return a generator that depends only on these words and numbers."""
     return np.random.default_rng(list(sha256(json.dumps(key).encode()).digest()))
 
 
@@ -29,11 +29,11 @@ def draw(table: Mapping[str, Draw], rng: np.random.Generator, case: Any) -> Valu
 
     Args:
         table: Distributions by path.
-        rng: Where chance comes from.
-        case: The case's data without expressions, for draws that are relative to it.
+        rng: Source of randomness.
+        case: The case's data with expressions evaluated, for draws relative to its values.
 
     Raises:
-        RunError: if the case has no number where one is to be changed.
+        RunError: if a relative draw finds no number in the case.
     """
     return {dotted(parse_path(path)): _value(how, rng, case, path) for path, how in table.items()}
 
@@ -49,15 +49,15 @@ def _value(how: Draw, rng: np.random.Generator, case: Any, path: str) -> Any:
         return _rounded(rng.normal(*how.normal))
     if how.uniform is not None:
         return _rounded(rng.uniform(*how.uniform))
-    there = number_at(case, path)
+    given = number_at(case, path)
     if how.times is not None:
-        return _rounded(there * rng.uniform(*how.times))
+        return _rounded(given * rng.uniform(*how.times))
     assert how.plus is not None
-    return _rounded(there + rng.uniform(*how.plus))
+    return _rounded(given + rng.uniform(*how.plus))
 
 
 def number_at(case: Any, path: str) -> float:
-    """Return the number that stands at a path of a case.
+    """Return the number at a path of a case.
 
     Raises:
         RunError: if there is none.
@@ -67,14 +67,14 @@ def number_at(case: Any, path: str) -> float:
         try:
             found = found[step]
         except (KeyError, IndexError, TypeError):
-            raise RunError(f"{path}: the case has nothing there that could be changed by `times` or `plus`") from None
+            raise RunError(f"{path}: the case has no value there for `times` or `plus` to change") from None
     if isinstance(found, bool) or not isinstance(found, int | float):
         raise RunError(f"{path}: `times` and `plus` need a number, and the case has {json.dumps(found)[:60]} there")
     return float(found)
 
 
 def overlay_of(values: Values) -> CaseOverlay:
-    """Return values that were drawn as what is laid over a case."""
+    """Return drawn values as an overlay of a case."""
     return CaseOverlay(sets=tuple(f"{path}={json.dumps(value)}" for path, value in values.items()))
 
 

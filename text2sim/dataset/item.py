@@ -1,19 +1,21 @@
-"""One item: its files and its rows in the tables, made of a recorded run and a way to film it."""
+"""Items: files and rows of the tables, made from a recorded run and the film settings of a recipe."""
 
 import io
 import json
 import zipfile
 from dataclasses import dataclass, field, replace
-from hashlib import file_digest, sha256
+from hashlib import sha256
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from text2sim.cluster.task import STOPPED
-from text2sim.dataset.annotations import Annotator, PictureContacts, Seen
+from text2sim.dataset.annotations import Annotator, PictureContacts
 from text2sim.dataset.recipe import Film, Recipe
 from text2sim.recording.film_record import FilmRecord, read_recording
+from text2sim.recording.inventory import sha256_of
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.recording.states import RunStates
@@ -25,20 +27,20 @@ from text2sim.templates.cadence import MAIN, Frame, frames, reels
 from text2sim.templates.video import Video
 
 STATES = ("time", "pos", "quat", "vel", "ang", "qpos", "dofs_velocity", "dofs_force")
-"""Arrays of rigid states that an item has, over all recorded frames."""
+"""Arrays of rigid states in an item, over all recorded frames."""
 DIGITS = 10
-"""Of the simulation's digest in the name of a run folder."""
+"""Length of the simulation's digest in the name of a run folder."""
 
 
 @dataclass
 class Item:
-    """An item that was made.
+    """An item of a dataset.
 
     Attributes:
         folder: Its files: `film.mp4`, `annotations.npz`, ….
-        row: Of the table of items, without split and shard.
-        frames: Rows of the table of frames.
-        questions: Rows of the table of questions.
+        row: Its row in the table of items, without split and shard.
+        frames: Its rows in the table of frames.
+        questions: Candidates for the table of questions.
         glance: Mean colours of fields of some pictures, 0 to 255.
     """
 
@@ -50,32 +52,32 @@ class Item:
     glance: list[list[int]] = field(default_factory=list)
 
 
-def heed(stop: Stop | None) -> None:
-    """Go on if nobody asked to stop.
+def raise_if_stopped(stop: Stop | None) -> None:
+    """Check whether the user asked to stop.
 
     Raises:
-        RunError: if somebody did.
+        RunError: if so.
     """
     if stop is not None and stop.count:
         raise RunError(STOPPED)
 
 
 def film_of(recording: FilmRecord, film: Film) -> tuple[FilmRecord, list[Frame]]:
-    """Return a recording as a dataset films it, with the pictures of its main film.
+    """Return a recording with the film settings of a dataset, and the pictures of its main film.
 
-    Pictures are sharp: no blur of motion or lens, nothing written into them, so that annotations fit every pixel.
+    Pictures are sharp, without motion blur, depth of field or overlays, so that annotations fit every pixel.
     """
     cameras = {name: camera | {"f_stop": None} for name, camera in recording.film["cameras"].items()}
-    told = recording.film | {"resolution": film.size, "fps": film.fps, "motion_blur": 0.0, "cameras": cameras}
-    pictures = frames(told, reels(told)[MAIN], recording.last)
-    # Every shot rounds, and has one picture at least: what is too much at the end may be several times as much.
+    settings = recording.film | {"resolution": film.size, "fps": film.fps, "motion_blur": 0.0, "cameras": cameras}
+    pictures = frames(settings, reels(settings)[MAIN], recording.last)
+    # Each shot is rounded to at least one picture, so that one reduction of the rate may not be enough.
     while len(pictures) > film.frames:
         before = len(pictures)
-        told["fps"] *= film.frames / before
-        pictures = frames(told, reels(told)[MAIN], recording.last)
-        if len(pictures) == before:  # as few as its shots
+        settings["fps"] *= film.frames / before
+        pictures = frames(settings, reels(settings)[MAIN], recording.last)
+        if len(pictures) == before:  # one picture per shot
             pictures = pictures[: film.frames]
-    return replace(recording, film=told), pictures
+    return replace(recording, film=settings), pictures
 
 
 def make_item(
@@ -86,18 +88,18 @@ def make_item(
     Args:
         key: Name of the item.
         run: The run folder.
-        plan: Says how it is filmed and looks; None for what lies in the run folder.
+        plan: Plan with the film and the looks; None for those of the run folder.
         loaded: The case.
-        recipe: The dataset's.
-        out: Folder for its files.
-        stop: Heeded before each picture.
+        recipe: The recipe.
+        out: Folder for the files of the item.
+        stop: Checked before each picture.
 
     Raises:
-        RunError: if nothing that can be filmed was recorded, or somebody asked to stop.
+        RunError: if the run has no states that can be filmed or no evidence, or the user asked to stop.
     """
     record, evidence = RunRecord.read(run), read_evidence(run)
     if record is None or evidence is None:
-        raise RunError(f"{run}: was not judged")
+        raise RunError(f"{run}: has no evidence")
     out.mkdir(parents=True, exist_ok=True)
     recording, pictures = film_of(read_recording(run, plan), recipe.film)
     annotator, states = Annotator(recording), RunStates.load(run)
@@ -110,14 +112,9 @@ def make_item(
     row |= {"things": annotator.things, "parts": annotator.parts, "quality": recipe.film.quality}
     row |= {"energy_gain": _energy_gain(evidence.get("energy"), states, loaded.data)}
     row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
-    row |= {"fps": recording.film["fps"], "film_digest": _digest(out / "film.mp4")}
-    row |= {"states_digest": _digest(out / "states.npz")}
+    row |= {"fps": recording.film["fps"], "film_digest": sha256_of(out / "film.mp4")}
+    row |= {"states_digest": sha256_of(out / "states.npz")}
     return Item(key, out, row, [{"key": key, **one} for one in rows])
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return file_digest(file, "sha256").hexdigest()
 
 
 def _annotate(
@@ -128,25 +125,23 @@ def _annotate(
     out: Path,
     stop: Stop | None,
 ) -> list[dict[str, Any]]:
-    """Write `annotations.npz`, one array after the other picture by picture; return the rows of the frames."""
+    """Write `annotations.npz` and return the rows of the frames."""
     wanted, rows = recipe.annotations, []
-    # Visibility is asked by curation and questions, too.
-    asked = list(dict.fromkeys([*wanted, "visibility"]))
+    # The filters and the questions need visibility, too.
+    in_rows = list(dict.fromkeys([*wanted, "visibility"]))
     stacks = _Stacks(out / "annotations.npz", len(pictures))
-    now: Seen | None = annotator.seen(pictures[0])
-    for k in range(len(pictures)):
-        heed(stop)
-        after = annotator.seen(pictures[k + 1]) if k + 1 < len(pictures) else None
+    views = (annotator.seen(picture) for picture in pictures)
+    for now, after in pairwise(chain(views, [None])):
+        raise_if_stopped(stop)
         assert now is not None
         stacks.add(annotator.arrays(now, after, wanted, touches))
-        rows.append(annotator.row(now, asked, touches))
-        now = after
+        rows.append(annotator.row(now, in_rows, touches))
     stacks.close()
     return rows
 
 
 class _Stacks:
-    """Arrays of pictures, stacked on disk: of a long film they do not fit into memory together."""
+    """Arrays of pictures, stacked on disk because those of a long film do not fit into memory."""
 
     def __init__(self, path: Path, count: int):
         self._path, self._count, self._k = path, count, 0
@@ -175,7 +170,7 @@ def _film(
     video = Video(path, film.size, recording.film["fps"], crf=14)
     for image in _images(recording, pictures, film, annotator):
         video.write(image)
-        heed(stop)
+        raise_if_stopped(stop)
     video.close()
 
 
@@ -188,7 +183,7 @@ def _images(recording: FilmRecord, pictures: list[Frame], film: Film, annotator:
 
 
 def _copy_run(run: Path, states: RunStates, recording: FilmRecord, pictures: list[Frame], out: Path) -> None:
-    """Write what was recorded and judged, and the program."""
+    """Write states, layout, evidence and program of a run."""
     arrays = {name: getattr(states, name) for name in STATES}
     if (soft := recording.states.soft) is not None:
         around = [recording.states.around(frame.t) for frame in pictures]
@@ -203,7 +198,7 @@ def _copy_run(run: Path, states: RunStates, recording: FilmRecord, pictures: lis
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted((run / "program").rglob("*")):
             if path.is_file() and "__pycache__" not in path.parts:
-                info = zipfile.ZipInfo(path.relative_to(run / "program").as_posix())  # without a clock
+                info = zipfile.ZipInfo(path.relative_to(run / "program").as_posix())  # without a time of change
                 archive.writestr(info, path.read_bytes(), zipfile.ZIP_DEFLATED)
     (out / "program.zip").write_bytes(buffer.getvalue())
 
@@ -233,7 +228,7 @@ def _about_case(loaded: LoadedCase, record: RunRecord) -> dict[str, Any]:
 
 
 def _scores(case: Path, sim_digest: str) -> list[dict[str, Any]]:
-    """What the Critic said of a run, if `generate` made the case and ran it so: `by`, `score` of 100, `verdict`."""
+    """Scores of the Critic for this simulation, if `generate` made the case: `by`, `score` of 100, `verdict`."""
     found = []
     for path in sorted((case / "generation" / "attempts").glob("*/attempt.json")):
         attempt = read_json(path) or {}
@@ -266,9 +261,9 @@ def _about_run(record: RunRecord, evidence: dict[str, Any]) -> dict[str, Any]:
 
 
 def _energy_gain(energy: dict[str, Any] | None, states: RunStates, case: dict[str, Any]) -> float | None:
-    """Return what energy a run gained beyond all work, as a part of its largest kinetic energy or of the work.
+    """The energy that a run gained beyond all work, as a part of its largest kinetic energy or of the work.
 
-    None where the account leaves something out, which springs do as well.
+    None if the energy balance leaves something out, as it does with springs.
     """
     if not energy or energy.get("not_counted") or energy.get("change") is None or _has_spring(case.get("bodies")):
         return None

@@ -1,8 +1,9 @@
-"""Items whose joints are driven, in the layout of LeRobot, version 3.0: one folder for each case, split and rate.
+"""Writer of items with driven joints in the layout of LeRobot 3.0, one folder per case, split and rate.
 
-An item is an episode. Its state is the positions and velocities of the joints that motors drive, its action what the
-motors gave; both at the moments of the pictures. `timestamp` counts the film's seconds, as LeRobot wants it;
-`simulated_time` says when that was, which is something else where a film is slow or cut. Format: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
+An item is an episode. Its state has the positions and velocities of the joints that motors drive, its action the
+forces of the motors, both at the times of the pictures. `timestamp` counts seconds of film, as LeRobot requires;
+`simulated_time` differs from it where a film is slow or cut.
+Format: https://huggingface.co/docs/lerobot/lerobot-dataset-v3
 """
 
 import json
@@ -21,31 +22,31 @@ VIDEO = "observation.images.film"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 FILM = "videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4"
 KEY = "text2sim/key"
-"""Column of the episodes: the item."""
+"""Column of the episodes with the key of the item."""
 CHUNK = 1000
-"""Files in a folder."""
+"""Files per folder."""
 NUMBERS = ("timestamp", "simulated_time", "frame_index", "episode_index", "index", "task_index")
 
 
 def _driven(item: Item) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    """Hinges and sliders that motors acted on: rows of the layout. And the recorded joints."""
+    """Rows of the layout for hinges and sliders that motors acted on, and the recorded arrays of joints."""
     layout = json.loads((item.folder / "layout.json").read_text("utf-8"))
     with np.load(item.folder / "states.npz") as arrays:
-        made = {name: arrays[name] for name in ("time", "qpos", "dofs_velocity", "dofs_force")}
+        states = {name: arrays[name] for name in ("time", "qpos", "dofs_velocity", "dofs_force")}
     joints = [joint for joint in layout["joints"] if joint["kind"] in ("hinge", "slider")]
-    return [joint for joint in joints if np.any(made["dofs_force"][:, joint["dofs"][0]])], made
+    return [joint for joint in joints if np.any(states["dofs_force"][:, joint["dofs"][0]])], states
 
 
 class RobotForm(NamedTuple):
-    """What episodes of one LeRobot dataset have in common."""
+    """Properties that all episodes of a LeRobot dataset share."""
 
     joints: tuple[str, ...]
-    """That motors drive."""
+    """Driven joints."""
     fps: float
-    """Of the film."""
+    """Frame rate of the film [1/s]."""
     width: int
     height: int
-    """Of the film [pixels]."""
+    """Size of the film [pixels]."""
 
 
 def robot_form(item: Item) -> RobotForm | None:
@@ -59,8 +60,8 @@ class RobotWriter:
     """Writes the episodes of one LeRobot dataset.
 
     Args:
-        folder: Of this LeRobot dataset.
-        form: Of all its episodes.
+        folder: Folder of this LeRobot dataset.
+        form: Form of all its episodes.
     """
 
     def __init__(self, folder: Path, form: RobotForm):
@@ -128,7 +129,7 @@ class RobotWriter:
         self._count += length
 
     def close(self) -> None:
-        """Write what is known at the end: the metadata."""
+        """Write the metadata."""
         import pandas  # `datasets` brings it
 
         names, fps, width, height = self._form
@@ -171,7 +172,7 @@ class RobotWriter:
 
 
 def _column(rows: Any) -> Any:
-    """Rows of numbers as LeRobot has them: a single number is no list."""
+    """Rows of numbers as an Arrow column; LeRobot stores a single number without a list."""
     wide = rows.shape[1]
     return pa.array(rows.ravel()) if wide == 1 else pa.FixedSizeListArray.from_arrays(pa.array(rows.ravel()), wide)
 
@@ -180,7 +181,7 @@ def episodes_of(folder: Path) -> list[tuple[str, Path]]:
     """Return the item and the film of each episode.
 
     Args:
-        folder: Of a LeRobot dataset that `RobotWriter` wrote.
+        folder: A LeRobot dataset that `RobotWriter` wrote.
     """
     found = []
     for path in sorted((folder / "meta" / "episodes").glob("*/*.parquet")):

@@ -1,10 +1,10 @@
-"""Paths in a case, and which of them change what happens, what things look like, the light, or the camera."""
+"""Paths in a case, and the group of draws that each belongs to: physics, looks, lights or cameras."""
 
 from text2sim.spec_schema.paths import dotted, parse_dotted
 from text2sim.spec_schema.text.document import Path, parse_pointer
 
 LOOKS = ("background", "backdrop", "tone")
-"""Keys of the film section that are neither light nor camera."""
+"""Keys of `render` that belong to neither lights nor cameras."""
 LIGHTS = ("lights", "exposure")
 
 
@@ -21,7 +21,7 @@ def parse_path(text: str) -> Path:
 
 
 def in_section(path: Path, group: str) -> str | None:
-    """Return what is wrong with drawing a path among `physics`, `looks`, `lights` or `cameras`; None if nothing is."""
+    """Return why a path does not belong to `physics`, `looks`, `lights` or `cameras`; None if it does."""
     steps = [str(step) for step in path]
     film = steps[0] == "render"
     if group == "physics":
@@ -33,4 +33,4 @@ def in_section(path: Path, group: str) -> str | None:
         ok, wanted = inner in LIGHTS, f"a path that begins with render.{' or render.'.join(LIGHTS)}"
     else:
         ok, wanted = inner == group, f"a path that begins with render.{group}"
-    return None if ok else f"is none of the {group}: that is {wanted}"
+    return None if ok else f"does not belong to {group}, which takes {wanted}"

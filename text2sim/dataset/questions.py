@@ -1,13 +1,13 @@
-"""Questions about films, made of what was recorded, each with the evidence that proves its answer.
+"""Questions about films, derived from recordings, each with the evidence that proves its answer.
 
-A question is asked only of what the film shows; which of them are asked in the end, `balance` decides.
+Questions are only about what the film shows. `balance` selects from them.
 """
 
 import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, compress
 from pathlib import Path
 from typing import Any
 
@@ -19,38 +19,38 @@ from text2sim.recording.vectors import rotate, rotate_back
 
 Row = dict[str, Any]
 EARLY = 0.05
-"""What touches up to this time [s] touches from the start."""
+"""Contacts up to this time [s] exist from the start."""
 MOVED = 0.05
-"""Part of the scene's size by which something has to move to count as moving."""
+"""Distance, as a part of the scene's size, above which a body moves."""
 AT_REST = 0.005
-"""Part of it by which what starts later has moved at most when the first one has moved."""
+"""Distance, as a part of the scene's size, below which a body still rests."""
 FALLEN = 45.0
-"""Tilt [deg] from which on something has fallen over."""
+"""Tilt [deg] above which a copy has fallen over."""
 TALL = 0.75
-"""Moment of inertia about the vertical over the other two, up to which a thing that tilts has fallen over."""
+"""Moment of inertia about the vertical, as a part of the smaller of the others, below which a body can fall over."""
 SEEN = 0.002
-"""Part of a picture that a thing fills at least that is asked about."""
+"""Smallest part of a picture that a thing in a question fills."""
 HIDDEN = 0.6
-"""Part of it that others hide at most."""
+"""Largest part of such a thing that others hide."""
 CLEAR = 0.25
-"""Part of the pictures in which it has to be seen so."""
+"""Smallest part of the pictures that show such a thing so well."""
 HEAVIER = 1.5
-"""Mass of a body over that of another, from which on the question which is heavier is asked."""
+"""Smallest ratio of masses for questions about the heavier body."""
 PUSHED = 0.1
-"""Change of speed [m/s] by which masses can be told from a collision."""
+"""Smallest change of speed [m/s] in a collision that tells masses apart."""
 GAP = 2
-"""Pictures by which two moments differ that are told apart."""
+"""Smallest number of pictures between two times that a viewer can tell apart."""
 MUCH = 3.0
-"""Factor from which on something is much larger."""
+"""Factor above which a value is much larger."""
 PICTURES = 4
-"""Moments of a film that are asked about."""
+"""Parts of a film; questions about times are asked at their ends."""
 
 
 class ItemScene:
-    """What is known of an item: when its bodies move, what touches what, and what of that is seen.
+    """The scene of an item: motion of its bodies, contacts, and what the film shows of them.
 
     Args:
-        item: Its row.
+        item: Row of the item.
         frames: Rows of its pictures, with visibility.
         folder: Its files.
     """
@@ -75,8 +75,13 @@ class ItemScene:
         self._seen = {body: [self._sees(frame, body) for frame in frames] for body in bodies}
         self.clear = {body for body, seen in self._seen.items() if sum(seen) >= CLEAR * len(frames)}
         chosen = [self._links[copy] for body in self.loose for copy in self.copies[body]]
-        self.size = float(np.ptp(self._pos[0, chosen], axis=0).max()) if chosen else 0.0
-        self.size = max(self.size, float(self._ways(chosen).max()) if chosen else 0.0, 1e-6)
+        self.size = 1e-6
+        """Extent of the loose bodies at the start, or their largest displacement if that is larger [m]."""
+        if chosen:
+            extent = np.ptp(self._pos[0, chosen], axis=0).max()
+            self.size = max(float(extent), float(self._displacements(chosen).max()), self.size)
+        self.last = int(np.searchsorted(self._time, max(self.times) - 1e-9).clip(0, len(self._time) - 1))
+        """Recorded frame of the last picture."""
         self.touches = [row for row in read_events(folder) if row.get("kind") == "contact" and _pair(row)]
 
     def _sees(self, frame: Row, body: str) -> bool:
@@ -85,53 +90,49 @@ class ItemScene:
         return share >= SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= HIDDEN
 
     def shows(self, t: float, *bodies: str) -> bool:
-        """Whether there is a picture of a moment on which all of these are seen well enough."""
+        """Whether the picture of a time shows all of these bodies well enough."""
         k = self.picture(t)
         return k is not None and all(self._seen[body][k] for body in bodies)
 
-    def _ways(self, links: Sequence[int]) -> Any:
+    def _displacements(self, links: Sequence[int]) -> Any:
         return np.linalg.norm(self._pos[:, links] - self._pos[:1, links], axis=-1)
 
+    def _links_of(self, body: str) -> list[int]:
+        return [self._links[copy] for copy in self.copies[body]]
+
     def starts(self, body: str) -> float | None:
-        """Return when the first of a body's copies has moved as far as counts [s]; None if none does."""
-        moved = np.flatnonzero(self._way(body) > MOVED * self.size)
+        """Return when the first copy of a body starts to move [s]; None if none does."""
+        moved = np.flatnonzero(self._displacement(body) > MOVED * self.size)
         return float(self._time[moved[0]]) if len(moved) and moved[0] else None
 
     def rests_at(self, body: str, t: float) -> bool:
-        """Whether no copy of a body has begun to move at a time [s]."""
-        return bool(self._way(body)[: np.searchsorted(self._time, t, side="right")].max() < AT_REST * self.size)
+        """Whether no copy of a body has moved up to a time [s]."""
+        until = np.searchsorted(self._time, t, side="right")
+        return bool(self._displacement(body)[:until].max() < AT_REST * self.size)
 
-    def _way(self, body: str) -> Any:
-        return self._ways([self._links[copy] for copy in self.copies[body]]).max(axis=1)
+    def _displacement(self, body: str) -> Any:
+        return self._displacements(self._links_of(body)).max(axis=1)
 
     def moved(self, body: str) -> list[str]:
-        """Return the copies that end elsewhere than they began."""
-        links = [self._links[copy] for copy in self.copies[body]]
-        return [
-            c for c, far in zip(self.copies[body], self._ways(links)[self.last] > MOVED * self.size, strict=True) if far
-        ]
+        """Return the copies that have left their places at the end of the film."""
+        far = self._displacements(self._links_of(body))[self.last] > MOVED * self.size
+        return list(compress(self.copies[body], far))
 
     def fallen(self, body: str) -> list[str]:
         """Return the copies that have fallen over at the end of the film."""
-        links = [self._links[copy] for copy in self.copies[body]]
-        up = np.array((0.0, 0.0, 1.0))
+        links = self._links_of(body)
+        up = np.broadcast_to((0.0, 0.0, 1.0), (len(links), 3))
         # The axis of a copy that pointed upwards at the start, turned with it.
-        first, last = self._quat[0, links], self._quat[self.last, links]
-        local = rotate_back(first, np.broadcast_to(up, (len(links), 3)))
-        tilt = np.degrees(np.arccos(np.clip(rotate(last, local)[:, 2], -1, 1)))
-        return [copy for copy, angle in zip(self.copies[body], tilt, strict=True) if angle > FALLEN]
+        now = rotate(self._quat[self.last, links], rotate_back(self._quat[0, links], up))
+        tilt = np.degrees(np.arccos(np.clip(now[:, 2], -1, 1)))
+        return list(compress(self.copies[body], tilt > FALLEN))
 
     def is_tall(self, body: str) -> bool:
-        """Whether a body can fall over: it is not as wide as it is high, and no ball."""
+        """Whether a body can fall over: it is taller than wide, and not a ball."""
         link = self._links[self.copies[body][0]]
         axes = rotate_back(np.broadcast_to(self._quat[0, link], (3, 4)), np.eye(3))
         about = np.einsum("ni,ij,nj->n", axes, np.array(self._inertia[link], float), axes)
         return bool(about[2] < TALL * min(about[:2]))
-
-    @property
-    def last(self) -> int:
-        """Recorded frame of the last picture."""
-        return int(np.searchsorted(self._time, max(self.times) - 1e-9).clip(0, len(self._time) - 1))
 
     def mass(self, body: str) -> float:
         """Return the mass of the first copy of a body [kg]."""
@@ -144,22 +145,22 @@ class ItemScene:
         return float(np.linalg.norm(self._vel[at[1], link] - self._vel[at[0], link]))
 
     def picture(self, t: float) -> int | None:
-        """Return the first picture that shows a time or what comes after it; None if the film ends before."""
+        """Return the first picture at a time [s] or later; None if the film ends before."""
         return next((k for k, time in enumerate(self.times) if time >= t - 1e-9), None)
 
 
 def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
-    """Return what can be asked about an item: `kind`, `question`, `right` and `evidence`.
+    """Return candidate questions about an item: `kind`, `question`, `right` and `evidence`.
 
-    What is right has to be balanced against the same questions about other items before it is asked, see `balanced`.
+    `balanced` selects from them such that answers to equal questions about other items are equally frequent.
 
     Args:
         item: Row of the item.
         frames: Rows of its frames.
-        folder: Folder of the dataset.
+        folder: Folder of the item.
     """
     scene = ItemScene(item, frames, folder)
-    if sorted(scene.times) != scene.times:  # a replay: what has happened by a picture is not what it shows
+    if sorted(scene.times) != scene.times:  # with a replay, the order of pictures is not that of events
         return []
     kinds = (_moves_first, _touches_first, _how_many, _touch_by, _will_touch, _heavier)
     return [
@@ -172,32 +173,30 @@ def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Ro
 def what_if(
     base: Mapping[str, Any], other: Mapping[str, Any], words: str, frames: Sequence[Row], folder: Path
 ) -> list[Row]:
-    """Return questions about an item that the run with another cause answers.
+    """Return questions about an item that its counterfactual answers.
 
     Args:
         base: The item that is shown.
-        other: The item in which one cause is different.
-        words: What is different, see `cause_in_words`.
-        frames: Pictures of the first.
-        folder: Files of the first.
+        other: Its counterfactual, in which one cause is different.
+        words: The difference, see `cause_in_words`.
+        frames: Rows of the pictures of the base.
+        folder: Files of the base.
     """
     scene = ItemScene(base, frames, folder)
     actions = yaml.safe_load((folder / "case.yaml").read_text("utf-8")).get("actions") or {}
-    came, rows = {row["name"]: row for row in other["events"]}, []
-    for event in base["events"]:
-        name = event["name"]
-        asked = (actions.get("events") or {}).get(name, {})
-        between = {*_pair(asked)}
-        if name not in came or not {*scene.loose} & scene.clear or not between <= scene.clear:
+    counts, rows = {row["name"]: row["count"] for row in other["events"]}, []
+    for name in (event["name"] for event in base["events"]):
+        pair = _pair((actions.get("events") or {}).get(name, {}))
+        if name not in counts or not {*scene.loose} & scene.clear or not {*pair} <= scene.clear:
             continue
-        happens = " touch ".join(_words(one) for one in _pair(asked)) if between else f"this happen: {_words(name)}"
-        evidence = {"item": other["key"], "event": name, "count": came[name]["count"], "cause": other["cause"]}
+        happens = " touch ".join(_words(body) for body in pair) if pair else f"this happen: {_words(name)}"
+        evidence = {"item": other["key"], "event": name, "count": counts[name], "cause": other["cause"]}
         rows.append(
             {
                 "key": base["key"],
                 "kind": "what_if",
                 "question": f"If {words}, would {happens}?",
-                "right": "yes" if came[name]["count"] else "no",
+                "right": "yes" if counts[name] else "no",
                 "evidence": json.dumps(evidence),
             }
         )
@@ -205,12 +204,12 @@ def what_if(
 
 
 def cause_in_words(path: str, value: Any, before: float | None) -> str:
-    """Say what a counterfactual changes, without numbers: `the density of “ball” were much larger`.
+    """Describe a counterfactual without numbers: `the density of “ball” were much larger`.
 
     Args:
-        path: Of what is changed.
-        value: What it is now; None if it was taken away.
-        before: What it was, if that was a number.
+        path: Path of the changed value.
+        value: The new value; None if it was removed.
+        before: The old value, if that was a number.
     """
     steps = path.split(".")
     name = _words(steps[-1])
@@ -229,7 +228,7 @@ def _moves_first(scene: ItemScene) -> Iterator[Row]:
     for one, other in combinations(sorted(starts), 2):
         first, second = sorted((one, other), key=lambda body: starts[body])
         a, b = (scene.picture(starts[body]) for body in (first, second))
-        # What starts at the same time, and is slower, does not start later.
+        # A slower body that starts at the same time does not start later.
         if a is not None and b is not None and b - a >= GAP and scene.rests_at(second, starts[first]):
             yield {
                 "question": f"Which starts to move first, {_words(one)} or {_words(other)}?",
@@ -241,7 +240,7 @@ def _moves_first(scene: ItemScene) -> Iterator[Row]:
 def _touches_first(scene: ItemScene) -> Iterator[Row]:
     for body in scene.loose:
         mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
-        # What it lies on it touches again and again.
+        # Contacts with its support repeat, and do not count.
         before = {name for row in mine if row["time"] <= EARLY for name in _pair(row)} - {body}
         first = min((row for row in mine if not before & {*_pair(row)}), key=lambda row: row["time"], default=None)
         if first is not None and scene.shows(first["time"], *_pair(first)):
@@ -268,7 +267,7 @@ def _how_many(scene: ItemScene) -> Iterator[Row]:
 
 
 def _touch_by(scene: ItemScene) -> Iterator[Row]:
-    """Has this touched that by a picture: whoever knows only the words cannot tell how fast things are."""
+    """Whether two things have touched by a picture: words alone do not tell how fast things are."""
     for one, other, when in _first_touches(scene):
         for k in _moments(scene):
             t = scene.times[k]
@@ -285,7 +284,7 @@ def _touch_by(scene: ItemScene) -> Iterator[Row]:
 
 
 def _will_touch(scene: ItemScene) -> Iterator[Row]:
-    """Will it reach: asked of the pictures before it does."""
+    """Whether two things will touch, asked about the pictures before."""
     for one, other, when in _first_touches(scene):
         end = len(scene.times) // 3
         if end < GAP or (when is not None and (when <= scene.times[end] or not scene.shows(when, one, other))):
@@ -315,7 +314,7 @@ def _heavier(scene: ItemScene) -> Iterator[Row]:
 
 
 def _first_touches(scene: ItemScene) -> Iterator[tuple[str, str, float | None]]:
-    """Pairs of things that are well seen, one of them loose, that do not touch at the start; when they do [s]."""
+    """Pairs of clear things, at least one loose, without contact at the start, and when they first touch [s]."""
     first: dict[tuple[str, str], float] = {}
     for row in scene.touches:
         pair = tuple(sorted(_pair(row)))
@@ -331,7 +330,7 @@ def _moments(scene: ItemScene) -> list[int]:
 
 
 def _pair(row: Mapping[str, Any]) -> tuple[str, ...]:
-    """Names of the bodies of a touch; links and copies are of their bodies."""
+    """Names of the bodies of a contact, without link or copy."""
     return tuple(re.split(r"[.\[]", str(name))[0] for name in row.get("between", ()))
 
 

@@ -1,4 +1,4 @@
-"""What a dataset is made of: a recipe in YAML, checked like a case, with every problem at its place."""
+"""Recipe of a dataset in YAML, checked like a case, with every problem at its place."""
 
 from typing import Annotated, Any, Literal
 
@@ -19,26 +19,26 @@ SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 Group = Literal["physics", "looks", "lights", "cameras"]
 GROUPS: tuple[Group, ...] = ("physics", "looks", "lights", "cameras")
 LIMIT = 200
-"""Draws, films of a run, tries: at most."""
+"""Largest number of draws, of films of a run, and of tries."""
 Few = Annotated[Count, Field(le=LIMIT)]
 
 
 class Draw(Model):
-    """A distribution; one of its keys."""
+    """A distribution, with exactly one of these keys."""
 
     uniform: Range | None = None
     log_uniform: tuple[Positive, Positive] | None = None
-    """Its logarithm is uniform between these."""
+    """The logarithm is uniform between these."""
     normal: tuple[Real, NonNegative] | None = None
     """Mean and standard deviation."""
     integer: tuple[int, int] | None = None
-    """Both ends are drawn, too."""
+    """Both ends are included."""
     choice: Annotated[list[Any], Field(min_length=1, max_length=1000)] | None = None
-    """One of these, whatever the case can hold there; null takes a value away."""
+    """One of these values, of any type that the case allows there; null removes the value."""
     times: tuple[Positive, Positive] | None = None
-    """What the case has there, by a factor that is uniform between these."""
+    """The case's value, times a factor that is uniform between these."""
     plus: Range | None = None
-    """What the case has there, and a number that is uniform between these."""
+    """The case's value, plus a number that is uniform between these."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> "Draw":
@@ -51,24 +51,24 @@ class Draw(Model):
 
 
 Draws = Annotated[dict[str, Draw], Field(max_length=100)]
-"""By path in the case: `params.speed`, `bodies.ball.material.density`, or `/bodies/ball/material/density`."""
+"""Distributions by path in the case: `params.speed`, `bodies.ball.look.color` or `/bodies/ball/look/color`."""
 
 
 class CaseSource(Model):
-    """Cases that belong together, and what is made of each."""
+    """Cases that belong together, and the items that are made from each."""
 
     cases: Annotated[list[str], Field(min_length=1, max_length=1000)]
-    """Folders of cases, case files, or folders of such; as seen from the recipe."""
+    """Folders of cases, case files, or folders of such, relative to the recipe."""
     prompt: Annotated[str, Field(max_length=2000)] = ""
-    """Request of the cases that have none of their own."""
+    """Request for cases without their own."""
     plain: StrictBool = True
-    """Whether cases are taken as they are, besides their variants and points."""
+    """Whether plain cases are used besides their variants and points of the sweep."""
     variants: list[Name] = []
     sweep: Name | None = None
     draws: Few = 1
-    """Simulations of each of these; with other physics, if any is drawn."""
+    """Simulations of each of these, each with its own draw of `physics`."""
     films: Few = 1
-    """Of each simulation; the first as the case has it, the others under looks, lights and cameras that are drawn."""
+    """Films of each simulation: the first as in the case, the others with drawn looks, lights and cameras."""
     physics: Draws = {}
     looks: Draws = {}
     lights: Draws = {}
@@ -76,17 +76,17 @@ class CaseSource(Model):
     counterfactuals: dict[Name, Annotated[Draws, Field(min_length=1, max_length=1)]] = {}
     """Further simulations of every draw, each with one cause changed."""
     holds: list[Name] | Literal["all"] = []
-    """Expectations that a draw has to fulfil; it is drawn again otherwise."""
+    """Expectations that a draw must meet; it is drawn again otherwise."""
     fails: list[Name] = []
-    """Expectations that it has to miss."""
+    """Expectations that a draw must miss."""
     refuse: list[str] = []
     """Rules of the lint whose warnings refuse a draw, as errors do: `overlap`."""
     split: Split | None = None
-    """Where all of it goes; by its share if left out."""
+    """Split of the source; chosen by the shares if left out."""
 
 
 class Film(Model):
-    """How items are filmed."""
+    """Film settings of the items."""
 
     quality: Literal["preview", "draft", "final"] = "draft"
     """preview: flat colours by a rasteriser; the others are path traced, see `text2sim render`."""
@@ -96,52 +96,52 @@ class Film(Model):
     )
     """Width and height [pixels]."""
     fps: Annotated[Real, Field(gt=0, le=240)] = 8.0
-    """Pictures per second of film, or less, so that there are at most"""
+    """Pictures per second of film; less where a film would have more pictures than `frames`."""
     frames: Annotated[int, Field(ge=2, le=10_000)] = 32
-    """pictures."""
+    """Largest number of pictures."""
 
 
 class ItemLimits(Model):
-    """What an item has to keep to."""
+    """Limits that items must meet."""
 
     penetration: Length = 0.02
     """Deepest penetration [m]."""
     energy: NonNegative = 0.05
-    """Energy that comes from nowhere, as a part of the largest."""
+    """Energy gain without a source, as a part of the largest energy."""
     seen: Fraction = 0.001
-    """Part of a picture that the best seen moving body fills in half of the pictures."""
+    """Part of a picture that the largest moving body fills in half of the pictures."""
     alike: Fraction = 0.002
-    """Mean distance of two runs of a case, as a part of the room that they take, below which they are the same."""
+    """Mean distance of two runs of a case, as a part of the space of their bodies, below which they are duplicates."""
 
 
 class Recipe(Model):
     """A dataset."""
 
     text2sim_dataset: Literal[1]
-    """Version of this form."""
+    """Version of the format."""
     name: Name
     description: Annotated[str, Field(max_length=2000)] = ""
     licence: Annotated[str, Field(max_length=100)] = "unknown"
-    """Of the dataset, as its card says it: `cc-by-4.0`."""
+    """Licence of the dataset for its card: `cc-by-4.0`."""
     judged: Annotated[list[str], Field(max_length=1000)] = []
-    """Folders of `text2sim evaluate judge`, as seen from the recipe: judges' scores of the same simulations."""
+    """Folders of `text2sim evaluate judge`, relative to the recipe, with judges' scores of the same simulations."""
     seed: int = 0
     film: Film = Film()
     annotations: list[Annotation] = []
     sources: Annotated[dict[Name, CaseSource], Field(min_length=1, max_length=1000)]
     benchmarks: Annotated[list[str], Field(max_length=1000)] = []
-    """Cases, or folders of such, that are exported for other simulators into `benchmarks/`; as seen from the recipe."""
+    """Cases or folders of cases, relative to the recipe, that are exported to `benchmarks/` for other simulators."""
     splits: dict[Split, Fraction] = {"train": 0.7, "validation": 0.15, "test": 0.15}
-    """Share of the items; sources are dealt out so that it is nearly kept."""
+    """Shares of the items; whole sources are assigned, so that they are met approximately."""
     limits: ItemLimits = ItemLimits()
     tries: Few = 10
-    """Draws for one that is taken."""
+    """Largest number of draws for one that is accepted."""
     shard_mb: Annotated[Real, Field(ge=1, le=100_000)] = 256.0
     """Size of a shard [MB]."""
 
 
 def parse_recipe(text: Text) -> Recipe:
-    """Return the recipe that a text says. Its cases are not looked at.
+    """Parse a recipe, without a look at its cases.
 
     Raises:
         SpecError: if it is not a valid recipe.
@@ -177,11 +177,11 @@ def _check_paths(recipe: Recipe, document: Document) -> list[Problem]:
                 if (wrong := in_section(steps, section)) is not None:
                     problems.append(document.problem(where, f"`{path}` {wrong}", key=True, rule="section"))
         if source.films > 1 and not (source.looks or source.lights or source.cameras):
-            message = "further films of a run need `looks`, `lights` or `cameras` that are drawn"
+            message = "further films of a run need draws in `looks`, `lights` or `cameras`"
             problems.append(document.problem(("sources", name, "films"), message, rule="inconsistent"))
         if not (source.plain or source.variants or source.sweep):
-            message = "without the plain case there have to be `variants` or a `sweep`"
+            message = "without the plain case, the source needs `variants` or a `sweep`"
             problems.append(document.problem(("sources", name, "plain"), message, rule="inconsistent"))
     if not any(recipe.splits.values()):
-        problems.append(document.problem(("splits",), "some split must have a share above 0", rule="inconsistent"))
+        problems.append(document.problem(("splits",), "at least one share must be above 0", rule="inconsistent"))
     return problems

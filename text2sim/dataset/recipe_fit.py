@@ -1,4 +1,4 @@
-"""Whether a recipe fits the cases that it names: said at its place in the recipe, before anything is simulated."""
+"""Checks of a recipe against its cases, with problems at their places in the recipe."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -19,10 +19,10 @@ from text2sim.spec_schema.text.source import read_source
 
 
 def read_recipe(path: Path) -> Recipe:
-    """Read a recipe, and see whether it fits its cases.
+    """Read a recipe and check it against its cases.
 
     Raises:
-        SpecError: with all that is wrong with it, and where.
+        SpecError: with all problems and their places.
     """
     text = read_source(path)
     recipe = parse_recipe(text)
@@ -32,12 +32,12 @@ def read_recipe(path: Path) -> Recipe:
 
 
 def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]:
-    """Yield what a recipe wants of its cases that they do not have. What is wrong with a case itself is left out.
+    """Yield what a recipe needs from its cases and they lack. Problems of the cases themselves are left out.
 
     Args:
         recipe: The recipe.
         document: Its text.
-        root: Folder that its paths are seen from.
+        root: Folder that its paths are relative to.
     """
     named, known = [], [*(rule.id for rule in RULES), *EARLIER]
     for key in ("benchmarks", "judged"):
@@ -63,14 +63,14 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
 def _missing(document: Document, where: Place, paths: Iterable[str], root: Path) -> Iterator[Problem]:
     for k, path in enumerate(paths):
         if not (root / path).exists():
-            message = f"there is no file or folder `{path}`, as seen from the recipe"
+            message = f"there is no file or folder `{path}` relative to the recipe"
             yield document.problem((*where, k), message, rule="unreadable")
         elif where[-1] != "judged" and not any(case_file(case).is_file() for case in find_cases([root / path])):
             yield document.problem((*where, k), f"there is no case in `{path}`", rule="unreadable")
 
 
 def _of_case(document: Document, where: Place, source: CaseSource, case: Path, plain: Examined) -> Iterator[Problem]:
-    """Yield what a source wants of one of its cases that it does not have."""
+    """Yield what a source needs from one of its cases and the case lacks."""
     assert plain.loaded is not None
     bases = [CaseOverlay()] if source.plain else []
     for k, variant in enumerate(source.variants):
@@ -96,7 +96,7 @@ def _of_case(document: Document, where: Place, source: CaseSource, case: Path, p
 
 
 def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Examined) -> Any:
-    """Yield what is wrong with the paths of a table; return the case with one draw of it, as far as it is valid."""
+    """Yield problems of the paths of a table; return the case with a draw, or without it if the draw is invalid."""
     assert row.loaded is not None
     over, paths = row.overlay, []
     for path, how in table.items():
@@ -107,7 +107,7 @@ def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Exam
         else:
             over, paths = over + sets, [*paths, path]
     found = examine(case, plan=False, overlay=over)
-    # The lines of `--set` are the values that are laid over the case, one after the other.
+    # Each line of `--set` is one value of the overlay.
     wrong = {problem.line - 1 - len(row.overlay.sets): problem for problem in found.problems if problem.file == "--set"}
     yield from (
         _moved(document, (*where, paths[k]), problem, f" (in {case_file(case)})", key=True)
@@ -135,6 +135,6 @@ def _of_expectations(document: Document, where: Place, source: CaseSource, drawn
 
 
 def _moved(document: Document, where: Place, problem: Problem, more: str = "", *, key: bool = False) -> Problem:
-    """Return a problem of what is laid over a case at the place of the recipe that it comes from."""
+    """A problem of an overlay, at the place in the recipe that the overlay comes from."""
     at = document.problem(where, problem.message + more, rule=problem.rule, hint=problem.hint, key=key)
     return replace(at, severity=problem.severity)

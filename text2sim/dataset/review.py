@@ -1,4 +1,4 @@
-"""A page for items that somebody should look at, and the decisions, which are kept in a file that git can follow."""
+"""The page for reviewing doubtful items, and the file of the reviewer's decisions."""
 
 import base64
 import io
@@ -23,14 +23,14 @@ PICTURES = 4
 
 
 class ReviewDecision(Model):
-    """What somebody decided about an item."""
+    """A reviewer's decision about an item."""
 
     decision: Literal["keep", "drop"]
     note: str = ""
 
 
 class Decisions(Model):
-    """What was decided, by key of the item."""
+    """Decisions by key of the item."""
 
     review: dict[str, ReviewDecision] = {}
 
@@ -39,7 +39,7 @@ def read_decisions(path: Path) -> dict[str, ReviewDecision]:
     """Read decisions; none if there is no file.
 
     Raises:
-        SpecError: with all that is wrong with it, and where.
+        SpecError: with all problems and their places.
     """
     if not path.is_file():
         return {}
@@ -56,7 +56,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
     Args:
         folder: The dataset.
         path: The page.
-        decisions: Those that were made.
+        decisions: Earlier decisions.
         everything: Show all items, not only the doubtful ones.
 
     Raises:
@@ -78,7 +78,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
 def _block(row: dict[str, Any], film: bytes, made: ReviewDecision | None) -> str:
     doubts = [*row["suspicions"], *row["remarks"]]
     doubts += [f"`{one['name']}` {one['why']}" for one in row["expectations"] if one["ok"] is not True]
-    numbers = {"energy from nowhere": row["energy_gain"], "deepest penetration [m]": row["penetration"]}
+    numbers = {"energy without a source": row["energy_gain"], "deepest penetration [m]": row["penetration"]}
     doubts += [f"{name}: {value:.3g}" for name, value in numbers.items() if value]
     pictures = "".join(f'<img src="data:image/jpeg;base64,{data}" alt="">' for data in _pictures(film))
     said = "".join(f"<li>{escape(text)}</li>" for text in doubts)
@@ -114,7 +114,7 @@ section{border-top:1px solid #ccc;padding:1em 0}
 img{width:24%;margin-right:1%}h2{font-size:1em}label{margin-right:1.5em}.note{width:30em}
 button{position:fixed;top:1em;right:1em;padding:.6em 1em}</style>
 <h1>Review of @NAME@</h1><p>Decide, and save <code>review.yaml</code> beside the recipe: <code>dataset build --decisions
-review.yaml</code> leaves out what is dropped.</p><button>save review.yaml</button>
+review.yaml</code> leaves out dropped items.</p><button>save review.yaml</button>
 @BLOCKS@
 <script>
 const made = @MADE@;

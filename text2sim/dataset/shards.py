@@ -1,18 +1,19 @@
-"""WebDataset shards: tar files with the files of an item one after the other, named by its key."""
+"""WebDataset shards: tar files with the files of each item in sequence, named by its key."""
 
 import tarfile
 from collections.abc import Iterator
 from io import BytesIO
+from itertools import groupby
 from pathlib import Path
 
 
 class ShardWriter:
-    """Writes items to shards of a split; what is written depends on no clock.
+    """Writes items to shards of a split, without times of change.
 
     Args:
-        folder: Of the shards.
-        split: Beginning of their names.
-        size: From which on another one is begun [bytes].
+        folder: Folder of the shards.
+        split: Prefix of their names.
+        size: Size above which the next shard begins [bytes].
     """
 
     def __init__(self, folder: Path, split: str, size: float):
@@ -25,7 +26,7 @@ class ShardWriter:
         """Append the files of an item; return the name of the shard.
 
         Args:
-            key: Of the item.
+            key: Key of the item.
             folder: Its files.
             extra: Further files by name.
         """
@@ -52,20 +53,15 @@ class ShardWriter:
 
 
 def read_shard(path: Path) -> Iterator[tuple[str, dict[str, bytes]]]:
-    """Yield the items of a shard: key, and contents by name, one item in hand at a time.
+    """Yield the items of a shard, one in memory at a time: key, and contents of files by name.
 
     Raises:
-        tarfile.TarError: if it is no shard.
+        tarfile.TarError: if it is not a shard.
     """
-    key, files = "", dict[str, bytes]()
     with tarfile.open(path) as tar:
-        for info in tar:
-            name, _, rest = info.name.partition(".")
-            if name != key and files:
-                yield key, files
-                files = {}
-            key = name
-            member = tar.extractfile(info)
-            files[rest] = b"" if member is None else member.read()
-    if files:
-        yield key, files
+        for key, members in groupby(tar, lambda info: info.name.partition(".")[0]):
+            files = {}
+            for info in members:
+                member = tar.extractfile(info)
+                files[info.name.partition(".")[2]] = b"" if member is None else member.read()
+            yield key, files

@@ -1,4 +1,4 @@
-"""Splits without leaks: what belongs together lies in one split, and a check that proves it."""
+"""Assignment of sources to splits without leaks, and the check for leaks."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
@@ -8,20 +8,22 @@ from text2sim.dataset.recipe import SPLITS, Recipe, Split
 from text2sim.spec_schema.errors import RunError
 
 TOGETHER = ("source", "case", "case_digest", "sim_digest", "states_digest", "film_digest")
-"""Columns of the items of which no value may be in two splits."""
+"""Columns of the items whose values must not be in two splits."""
 LINKS = ("same_physics_as", "counterfactual_of")
-"""Columns that name another item, which has to be in the same split."""
+"""Columns that name another item, which must be in the same split."""
 
 
 def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
-    """Return the split of each source: the largest first, each to where most is missing, then moved while that helps.
+    """Return the split of each source, such that the numbers of items are near the requested shares.
+
+    The largest sources come first, each goes to the split that lacks most, and single moves improve the result.
 
     Args:
-        recipe: Says the shares, the splits of some sources, and how many items a job makes.
+        recipe: Has the shares, the splits of some sources, and the number of items per job.
         jobs: Source and case of every job. Sources that share a case stay together.
 
     Raises:
-        RunError: if sources that share a case are wanted in different splits.
+        RunError: if sources that share a case have different splits.
     """
     sizes, cases = Counter[str](), dict[str, str]()
     group = {name: name for name in recipe.sources}
@@ -33,7 +35,7 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     found: dict[str, Split] = {}
     for name, source in recipe.sources.items():
         if source.split is not None and found.setdefault(group[name], source.split) != source.split:
-            raise RunError(f"the source {name} has a case in common with one that goes to {found[group[name]]}")
+            raise RunError(f"the source {name} shares a case with a source that goes to {found[group[name]]}")
     weight = Counter[str]()
     for name, size in sizes.items():
         weight[group[name]] += size
@@ -50,7 +52,7 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     while moved:
         moved = False
         for root in free:
-            # A move by w changes the sum of squares of what is missing by 2 w (w + from - to).
+            # Moving the weight w changes the sum of squares of `missing` by 2 w (w + from - to).
             split: Split = max(wanted, key=lambda split: missing[split])
             if weight[root] + missing[found[root]] - missing[split] < -1e-9:
                 missing[found[root]] += weight[root]
@@ -60,10 +62,10 @@ def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
 
 
 def leaks(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[str]:
-    """Return what lies in two splits although it belongs together, in words.
+    """Return what belongs together and is in two splits, in words.
 
     Args:
-        rows: The split that the file of each item is of, and the item: columns `key`, `TOGETHER` and `LINKS`.
+        rows: Each item with the split of its file: columns `key`, `TOGETHER` and `LINKS`.
     """
     where: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
     home: dict[str, str] = {}
@@ -71,9 +73,9 @@ def leaks(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[str]:
     for split, row in rows:
         key = row["key"]
         if row.get("split", split) != split:
-            found.append(f"{key} says it is of {row['split']}, and lies in {split}")
+            found.append(f"{key} has the split {row['split']}, but is in {split}")
         if key in home and home[key] != split:
-            found.append(f"{key} lies in {home[key]} and in {split}")
+            found.append(f"{key} is in {home[key]} and in {split}")
         home[key] = split
         for column in TOGETHER:
             if row.get(column):

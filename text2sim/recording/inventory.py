@@ -40,6 +40,10 @@ def fault(folder: Path, inventory: Inventory, *, content: bool = True) -> str:
 
 
 def _entry(path: Path) -> str:
+    return f"{path.stat().st_size} {sha256_of(path)}"
+
+
+def sha256_of(path: Path) -> str:
+    """Return the digest of a file in hexadecimal."""
     with path.open("rb") as file:
-        digest = file_digest(file, "sha256").hexdigest()
-    return f"{path.stat().st_size} {digest}"
+        return file_digest(file, "sha256").hexdigest()
