@@ -111,7 +111,7 @@ def test_files_that_changed_are_found(tmp_path: Path):
     assert verify_manifest(tmp_path) == {"box": []}
     (tmp_path / asset.file).write_text("v 0 0 0\n")
     found = verify_manifest(tmp_path)
-    assert "not what was registered" in found["box"][0]
+    assert "has changed since" in found["box"][0]
     (problem,) = problems_of(tmp_path, found)
     assert problem.path == "/assets/box" and problem.line == 4
     (tmp_path / asset.file).unlink()

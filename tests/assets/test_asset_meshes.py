@@ -12,11 +12,12 @@ from PIL import Image
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
+from text2sim.assets.confined import environment
 from text2sim.assets.mesh_intake import read_surface
 from text2sim.assets.mesh_output import mesh_bytes
 from text2sim.assets.mesh_repair import RepairGoal, parse_size, repair
 from text2sim.assets.mesh_report import report
-from text2sim.assets.meshes import check_mesh, environment, repair_mesh
+from text2sim.assets.meshes import check_mesh, repair_mesh
 from text2sim.assets.surface import TriangleMesh
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.spec_schema.errors import AssetError
@@ -249,12 +250,12 @@ HOSTILE = {
     "text.stl": (b"hello\n" * 20, "(cannot be read|no triangles)"),
     "zip.obj": (b"PK\x03\x04" + b"\0" * 100, "archive"),
     "zip.glb": (b"\x1f\x8b" + b"\0" * 100, "archive"),
-    "other.fbx": (b"x", "kind that is not read"),
+    "other.fbx": (b"x", "must end in one of"),
     "short.glb": (b"glTF", "is not a .glb file"),
     "deep.gltf": (b"[" * 100_000, "is not a .gltf file"),
     "far.gltf": (gltf(buffers=[{"uri": "http://example.org/a.bin", "byteLength": 4}]), "needs other files"),
     "near.gltf": (gltf(images=[{"uri": "../../etc/passwd"}]), "needs other files"),
-    "huge.gltf": (gltf(accessors=[{"count": 10**12, "type": "VEC3", "componentType": 5126}]), "announces more"),
+    "huge.gltf": (gltf(accessors=[{"count": 10**12, "type": "VEC3", "componentType": 5126}]), "declares more"),
     "points.obj": (b"v 0 0 0\nv 1 0 0\n", "(no triangles|cannot be read)"),
     "nan.obj": (b"v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "(not finite|cannot be read)"),
     "large.obj": (b"v 0 0 0\nv 1e12 0 0\nv 0 1 0\nf 1 2 3\n", "coordinates above"),

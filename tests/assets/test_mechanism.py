@@ -141,15 +141,15 @@ class TestUrdf:
             (
                 '<child link="upper"/>',
                 '<child link="uper"/>',
-                "names a link `uper` that does not exist (did it mean `upper`?)",
+                "refers to a link `uper` that does not exist; did you mean `upper`?",
             ),
-            ('<parent link="base"/>', '<parent link="hand"/>', "in a circle: upper -> hand -> upper"),
+            ('<parent link="base"/>', '<parent link="hand"/>', "links form a cycle: upper -> hand -> upper"),
             ('name="wrist" type="fixed"', 'name="shoulder" type="fixed"', "two joints named `shoulder`"),
             ('<link name="hand"/>', '<link name="upper"/>', "two links named `upper`"),
             ('<link name="hand"/>', '<link name="hand"/><link name="spare"/>', "several roots (base, spare)"),
             ('<link name="hand"/>', "<link/>", "a link without a name"),
             ('name="shoulder" type', "type", "a joint without a name"),
-            ('type="revolute"', 'type="floating"', "said by `base`"),
+            ('type="revolute"', 'type="floating"', "use `base: free` for a free root"),
             ('type="revolute"', 'type="planar"', "the engine has revolute"),
             ('lower="-1"', 'lower="3"', "lower limit (3) above its upper (2)"),
             ('<limit lower="-1" upper="2" effort="30" velocity="5"/>', "", "has no `<limit>`"),
@@ -219,7 +219,7 @@ class TestUrdf:
             '</geometry></collision></link>\n  <link name="upper">',
             '</geometry></contact></link>\n  <link name="upper">',
         )
-        with pytest.raises(AssetError, match="moves and weighs nothing"):
+        with pytest.raises(AssetError, match="is movable and has no mass"):
             load_mechanism(write({"arm.urdf": light}), "arm.urdf", base="free")
 
 
@@ -256,7 +256,7 @@ class TestMjcf:
     @pytest.mark.parametrize(
         ("text", "words"),
         [
-            (mjcf("", "<include file='other.xml'/>"), "put the content of the other file in its place"),
+            (mjcf("", "<include file='other.xml'/>"), "insert the content of the other file"),
             (mjcf("<include file='/etc/passwd'/>"), "`<include>`"),
             (mjcf("", "<extension><plugin plugin='mujoco.sdf.torus'/></extension>"), "no plugins"),
             (mjcf("<plugin plugin='x'/>"), "no plugins"),
@@ -271,7 +271,7 @@ class TestMjcf:
             (mjcf("", "<asset><mesh name='m' file='gone.obj'/></asset>"), "does not exist in the case's folder"),
             (mjcf("", "<asset><texture file='meshes/part.obj'/></asset>"), "must end in one of .png"),
             (mjcf("", "<asset><texture type='2d' builtin='flat' width='99999' height='9'/></asset>"), "4096 x 4096"),
-            (mjcf("<joint type='hinge' ref='30'/>"), "leave `ref` out"),
+            (mjcf("<joint type='hinge' ref='30'/>"), "remove `ref`"),
             (mjcf("<geom size='nan'/>"), "not finite"),
             (mjcf("<geom size='-1'/>"), "refused by MuJoCo"),
             (mjcf("<body name='b'/>"), "refused by MuJoCo"),
@@ -305,7 +305,7 @@ class TestMjcf:
         crash = tmp_path / "crash.py"
         crash.write_text("import os; os.abort()")
         monkeypatch.setattr(inspection, "SCRIPT", crash)
-        assert "brings MuJoCo down (signal 6)" in refused(mjcf("<geom size='0.123'/>"))
+        assert "crashes MuJoCo (signal 6)" in refused(mjcf("<geom size='0.123'/>"))
 
     def test_a_model_that_takes_too_long_is_given_up(
         self, refused: Refused, monkeypatch: pytest.MonkeyPatch, tmp_path: Path

@@ -89,7 +89,7 @@ def test_a_lost_answer_is_looked_for_before_anything_is_paid_again(
 ):
     server.faults = [fault]
     if fault == "garbage":
-        with pytest.raises(RunError, match="names no task"):
+        with pytest.raises(RunError, match="no valid task id"):
             client(tmp_path, server).make(WISH)
     client(tmp_path, server).make(WISH)
     assert server.posted() == ["preview", "refine"]
@@ -122,8 +122,8 @@ def test_looks_at_a_task_become_rarer(tmp_path: Path, server: MeshyServer):
 @pytest.mark.parametrize(
     ("fault", "kind", "words"),
     [
-        (401, RunError, "does not know the key"),
-        (402, RunError, "not enough credits"),
+        (401, RunError, "does not accept the key"),
+        (402, RunError, "not have enough credits"),
         (400, RunError, "refuses .400.: fault 400"),
     ],
 )
@@ -164,7 +164,7 @@ def test_the_budget_is_of_the_whole_case(tmp_path: Path, server: MeshyServer):
 
 def test_time_runs_out_with_nothing_lost(tmp_path: Path, server: MeshyServer):
     server.polls = 10**6
-    with pytest.raises(MachineError, match="ask again to go on"):
+    with pytest.raises(MachineError, match="ask again to continue"):
         client(tmp_path, server, timeout=60.0).make(WISH)
     server.polls = 0
     client(tmp_path, server).make(WISH)

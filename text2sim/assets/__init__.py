@@ -1,1 +1,1 @@
-"""Files of a case that others made: read with suspicion, checked, and copied into the program."""
+"""Asset files of a case: read as untrusted input, checked, and copied into the program."""

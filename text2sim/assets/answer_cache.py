@@ -1,7 +1,7 @@
-"""Cache of what was found out about files, in the user's cache folder, by content and by version of who said it.
+"""Cache of results about files in the user's cache folder, by content and by versions of the packages that gave them.
 
-To load MuJoCo or a reader of URDF takes a second. What is kept is plain JSON, and nothing of it is believed that does
-not look like an answer. Without a folder to write to, the question is asked every time.
+Loading MuJoCo or a URDF reader takes a second. Entries are plain JSON, and are validated when they are read. Without a
+writable folder, results are computed every time.
 """
 
 import json
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
     import numpy as np
 
 ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "scipy", "shapely", "trimesh", "yourdfpy")
-"""Packages on whose versions answers depend."""
+"""Packages whose versions are part of the key."""
 MAX_ANSWERS = 1000
-"""Answers that are kept; then the oldest go."""
+"""Entries of the cache; the oldest are deleted first."""
 LARGE = 16 * 1024**2
-"""Bytes of an answer that is not kept, nor read."""
+"""Size [bytes] above which an entry is neither written nor read."""
 
 
 def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return the answer to a question: as it was given before, or else as it is given now.
+    """Return the answer to a question, from the cache if possible.
 
     Args:
-        question: All that the answer depends on, versions of packages left aside.
-        members: Names and types of what an answer holds.
-        ask: Gives the answer. What it raises is not kept.
+        question: All that the answer depends on, except versions of packages.
+        members: Names and types of the members of an answer.
+        ask: Computes the answer. Exceptions are not cached.
     """
     key = _key_of(question)
     found = _recall(key, members)
@@ -48,11 +48,11 @@ def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable
 def cached_net(
     question: Iterable[bytes], make: "Callable[[], tuple[np.ndarray, np.ndarray]]"
 ) -> "tuple[np.ndarray, np.ndarray]":
-    """Return vertices (n, 3) float64 and triangles (m, 3) int64: as they were made before, or else as they are now.
+    """Return vertices (n, 3) float64 and triangles (m, 3) int64, from the cache if possible.
 
     Args:
-        question: All that they depend on, versions of packages left aside.
-        make: Makes them. What it raises is not kept.
+        question: All that they depend on, except versions of packages.
+        make: Computes them. Exceptions are not cached.
     """
     import numpy as np
 
@@ -64,7 +64,7 @@ def cached_net(
 
     found = cached(question, {"vertices": str, "faces": str}, ask)
     vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
-    if vertices is None or faces is None or not meets(faces, vertices):  # what was kept is damaged
+    if vertices is None or faces is None or not meets(faces, vertices):  # the entry is damaged
         vertices, faces = made[0] if made else make()
     return vertices, faces
 
@@ -75,7 +75,7 @@ def packed(array: "np.ndarray") -> str:
 
 
 def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
-    """Return an array (n, columns) of kind `f8` or `i8`, or None if that is not what the text says.
+    """Return an array (n, columns) of kind `f8` or `i8`, or None if the text is not one.
 
     Args:
         text: The array in base64.
@@ -91,14 +91,14 @@ def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
 
 
 def meets(index: "np.ndarray | None", table: "np.ndarray") -> bool:
-    """Whether indices are there, and mean rows of a table."""
+    """Whether there are indices, and all are valid rows of a table."""
     return index is not None and len(index) > 0 and bool(index.min() >= 0) and bool(index.max() < len(table))
 
 
 def _key_of(question: Iterable[bytes]) -> str:
     digest = sha256()
     for content in (*question, *(_version(name).encode() for name in ASKED), sys.version.encode()):
-        # With its length, so that no two rows of contents are the same bytes.
+        # The length keeps different sequences of contents from giving the same bytes.
         digest.update(len(content).to_bytes(8, "big"))
         digest.update(content)
     return digest.hexdigest()
@@ -123,7 +123,7 @@ def _keep(key: str, answer: dict[str, Any]) -> None:
     with suppress(OSError, RuntimeError):
         where = folder()
         where.mkdir(parents=True, exist_ok=True)
-        # Another process may be at the same: each writes a file of its own, and puts it in place when it is whole.
+        # Another process may do the same: each writes its own file, and renames it when it is complete.
         handle, name = tempfile.mkstemp(suffix=".part", dir=where)
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
@@ -151,7 +151,7 @@ def _tidy(where: Path) -> None:
 @lru_cache
 def _version(name: str) -> str:
     """Version of a package; empty without it."""
-    # Not by `version`: that takes whole pages of metadata apart.
+    # `importlib.metadata.version` is slow: it parses all of the metadata.
     from importlib.metadata import PackageNotFoundError, distribution
 
     try:

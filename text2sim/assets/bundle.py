@@ -1,11 +1,10 @@
-"""The files that a model refers to, gathered under flat names."""
+"""Bundle of the files that a model refers to, under flat names."""
 
-import json
 import re
-import struct
 from pathlib import Path
 
 from text2sim.assets.engine_files import AssetFolder
+from text2sim.assets.foreign_files import read_gltf
 from text2sim.spec_schema.errors import AssetError
 
 MAX_FILE = 64 * 1024 * 1024
@@ -19,7 +18,7 @@ _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
 def inside(source: AssetFolder, path: Path, text: str) -> Path:
-    """Return a path with links followed, which must lie in that folder.
+    """Return a path with links resolved, which must be in a folder.
 
     Args:
         source: The folder.
@@ -27,7 +26,7 @@ def inside(source: AssetFolder, path: Path, text: str) -> Path:
         text: The path as the author wrote it, for the message.
 
     Raises:
-        AssetError: if it leads out of it.
+        AssetError: if it is outside of the folder.
     """
     resolved = path.resolve()
     if not resolved.is_relative_to(source.root):
@@ -36,10 +35,10 @@ def inside(source: AssetFolder, path: Path, text: str) -> Path:
 
 
 class Bundle:
-    """Takes in files of a case's folder, or of the engine's assets.
+    """Collects files from a case's folder, or from the engine's assets.
 
     Args:
-        source: The folder in which all of them must lie.
+        source: The folder that must contain all of them.
         here: Folder of the model that refers to the files, resolved.
     """
 
@@ -52,7 +51,7 @@ class Bundle:
 
     @property
     def sources(self) -> list[Path]:
-        """The files as they lie in that folder, resolved."""
+        """Resolved paths of the files in that folder."""
         return list(dict.fromkeys(self._read_files))
 
     def add(
@@ -66,13 +65,13 @@ class Bundle:
         """Add a file and return its new name.
 
         Args:
-            reference: How the model names it.
-            suffixes: What its name may end in.
-            folders: Where it is looked for; beside the model if left out.
-            painted: Whether materials and pictures of a mesh come with it.
+            reference: Its name in the model.
+            suffixes: Allowed suffixes.
+            folders: Folders to search; that of the model if left out.
+            painted: Whether materials and textures of a mesh are added, too.
 
         Raises:
-            AssetError: if it is not there, not in that folder, too large, or of a kind that is not read.
+            AssetError: if it does not exist, is outside of the folder, too large, or of a kind that is not supported.
         """
         path = self._find(reference, folders or (self.here,))
         if path.suffix.lower() not in suffixes:
@@ -85,7 +84,10 @@ class Bundle:
             elif path.suffix.lower() == ".dae":
                 content = self._dae(content, path, reference)
             elif path.suffix.lower() == ".glb":
-                _check_glb(content, reference)
+                try:
+                    read_gltf(content, ".glb", beside=False)
+                except AssetError as error:
+                    raise AssetError(f"`{reference}` {error}") from None
             self._names[key] = self._add(path, content)
         return self._names[key]
 
@@ -93,13 +95,13 @@ class Bundle:
         if not reference or "\\" in reference or "\0" in reference:
             raise AssetError(f"`{reference}` is not a path with forward slashes")
         if reference.startswith("package://"):
-            # Packages are a matter of the machine they were written on; here they are folders of the case.
+            # ROS finds packages on the author's machine; here they are folders of the case.
             rest = reference.removeprefix("package://")
             above = [self.here, *self.here.parents]
             above = above[: above.index(self.source.root) + 1]
             candidates = [folder / part for part in (rest, rest.partition("/")[2]) if part for folder in above]
             advice = self.source.advice("copy its package into the case's folder")
-            way_out = f"`{reference}` is in no folder of {self.source.owner}{advice}"
+            message = f"`{reference}` is in no folder of {self.source.owner}{advice}"
         elif "://" in reference or reference.startswith("file:"):
             advice = self.source.advice("copy it into the folder and give its relative path")
             raise AssetError(f"`{reference}` is not a file of {self.source.owner}{advice}")
@@ -108,12 +110,12 @@ class Bundle:
             raise AssetError(f"`{reference}` is an absolute path{advice}")
         else:
             candidates = [folder / reference for folder in folders]
-            way_out = f"`{reference}` does not exist in {self.source.name}"
+            message = f"`{reference}` does not exist in {self.source.name}"
         for candidate in candidates:
             path = inside(self.source, candidate, reference)
             if path.is_file():
                 return path
-        raise AssetError(way_out)
+        raise AssetError(message)
 
     def _read(self, path: Path, reference: str) -> bytes:
         size = path.stat().st_size
@@ -137,10 +139,10 @@ class Bundle:
         self.files[name] = content
         return name
 
-    # --- what meshes refer to themselves ------------------------------------------------------------------
+    # --- files that meshes refer to ------------------------------------------------------------------------
 
     def _picture(self, name: str, *folders: Path) -> str | None:
-        """Take in a picture that a mesh names; None if the case does not have it."""
+        """Add a picture that a mesh names; None if the case does not have it."""
         try:
             return self.add(name, PICTURES, folders=folders)
         except AssetError:
@@ -161,7 +163,7 @@ class Bundle:
         lines = self._read(material, name).decode("utf-8", "replace").splitlines()
         for index, line in enumerate(lines):
             if _MTL_PICTURE.match(line):
-                # Options stand before the name, which may hold blanks only if there are none.
+                # The name follows the options; it can contain blanks only if there are none.
                 key, _, rest = line.strip().partition(" ")
                 name = rest.split()[-1] if rest.startswith("-") else rest.strip()
                 picture = self._picture(name, material.parent, path.parent)
@@ -170,7 +172,7 @@ class Bundle:
 
     def _dae(self, content: bytes, path: Path, reference: str) -> bytes:
         if b"\0" in content or b"<!DOCTYPE" in content or b"<!ENTITY" in content:
-            raise AssetError(f"`{reference}` declares a document type; export it again, as .obj or .glb")
+            raise AssetError(f"`{reference}` declares a document type; export it again as .obj or .glb")
 
         def replace(found: re.Match[bytes]) -> bytes:
             name = found[2].decode("utf-8", "replace").strip()
@@ -179,16 +181,3 @@ class Bundle:
             return found[1] + (self._picture(name, path.parent) or "").encode() + found[3]
 
         return _DAE_PICTURE.sub(replace, content)
-
-
-def _check_glb(content: bytes, reference: str) -> None:
-    """Refuse a .glb that needs other files."""
-    try:
-        magic, _, _, length, _ = struct.unpack_from("<4sIIII", content)
-        document = json.loads(content[20 : 20 + length]) if magic == b"glTF" else None
-        parts = [*document.get("buffers", ()), *document.get("images", ())]  # type: ignore[union-attr]
-        uris = [part.get("uri", "data:") for part in parts]
-    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
-        raise AssetError(f"`{reference}` is not a .glb file") from None
-    if not all(isinstance(uri, str) and uri.startswith("data:") for uri in uris):
-        raise AssetError(f"`{reference}` needs other files; export it with everything embedded")

@@ -1,10 +1,11 @@
-"""Files of strangers, read in a process of its own within limits of memory and time: a hostile one can end only that.
+"""Calls that read untrusted files, in a child process with limits of memory and time.
 
     python -m text2sim.assets.confined MODULE FUNCTION
 
-The arguments come in and the result goes out as pickles, between two processes of ours.
+Arguments and result are pickles, exchanged between two of our own processes.
 """
 
+import os
 import pickle
 import subprocess
 import sys
@@ -13,33 +14,34 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
+from text2sim.assets.inspection_child import limit_resources
 from text2sim.spec_schema.errors import AssetError
 
 R = TypeVar("R")
 SMALL = 64 * 1024
-"""Bytes of a file that is read here: to begin a process takes longer than to read it, whatever is in it."""
+"""Size [bytes] up to which a file is read in this process: starting another would take longer."""
 SECONDS, MEMORY = 40, 4 * 1024**3
-"""Processor time [s] and memory [bytes] that reading may take: a sound file of 64 MiB takes 5 s and 0.5 GB."""
+"""Processor time [s] and memory [bytes] that reading may take: a valid file of 64 MiB takes 5 s and 0.5 GB."""
 PATIENCE = 3 * SECONDS
-"""Wall time [s] of the same, on a machine that does other things as well."""
+"""Wall time [s] that reading may take, on a busy machine."""
+SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD")
+"""Variables with one of these words in their names are not passed on."""
 
 
 def confined(function: Callable[..., R], path: Path, *args: Any, large: bool = False) -> R:
-    """Return what a function of a module says of a file, called in a process of its own unless the file is small.
+    """Call a function of a module with a file, in a child process unless the file is small.
 
     Args:
-        function: Takes the path, and what follows it here.
+        function: Takes the path and the other arguments.
         path: The file.
-        args: What else it takes.
-        large: Whether there is much in the file, however few its bytes are.
+        args: The other arguments.
+        large: Whether the content is large even if the file is small.
 
     Raises:
-        AssetError: if the function does, or if it takes more than it may, or brings the process down.
+        AssetError: if the function raises it, exceeds the limits, or crashes its process.
     """
     if not large and path.stat().st_size <= SMALL:
         return function(path, *args)
-    from text2sim.assets.meshes import environment
-
     command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__]
     try:
         done = subprocess.run(
@@ -51,17 +53,28 @@ def confined(function: Callable[..., R], path: Path, *args: Any, large: bool = F
     if done.returncode == -24:  # SIGXCPU, which not every system names
         raise AssetError(f"takes more than {SECONDS} s to read: make it simpler")
     if done.returncode:
-        how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-        raise AssetError(f"brings its reader down ({', '.join([how, *said])[:200]})")
+        raise AssetError(f"crashes its reader ({end_of(done)})")
     result, refusal = pickle.loads(done.stdout)
     if refusal is not None:
         raise AssetError(refusal)
     return result
 
 
+def environment() -> dict[str, str]:
+    """Return the environment of a child process: without keys, and with this package on its path."""
+    kept = {name: value for name, value in os.environ.items() if not any(word in name.upper() for word in SECRET)}
+    return kept | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
+
+
+def end_of(done: subprocess.CompletedProcess[bytes]) -> str:
+    """Return how a process ended, in words: signal or exit code, and the last line of its errors."""
+    how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
+    last = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+    return ", ".join([how, *last])[:200]
+
+
 def _main(module: str, name: str) -> None:
-    limit()
+    limit_resources(MEMORY, SECONDS)
     args = pickle.load(sys.stdin.buffer)
     result: Any = None
     refusal = None
@@ -72,17 +85,6 @@ def _main(module: str, name: str) -> None:
     except MemoryError:
         refusal = f"cannot be read: it needs more than {MEMORY // 1024**3} GB of memory"
     sys.stdout.buffer.write(pickle.dumps((result, refusal)))
-
-
-def limit() -> None:
-    """Bound memory and time of this process, where the system can."""
-    try:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 5))
-    except (ImportError, OSError, ValueError):
-        pass
 
 
 if __name__ == "__main__":

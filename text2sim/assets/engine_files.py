@@ -1,4 +1,4 @@
-"""Files that come with the engine: `genesis:PATH` names one in the folder of assets of the installed package."""
+"""Asset files that come with the engine: `genesis:PATH` is a path in the assets of the installed package."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -9,19 +9,19 @@ from text2sim.spec_schema.errors import AssetError, nearest
 
 PREFIX = "genesis:"
 SUFFIXES = (".xml", ".urdf", ".obj", ".stl", ".ply", ".glb", ".gltf")
-"""What is listed as a nearest word; the readers of the files say which they take."""
+"""Suffixes of the files that messages suggest; which are readable depends on the reader."""
 
 
 @dataclass(frozen=True)
 class AssetFolder:
-    """A folder out of which nothing is read that a case names."""
+    """The folder that must contain a file that a case names."""
 
     root: Path
-    """Resolved."""
+    """Path of the folder, resolved."""
     file: str
-    """Path inside it, as the case wrote it."""
+    """Path inside it, as the case has it."""
     own: bool
-    """Whether it is the case's folder, into which an author can copy files."""
+    """Whether it is the case's folder, to which an author can copy files."""
 
     @property
     def name(self) -> str:
@@ -30,25 +30,23 @@ class AssetFolder:
 
     @property
     def owner(self) -> str:
-        """Whose folder it is, in words."""
+        """Owner of the folder, in words."""
         return "the case" if self.own else self.name
 
     def advice(self, text: str) -> str:
-        """Return what an author can do about a file that is not there: nothing, if it is not his folder."""
+        """Return advice about a missing file; empty for the engine's folder, which authors cannot change."""
         return f"; {text}" if self.own else ""
 
 
 def asset_folder(folder: Path, file: str) -> AssetFolder:
-    """Return the folder in which a file that a case names has to lie.
-
-    The engine is not imported for that.
+    """Return the folder that must contain a file that a case names, without importing the engine.
 
     Args:
         folder: The case's folder.
         file: Path inside it, or `genesis:` and a path inside the engine's assets.
 
     Raises:
-        AssetError: if the engine is asked for a file that it does not have, or is not installed.
+        AssetError: if the engine does not have the file, or is not installed.
     """
     if not file.startswith(PREFIX):
         return AssetFolder(folder.resolve(), file, own=True)
@@ -59,24 +57,24 @@ def asset_folder(folder: Path, file: str) -> AssetFolder:
     if not path or path.startswith("/") or "\\" in path or "\0" in path or ".." in path.split("/"):
         raise AssetError("must be `genesis:` and a path inside the engine's assets, with forward slashes")
     try:
-        there = (root / path).is_file()
+        exists = (root / path).is_file()
     except (OSError, ValueError):
-        there = False
-    if not there:
+        exists = False
+    if not exists:
         near = nearest(path, _listed(root))
         raise AssetError(f"is not among the engine's assets{f'; did you mean `{PREFIX}{near}`?' if near else ''}")
     return AssetFolder(root, path, own=False)
 
 
 def rooted(file: Path, root: Path | None) -> tuple[Path, str]:
-    """Return the folder of a file that a person named, and its path inside it as a case would say it.
+    """Return the folder of a file that the user named, and its path inside the folder as in a case.
 
     Args:
         file: The file, or `genesis:PATH`.
-        root: The folder in which all of its files lie; that of the file if None.
+        root: The folder with all of its files; that of the file if None.
 
     Raises:
-        AssetError: if it is a link, or lies elsewhere.
+        AssetError: if it is a link, or outside of the folder.
     """
     if file.as_posix().startswith(PREFIX):
         return root or Path("."), file.as_posix()
@@ -86,12 +84,12 @@ def rooted(file: Path, root: Path | None) -> tuple[Path, str]:
     try:
         return folder, file.resolve().relative_to(folder.resolve()).as_posix()
     except ValueError:
-        raise AssetError(f"`{file}` does not lie in {folder}") from None
+        raise AssetError(f"`{file}` is not in {folder}") from None
 
 
 @lru_cache(maxsize=1)
 def engine_assets() -> Path | None:
-    """Return the folder of assets of the installed engine, links followed; None if it is not installed."""
+    """Return the resolved folder of assets of the installed engine; None if it is not installed."""
     try:
         spec = find_spec("genesis")
     except (ImportError, ValueError):

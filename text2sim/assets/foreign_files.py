@@ -1,4 +1,4 @@
-"""Files of strangers: what they announce is judged before it is made, and what they break is said of them."""
+"""Guards for reading untrusted files: declared sizes are checked, failures become messages about the file."""
 
 import json
 import struct
@@ -9,19 +9,19 @@ from typing import Any
 from text2sim.spec_schema.errors import AssetError
 
 MAX_COUNT = 20_000_000
-"""Numbers of one kind that a glTF file may announce."""
+"""Numbers of one kind that a glTF file may declare."""
 MAX_EMPTY = 100_000
-"""Those among them that stand nowhere in the file: a few bytes would become gigabytes."""
+"""Declared numbers without data in the file, which would turn a few bytes into gigabytes."""
 MAX_NODES = 2_000
 MAX_GROUPS = 2_000
-"""Parts of an .obj file: each costs a millisecond, and then each is joined to the others."""
+"""Parts of an .obj file: each takes a millisecond to read, and is then joined to the others."""
 SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
 @contextmanager
 def foreign() -> Iterator[None]:
-    """While this lasts, whatever goes wrong is the fault of the file that is read.
+    """Turn every exception of a reader into a message about its file.
 
     Raises:
         AssetError: in place of every other exception.
@@ -35,59 +35,74 @@ def foreign() -> Iterator[None]:
         raise
     except MemoryError:
         raise AssetError("cannot be read: it needs more memory than there is") from None
-    except Exception as error:  # readers of foreign files fail in every way there is
+    except Exception as error:  # readers of untrusted files can raise anything
         raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
 
 
-def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
-    """Refuse a glTF document that announces more than it holds, or more than anybody needs.
+def read_gltf(content: bytes, suffix: str, *, beside: bool) -> dict[str, Any]:
+    """Return the JSON document of a glTF file.
 
     Args:
         content: The file.
         suffix: `.glb` or `.gltf`.
-        beside: Whether it may name other files, which whoever reads them has to judge.
+        beside: Whether it may name other files; their reader has to check them.
 
     Raises:
-        AssetError: if it is one of these, or none at all.
+        AssetError: if it is not a glTF file, or names other files although it must not.
     """
     try:
         if suffix == ".glb":
             magic, _, _, length, _ = struct.unpack_from("<4sIIII", content)
             content = content[20 : 20 + length] if magic == b"glTF" else b""
         document = json.loads(content)
-        parts = [*document.get("buffers", ()), *document.get("images", ())]
-        uris = [part.get("uri", "data:") for part in parts]
-        accessors, views = list(document.get("accessors", ())), list(document.get("bufferViews", ()))
-        nodes, needed = len(document.get("nodes", ())), document.get("extensionsRequired", ())
-        counts = [accessor.get("count", 0) for accessor in accessors]
-    except (struct.error, ValueError, AttributeError, TypeError, LookupError, RecursionError):
+        uris = [part.get("uri", "data:") for part in (*document.get("buffers", ()), *document.get("images", ()))]
+    except (struct.error, ValueError, AttributeError, TypeError, RecursionError):
         raise AssetError(f"is not a {suffix} file") from None
     if not all(isinstance(uri, str) and (beside or uri.startswith("data:")) for uri in uris):
         raise AssetError("needs other files; export it as .glb with everything embedded")
+    return document
+
+
+def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
+    """Check that a glTF file declares neither more than it has nor more than is sensible.
+
+    Args:
+        content: The file.
+        suffix: `.glb` or `.gltf`.
+        beside: As for `read_gltf`.
+
+    Raises:
+        AssetError: if it does, or is not a glTF file.
+    """
+    document = read_gltf(content, suffix, beside=beside)
+    try:
+        accessors, views = list(document.get("accessors", ())), list(document.get("bufferViews", ()))
+        nodes, needed = len(document.get("nodes", ())), document.get("extensionsRequired", ())
+        counts = [accessor.get("count", 0) for accessor in accessors]
+    except (AttributeError, TypeError):
+        raise AssetError(f"is not a {suffix} file") from None
     if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
-        raise AssetError(f"announces more than {MAX_COUNT:,} numbers")
+        raise AssetError(f"declares more than {MAX_COUNT:,} numbers")
     try:
         drawn = _drawn(document)
     except (AttributeError, TypeError, LookupError):
-        raise AssetError("names meshes, parts or numbers that it does not have") from None
+        raise AssetError("refers to meshes, parts or numbers that it does not have") from None
     if drawn > MAX_COUNT:
-        raise AssetError(
-            f"shows its meshes so often that they have {drawn:,} corners; at most {MAX_COUNT:,} are possible"
-        )
+        raise AssetError(f"repeats its meshes until they have {drawn:,} corners; at most {MAX_COUNT:,} are possible")
     if nodes > MAX_NODES:
         raise AssetError(f"has {nodes:,} nodes; at most {MAX_NODES:,} are possible: join them")
     empty = sum(count for accessor, count in zip(accessors, counts, strict=True) if not _is_held(accessor, views))
     if empty > MAX_EMPTY:
-        raise AssetError(f"announces {empty:,} numbers that it does not hold")
+        raise AssetError(f"declares {empty:,} numbers that it does not contain")
     if any("draco" in str(name).lower() or "meshopt" in str(name).lower() for name in needed):
         raise AssetError("is compressed (Draco or meshopt); export it without compression")
 
 
 def check_obj(content: bytes) -> None:
-    """Refuse an .obj file of so many parts that to put them together takes minutes.
+    """Check that an .obj file does not have so many parts that joining them takes minutes.
 
     Raises:
-        AssetError: if it is one.
+        AssetError: if it does.
     """
     groups = max(content.count(b"\nusemtl"), content.count(b"\no "), content.count(b"\ng "))
     if groups > MAX_GROUPS:
@@ -95,7 +110,7 @@ def check_obj(content: bytes) -> None:
 
 
 def _drawn(document: dict[str, Any]) -> int:
-    """Corners of all triangles, of each mesh as often as a node shows it."""
+    """Number of corners of all triangles, each mesh counted as often as nodes show it."""
     accessors = document.get("accessors", ())
     corners = []
     for mesh in document.get("meshes", ()):
@@ -106,7 +121,7 @@ def _drawn(document: dict[str, Any]) -> int:
 
 
 def _is_held(accessor: dict[str, Any], views: list[Any]) -> bool:
-    """Whether the numbers of an accessor lie in the file."""
+    """Whether the file contains the numbers of an accessor."""
     view = accessor.get("bufferView")
     if not isinstance(view, int) or not 0 <= view < len(views) or not isinstance(views[view], dict):
         return False

@@ -1,4 +1,4 @@
-"""MuJoCo's view of a model, taken in a process of its own: a hostile file can end only that."""
+"""Inspection of models with MuJoCo in a child process, which is all that a hostile file can crash."""
 
 import json
 import os
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.assets.answer_cache import cached
+from text2sim.assets.confined import end_of
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.whole_files import naming
 
@@ -23,7 +24,7 @@ Files = tuple[tuple[str, bytes], ...]
 
 @lru_cache(maxsize=32)
 def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
-    """Return bodies, joints, geoms and motors of a model as plain data, from memory if it was seen before.
+    """Return bodies, joints, geoms and motors of a model as plain data, from the cache if possible.
 
     Args:
         kind: `mjcf` or `urdf`.
@@ -31,7 +32,7 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
         files: Name and content of every file that it refers to.
 
     Raises:
-        AssetError: if MuJoCo refuses it, crashes on it, or takes too much time or memory.
+        AssetError: if MuJoCo refuses it, crashes on it, or needs too much time or memory.
     """
     named = [part for file, content in files for part in (file.encode(), content)]
     question = [SCRIPT.read_bytes(), kind.encode(), text.encode(), *named]
@@ -46,7 +47,7 @@ def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:
             for file, content in files:
                 (folder / "files" / file).write_bytes(content)
             (folder / "model.xml").write_text(text, "utf-8")
-        # The script imports nothing of ours, and must not find a module of ours in the place of another.
+        # The script imports nothing of ours, and must not find our modules in place of others.
         environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
         command = [sys.executable, "-P", str(SCRIPT), kind, str(folder)]
         try:
@@ -57,9 +58,7 @@ def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:
             raise AssetError(f"takes MuJoCo more than {TIMEOUT} s to read") from None
         result = folder / "result.json"
         if done.returncode or not result.is_file():
-            how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-            said = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise AssetError(f"brings MuJoCo down ({', '.join([how, *said])[:200]})")
+            raise AssetError(f"crashes MuJoCo ({end_of(done)})")
         found: dict[str, Any] = json.loads(result.read_text("utf-8"))
     if "error" in found:
         raise AssetError(f"is refused by MuJoCo: {found['error'][:300]}")

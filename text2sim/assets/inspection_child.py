@@ -1,8 +1,8 @@
-"""Loads one model with MuJoCo from bytes and writes down what is in it. Run by `inspection.py`, in a process.
+"""Loads one model with MuJoCo from bytes and writes a description of it. `inspection.py` runs it in a child process.
 
     python inspection_child.py mjcf|urdf FOLDER
 
-FOLDER holds `model.xml` and `files/`; `result.json` is written into it.
+FOLDER has `model.xml` and `files/`; `result.json` is written into it.
 """
 
 import json
@@ -14,8 +14,8 @@ MEMORY = 6 * 1024**3
 SECONDS = 100
 MAX_CORNERS = 1000
 
-# What the engine sets when it reads a URDF. Whether inertias are possible is judged elsewhere, of links as the
-# engine melts them together; visual meshes are not MuJoCo's business.
+# Options that the engine sets when it reads a URDF. `urdf.py` checks inertias, of links as the engine merges them;
+# MuJoCo need not read visual meshes.
 URDF_OPTIONS = (
     '<mujoco><compiler fusestatic="false" strippath="false" inertiafromgeom="false" balanceinertia="true" '
     'discardvisual="true" autolimits="true" boundmass="1e-15" boundinertia="1e-15"/></mujoco></robot>'
@@ -42,24 +42,24 @@ def main(kind: str, folder: Path) -> None:
     (folder / "result.json").write_text(json.dumps(found), "utf-8")
 
 
-def limit_resources() -> None:
-    """Bound memory and time, where the system can."""
+def limit_resources(memory: int = MEMORY, seconds: int = SECONDS) -> None:
+    """Limit memory [bytes] and processor time [s] of this process, where the system can."""
     try:
         import resource
 
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
     except (ImportError, OSError, ValueError):
         pass
 
 
 def describe(model) -> dict:
-    """Return everything that the compiler wants to know.
+    """Return everything that the compiler needs from a model.
 
     Raises:
         ValueError: if a number of the compiled model is not finite.
     """
-    found = {
+    return {
         "bodies": [
             {
                 "name": model.body(i).name,
@@ -75,11 +75,10 @@ def describe(model) -> dict:
         "loops": int(model.neq),
         "motors": int(model.nu),
     }
-    return found
 
 
 def joint(model, i: int) -> dict:
-    """Return one joint; its motor is what the engine makes of it."""
+    """Return a joint, with its motor as the engine reads it."""
     kind = JOINTS[int(model.jnt_type[i])]
     dof = int(model.jnt_dofadr[i])
     limited = bool(model.jnt_limited[i]) and kind in ("hinge", "slider")
@@ -135,10 +134,10 @@ def motor(model, i: int) -> dict | None:
 
 
 def geom(model, i: int) -> dict:
-    """Return one geom; a mesh by the corners of its convex hull, in the geom's frame.
+    """Return a geom; a mesh as corners of its convex hull, in the geom's frame.
 
     Raises:
-        ValueError: if the engine has no such geom, or it is a plane.
+        ValueError: if the engine has no geom of this type, or it is a plane.
     """
     kind = GEOMS.get(int(model.geom_type[i]))
     name = model.body(int(model.geom_bodyid[i])).name
@@ -158,7 +157,7 @@ def geom(model, i: int) -> dict:
 
 
 def corners(model, mesh: int) -> list[list[float]]:
-    """Return the extreme points of a mesh, all of them if they are not many."""
+    """Return vertices of the convex hull of a mesh: all if there are few, else the extreme ones in many directions."""
     import numpy as np
 
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
@@ -168,7 +167,7 @@ def corners(model, mesh: int) -> list[list[float]]:
         hull = int(model.mesh_graph[graph])
         points = points[model.mesh_graph[graph + 2 + hull : graph + 2 + 2 * hull]]
     if len(points) > MAX_CORNERS:
-        # Directions evenly over the sphere, on a golden spiral, and the axes.
+        # Directions evenly over the sphere, on a golden spiral, and those of the axes.
         k = np.arange(MAX_CORNERS)
         z, turn = 1 - (2 * k + 1) / MAX_CORNERS, math.pi * (3 - math.sqrt(5)) * k
         r = np.sqrt(1 - z**2)
@@ -178,7 +177,7 @@ def corners(model, mesh: int) -> list[list[float]]:
 
 
 def row(values) -> list[float]:
-    """Return plain numbers."""
+    """Return plain finite numbers."""
     return [number(value) for value in values]
 
 

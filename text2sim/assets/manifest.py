@@ -1,4 +1,4 @@
-"""`assets/manifest.yaml`: what a case's files are, where they come from, and how they are moved."""
+"""Manifest of a case's assets, `assets/manifest.yaml`: their kinds, origins, licences, digests and joints."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -16,7 +16,7 @@ from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 FILE = f"{FOLDER}/manifest.yaml"
 VERSION = 1
 MAX_ASSETS = 1000
-HEAD = "# What lies in this folder. Written by `text2sim asset`: comments do not stay."
+HEAD = "# Contents of this folder. `text2sim asset` rewrites this file, without comments."
 WIDTH = 110
 
 Kind = Literal["mesh", "mjcf", "urdf", "texture", "mechanism", "shape"]
@@ -43,20 +43,20 @@ class Motor(Model):
 
 
 class Control(Model):
-    """What a joint is, and what it does when it is driven."""
+    """A joint, and its response when it is driven."""
 
     kind: Literal["hinge", "slider", "ball"]
-    """How it moves."""
+    """Kind of motion."""
     unit: Literal["rad", "m"]
-    """Of its position."""
+    """Unit of its position."""
     range: Range | None = None
     """Lowest and highest position [rad or m]; unlimited if left out."""
     actuator: Motor | None = None
     """Its motor; a `drive` needs one."""
     target: float | None = None
-    """Where the probe asked it to go [rad or m], counted from its start."""
+    """Target of the probe [rad or m], relative to its start."""
     moved: float | None = None
-    """How far it came [rad or m]."""
+    """Distance that it moved [rad or m]."""
 
 
 class Asset(Model):
@@ -65,25 +65,25 @@ class Asset(Model):
     file: Place
     """Path inside the case's folder."""
     kind: Kind
-    """What it is."""
+    """Kind of the file."""
     source: Origin
-    """Where it comes from."""
+    """Origin of the file."""
     licence: Text = ""
-    """On what terms it may be used."""
+    """Terms of use."""
     sha256: Digest
-    """Of the file."""
+    """SHA-256 of the file."""
     bytes: Whole
-    """Of the file."""
+    """Size of the file."""
     size: Extent | None = None
-    """Extent along x, y and z [m], as a case sees it."""
+    """Extent along x, y and z [m], in a case."""
     triangles: Whole | None = None
-    """Of a mesh."""
+    """Triangles of a mesh."""
     closed: Bool | None = None
     """Whether a mesh encloses a volume."""
     prompt: Text = ""
-    """From which words it was made."""
+    """Prompt that it was made from."""
     notes: tuple[Text, ...] = ()
-    """What was done to it, and what is doubtful."""
+    """Repairs and doubts."""
     parts: dict[Place, Digest] = Field(default_factory=dict, max_length=500)
     """SHA-256 of the other files that it needs, by path inside the case's folder."""
     control: dict[Annotated[str, StringConstraints(min_length=1, max_length=200)], Control] = Field(
@@ -98,7 +98,7 @@ class Manifest(Model):
     text2sim_assets: Literal[1] = VERSION
     """Version of the format."""
     assets: dict[Name, Asset] = Field(default_factory=dict, max_length=MAX_ASSETS)
-    """By name."""
+    """Assets by name."""
 
 
 def read_manifest(case: Path) -> Manifest:
@@ -108,7 +108,7 @@ def read_manifest(case: Path) -> Manifest:
         case: The case's folder.
 
     Raises:
-        SpecError: with all that is wrong with it, and where.
+        SpecError: with all problems and their places.
         AssetError: if it is a link.
     """
     path = place_in(case, FILE)
@@ -116,10 +116,10 @@ def read_manifest(case: Path) -> Manifest:
 
 
 def parse_manifest(source: Source) -> Manifest:
-    """Return the manifest that a text says.
+    """Parse a manifest.
 
     Raises:
-        SpecError: with all that is wrong with it, and where.
+        SpecError: with all problems and their places.
     """
     document = parse_document(source)
     if not isinstance(document.data, dict):
@@ -142,7 +142,7 @@ def parse_manifest(source: Source) -> Manifest:
 
 
 def register(case: Path, name: str, asset: Asset) -> Manifest:
-    """Put an asset into the manifest of a case, in the place of one of that name, and return what it then says.
+    """Add an asset to the manifest of a case, or replace the one of that name, and return the new manifest.
 
     Args:
         case: Folder of the case.
@@ -150,7 +150,7 @@ def register(case: Path, name: str, asset: Asset) -> Manifest:
         asset: Its row.
 
     Raises:
-        SpecError: if the manifest that lies there, or what it would become, is not valid.
+        SpecError: if the old or the new manifest is not valid.
     """
     with only_me(case):
         manifest = read_manifest(case)
@@ -162,13 +162,13 @@ def register(case: Path, name: str, asset: Asset) -> Manifest:
 
 
 def verify_manifest(case: Path, manifest: Manifest | None = None) -> dict[str, list[str]]:
-    """Return what is wrong with the files of the assets, by name of the asset: missing, or not what was registered."""
+    """Return problems of asset files by name of the asset: missing, or different from what was registered."""
     manifest = read_manifest(case) if manifest is None else manifest
     return {name: _differences(case, asset) for name, asset in manifest.assets.items()}
 
 
 def problems_of(case: Path, found: dict[str, list[str]]) -> list[Problem]:
-    """Return what `verify_manifest` found as problems of the manifest's lines."""
+    """Return the findings of `verify_manifest` as problems at lines of the manifest."""
     document = parse_document(read_source(place_in(case, FILE)))
     return [
         document.problem(("assets", name), message, key=True, rule="asset")
@@ -178,7 +178,7 @@ def problems_of(case: Path, found: dict[str, list[str]]) -> list[Problem]:
 
 
 def manifest_text(manifest: Manifest) -> str:
-    """Return a manifest in its one form: a line for each value, in the order of the format."""
+    """Return the canonical text of a manifest: a line for each value, in the order of the format."""
     lines = [HEAD, f"text2sim_assets: {manifest.text2sim_assets}", "assets:" + ("" if manifest.assets else " {}")]
     for name, asset in manifest.assets.items():
         lines.append(f"  {key(name)}:")
@@ -205,7 +205,7 @@ def _differences(case: Path, asset: Asset) -> list[str]:
     for file, wanted in ((asset.file, asset.sha256), *asset.parts.items()):
         try:
             if digest(read_kept(case, file)) != wanted:
-                found.append(f"`{file}` is not what was registered; add it again")
+                found.append(f"`{file}` has changed since it was registered; add it again")
         except AssetError as error:
             found.append(str(error))
     return found

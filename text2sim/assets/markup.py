@@ -1,4 +1,4 @@
-"""XML of unknown origin, read without anything that reaches beyond it."""
+"""Reader of untrusted XML that never accesses anything outside of the document."""
 
 import re
 from pathlib import Path
@@ -21,14 +21,14 @@ _NUMBERS = frozenset(
     "xyz rpy value ixx ixy ixz iyy iyz izz radius length lower upper effort velocity multiplier "
     "offset".split()
 )
-"""Attributes of MJCF and URDF that hold numbers; others hold names, and `nan` is one like any other."""
+"""Attributes of MJCF and URDF with numbers; in the others, `nan` is a name like any other."""
 
 
 def parse_markup(path: Path) -> ET.Element:
-    """Return the root of a document, without comments and text; prefixes of names stay as they are written.
+    """Return the root of a document, without comments and text; prefixes of names are kept.
 
     Raises:
-        AssetError: if it is too large, not well-formed, declares a document type or entities, or holds a
+        AssetError: if it is too large, not well-formed, declares a document type or entities, or has a
             number that is not finite.
     """
     size = path.stat().st_size
@@ -42,7 +42,7 @@ def parse_markup(path: Path) -> ET.Element:
 
 
 class _Reader:
-    """Builds the tree element by element, so that nothing is expanded before it is judged."""
+    """Builds the tree element by element, so that nothing is expanded before it is checked."""
 
     def __init__(self) -> None:
         self.builder = ET.TreeBuilder()

@@ -1,4 +1,4 @@
-"""Articulated bodies in MJCF and URDF files: checked, and made ready to lie in a program."""
+"""Articulated bodies from MJCF and URDF files, checked and prepared for a program."""
 
 import re
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ TAGS = {"mjcf": "mujoco", "urdf": "robot"}
 
 @dataclass(frozen=True)
 class MechanismMotor:
-    """A motor that the file puts on a joint."""
+    """The motor of a joint in the file."""
 
     stiffness: float
     damping: float
@@ -34,16 +34,16 @@ class MechanismJoint:
     """hinge, slider, ball or free."""
     axis: Vec
     anchor: Vec
-    """[m], in the link's frame."""
+    """Position in the link's frame [m]."""
     range: tuple[float, float] | None
-    """[rad] or [m]"""
+    """Limits of the position [rad or m]."""
     damping: float
     friction: float
     armature: float
     spring: float
     motor: MechanismMotor | None
     limit: float | None
-    """Largest force [N or N m] that the file allows any motor on it."""
+    """Largest force [N or N m] of any motor on it."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class MechanismGeom:
     """Radius and half lengths [m]."""
     touches: bool
     corners: tuple[Vec, ...]
-    """Of a mesh [m], in the geom's frame."""
+    """Corners of a mesh [m], in the geom's frame."""
 
 
 @dataclass(frozen=True)
@@ -67,17 +67,17 @@ class MechanismLink:
 
     name: str
     parent: int
-    """Number of its parent."""
+    """Index of its parent."""
     pos: Vec
     quat: Quaternion
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     geoms: tuple[MechanismGeom, ...]
 
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A file's articulated body, and all of it that goes into a program."""
+    """The articulated body of a file, with everything that a program needs."""
 
     kind: str
     """mjcf or urdf."""
@@ -85,18 +85,17 @@ class Mechanism:
     """Parents before children."""
     joints: tuple[MechanismJoint, ...]
     loops: int
-    """Equality constraints."""
+    """Number of equality constraints."""
     text: str
-    """The document: what the engine reads of it, with names for all links and joints."""
+    """The document, reduced to what the engine reads, with names for all links and joints."""
     files: tuple[tuple[str, bytes], ...]
-    """Meshes and pictures, by the names that the document gives them."""
+    """Meshes and pictures, by their names in the document."""
     sources: tuple[str, ...]
-    """The same files, and the document, by their paths in the case's folder; what comes with the engine begins with
-    `genesis:`."""
+    """Paths of these files and of the document in the case's folder; those of the engine begin with `genesis:`."""
     inertialess: bool
-    """Whether some link's mass is left to its shape and density."""
+    """Whether the mass of some link follows from its shape and density."""
     notes: tuple[str, ...]
-    """What was left out or added."""
+    """Omissions and additions, in words."""
 
     @property
     def link_names(self) -> tuple[str, ...]:
@@ -105,7 +104,7 @@ class Mechanism:
 
     @property
     def mass(self) -> float:
-        """Mass [kg] of all links, where the file says it."""
+        """Mass [kg] of the links whose mass is in the file."""
         return sum(link.mass for link in self.links)
 
 
@@ -116,37 +115,34 @@ Mechanisms = dict[tuple[str, str | None], Mechanism]
 def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mechanism:
     """Read an articulated body from the case's folder, or from the engine's assets.
 
-    Nothing outside of the one or the other is opened. What MuJoCo has to parse, it parses in a process of its own, from
-    bytes that were read here.
+    No file outside of that folder is opened. MuJoCo parses in a child process, from bytes that are read here.
 
     Args:
         folder: The case's folder.
         file: Path inside it, or `genesis:` and a path inside the assets, ending in .xml (MJCF) or .urdf.
-        base: `fixed` or `free`; as the file has it if None.
+        base: `fixed` or `free`; that of the file if None.
 
     Raises:
-        AssetError: if it cannot be used, with the reason and the way out.
+        AssetError: if it cannot be used, with the reason and advice.
     """
     try:
         try:
             return _load(folder, file, base)
-        except (OSError, RuntimeError) as error:  # no permission, a name too long, links in a circle
+        except (OSError, RuntimeError) as error:  # no permission, a long name, a cycle of links
             raise AssetError(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
         except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError) as error:
-            # What a stranger's document can hold has no end; what it breaks is said of it.
+            # An untrusted document can break the readers in many ways; the message blames the document.
             raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from error
     except AssetError as error:
         message = str(error)
-        raise AssetError(message if message.startswith(f"`{file}`") else f"`{file}` {_joined(message)}") from None
-
-
-def _joined(message: str) -> str:
-    # What is wrong with another file follows the name of the one that refers to it.
-    return re.sub(r"^(`[^`]*`) ", r"refers to \1, which ", message)
+        if not message.startswith(f"`{file}`"):
+            # A problem of another file is reported as one of this file, which refers to it.
+            message = f"`{file}` " + re.sub(r"^(`[^`]*`) ", r"refers to \1, which ", message)
+        raise AssetError(message) from None
 
 
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
-    # Imported where it is used: most cases have no such file.
+    # Imported here, because most cases have no such file.
     from text2sim.assets.bundle import Bundle, inside
     from text2sim.assets.engine_files import PREFIX, asset_folder
     from text2sim.assets.inspection import inspect_model

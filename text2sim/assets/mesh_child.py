@@ -1,6 +1,6 @@
-"""Checks or mends one mesh file. Run by `meshes.py`, in a process: `python -m text2sim.assets.mesh_child FOLDER`.
+"""Checks or repairs one mesh file. `meshes.py` runs it: `python -m text2sim.assets.mesh_child FOLDER`.
 
-FOLDER holds `request.json`; `result.json`, and a repaired `mesh`, are written into it.
+FOLDER has `request.json`; `result.json`, and a repaired `mesh`, are written into it.
 """
 
 import json
@@ -14,7 +14,7 @@ from text2sim.spec_schema.errors import AssetError
 
 
 def main(folder: Path) -> None:
-    """Do what is asked for in a folder."""
+    """Do the task in a folder."""
     limit_resources()
     request = json.loads((folder / REQUEST).read_text("utf-8"))
     path = Path(request["path"])
@@ -24,7 +24,7 @@ def main(folder: Path) -> None:
         message = str(error)
         found = {"error": message if message.startswith("`") else f"`{path.name}` {message}"}
     except MemoryError:
-        found = {"error": f"`{path.name}` takes more memory than is allowed; make it simpler first"}
+        found = {"error": f"`{path.name}` needs more memory than is allowed; make it simpler"}
     (folder / RESULT).write_text(json.dumps(found), "utf-8")
 
 
@@ -41,17 +41,17 @@ def _repair(request: dict[str, Any], path: Path, folder: Path) -> dict[str, Any]
     from text2sim.assets.mesh_repair import RepairGoal, repair
     from text2sim.assets.mesh_report import report
 
-    wish = RepairGoal(**(request["wish"] or {}))
-    surface, notes = read_surface(path, wish.up)
-    repaired = repair(surface, wish)
+    goal = RepairGoal(**(request["goal"] or {}))
+    surface, notes = read_surface(path, goal.up)
+    repaired = repair(surface, goal)
     suffix, content = repaired.file(request["suffix"])
     (folder / MESH).write_bytes(content)
-    # What is told of it is told of the file as a case will read it.
+    # The report is about the file as a case will read it.
     again = folder / f"again{suffix}"
     again.write_bytes(content)
     surface, _ = read_surface(again)
-    made = report(surface, f"{path.stem}{suffix}", len(content))
-    return {"suffix": suffix, "done": [*notes, *repaired.done], "report": made.as_dict()}
+    about = report(surface, f"{path.stem}{suffix}", len(content))
+    return {"suffix": suffix, "done": [*notes, *repaired.done], "report": about.as_dict()}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Mesh files of strangers: limited, read without a look at any file elsewhere, turned upright."""
+"""Reader of untrusted mesh files: with limits, without access to other folders, z up."""
 
 import logging
 from collections.abc import Iterator, Mapping
@@ -9,44 +9,44 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign_files import check_gltf
+from text2sim.assets.foreign_files import check_gltf, foreign
 from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 BESIDE = (".mtl", ".png", ".jpg", ".jpeg", ".bmp", ".tga")
-"""What may be read beside an .obj file."""
+"""Suffixes of files that an .obj file may refer to."""
 MAX_BESIDE = 32
 MAX_TRIANGLES = 2_000_000
 MAX_COORDINATE = 1e9
 MAX_PICTURE = 2048
-"""Pixels along a side of a picture; larger ones are made smaller."""
+"""Side of a picture [pixels]; larger ones are scaled down."""
 MAX_PIXELS = 100_000_000
 UPRIGHT = {"x": ((2, -1), (1, 1), (0, 1)), "y": ((0, 1), (2, -1), (1, 1)), "z": ((0, 1), (1, 1), (2, 1))}
-"""Which coordinate becomes x, y and z, and with which sign, by the axis that points up."""
+"""Coordinate and sign that become x, y and z, by the axis that points up."""
 
 Up = Literal["x", "y", "z"]
 
 
 def up_of(suffix: str) -> Up:
-    """Return the axis that points up in a kind of file: glTF says y, the rest are taken as they lie."""
+    """Return the axis that points up in a kind of file: y in glTF, z in the others."""
     return "y" if suffix in (".glb", ".gltf") else "z"
 
 
 def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[str, ...]]:
-    """Return a mesh file as a surface, and what was left out of it.
+    """Return a mesh file as a surface, and notes on files that were left out.
 
     Args:
-        path: The file, wherever it lies.
-        up: Which of its axes points up; as its format has it if None.
+        path: The file, in any folder.
+        up: Its axis that points up; the one of its format if None.
 
     Raises:
-        AssetError: if it cannot be used, or would make us look at files that do not lie beside it.
+        AssetError: if it cannot be used.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise AssetError(f"`{path.name}` is of a kind that is not read; it must end in one of {', '.join(SUFFIXES)}")
+        raise AssetError(f"`{path.name}` must end in one of {', '.join(SUFFIXES)}")
     content = read_file(path)
     try:
         _refuse_disguise(content)
@@ -59,7 +59,7 @@ def read_surface(path: Path, up: Up | None = None) -> tuple[TriangleMesh, tuple[
         raise AssetError(f"`{path.name}` {error}") from None
     axes = UPRIGHT[up or up_of(suffix)]
     turned = np.stack([surface.vertices[:, axis] * sign for axis, sign in axes], axis=1)
-    notes = tuple(f"left out: `{name}`, which does not lie beside the file" for name in neighbours.refused)
+    notes = tuple(f"left out: `{name}`, which is not beside the file" for name in neighbours.refused)
     return welded(surface.move(turned), 0.0), notes
 
 
@@ -74,21 +74,16 @@ def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:
     import trimesh
 
     if not trimesh.util.log.handlers:
-        trimesh.util.log.addHandler(logging.NullHandler())  # what is wrong with a file is said by errors
-    try:
-        with np.errstate(all="ignore"):
-            return trimesh.load(
-                BytesIO(content), file_type=suffix[1:], process=False, force="scene",
-                resolver=neighbours if suffix == ".obj" else None,
-            )  # fmt: skip
-    except AssetError:
-        raise
-    except Exception as error:  # readers of foreign files fail in every way there is
-        raise AssetError(f"cannot be read ({type(error).__name__}: {str(error)[:120]})") from None
+        trimesh.util.log.addHandler(logging.NullHandler())  # exceptions report the problems of a file
+    with foreign():
+        return trimesh.load(
+            BytesIO(content), file_type=suffix[1:], process=False, force="scene",
+            resolver=neighbours if suffix == ".obj" else None,
+        )  # fmt: skip
 
 
 def _surface(scene: Any) -> TriangleMesh:
-    """Return all meshes of a scene as one surface, in the coordinates of the file."""
+    """All meshes of a scene as one surface, in the coordinates of the file."""
     import trimesh
 
     meshes = {n: g for n, g in scene.geometry.items() if isinstance(g, trimesh.Trimesh) and len(g.faces)}
@@ -106,7 +101,7 @@ def _surface(scene: Any) -> TriangleMesh:
     for matrix, mesh in shown:
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
         if faces.min() < 0 or faces.max() >= len(vertices):
-            raise AssetError("has triangles of vertices that it does not have")
+            raise AssetError("has triangles that refer to missing vertices")
         vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
         faces = faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else faces
         key = id(mesh.visual)
@@ -131,7 +126,7 @@ def _surface(scene: Any) -> TriangleMesh:
 
 
 def _corners(mesh: Any, faces: np.ndarray) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return places in the picture and colours of the corners, None where the file has none."""
+    """Texture coordinates and colours of the corners, None where the file has none."""
     visual = mesh.visual
     uv = getattr(visual, "uv", None)
     if uv is not None and np.shape(uv) == (len(mesh.vertices), 2) and np.isfinite(uv).all():
@@ -151,17 +146,17 @@ def _paint(mesh: Any) -> Paint:
         factor = material.baseColorFactor
         rgba = (1.0,) * 4 if factor is None else tuple(float(c) / 255 for c in np.asarray(factor, np.uint8))
         metallic, roughness = material.metallicFactor, material.roughnessFactor
-    except Exception as error:  # pictures of strangers fail in every way there is
+    except Exception as error:  # readers of untrusted pictures can raise anything
         raise AssetError(f"has a material that cannot be read ({type(error).__name__}: {str(error)[:100]})") from None
     shine = (0.0 if metallic is None else float(metallic), 0.9 if roughness is None else float(roughness))
     return Paint((rgba[0], rgba[1], rgba[2], rgba[3]), picture, *shine)
 
 
 def small_picture(picture: Any) -> Any:
-    """Return a picture that is not too large, None for none.
+    """Return a picture, scaled down if it is large; None for None.
 
     Raises:
-        AssetError: if it has so many pixels that it is not even looked at.
+        AssetError: if it has too many pixels to be read.
     """
     if picture is None:
         return None
@@ -173,7 +168,7 @@ def small_picture(picture: Any) -> Any:
 
 
 class _Beside(Mapping[str, bytes]):
-    """Gives an .obj file its material and pictures, if they lie in its folder or below."""
+    """Reads materials and pictures of an .obj file from its folder or below."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
@@ -192,7 +187,7 @@ class _Beside(Mapping[str, bytes]):
             return stream.read(MAX_FILE)
 
     def get(self, key: str, default: Any = None) -> Any:
-        """Return a file, or the default if it is not to be had."""
+        """Return a file, or the default if it cannot be read."""
         try:
             return self[key]
         except KeyError:

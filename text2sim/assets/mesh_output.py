@@ -1,4 +1,4 @@
-"""Surfaces as files that a case reads: .glb with colours and pictures, or .obj of the shape alone."""
+"""Writer of mesh files: .glb with colours and pictures, or .obj with the shape only."""
 
 from typing import Any
 
@@ -9,11 +9,11 @@ from text2sim.spec_schema.errors import AssetError
 
 SUFFIXES = (".glb", ".obj")
 CREASE = 0.6
-"""Edges [rad] that are bent by less are drawn round."""
+"""Angle [rad] of an edge below which it is shaded smoothly."""
 
 
 def suffix_for(surface: TriangleMesh) -> str:
-    """Return the kind of file that loses nothing of a surface."""
+    """Return the suffix of the format that loses nothing of a surface."""
     plain = surface.uv is None and surface.rgba is None and all(paint == Paint() for paint in surface.paints)
     return ".obj" if plain else ".glb"
 
@@ -23,7 +23,7 @@ def mesh_bytes(surface: TriangleMesh, suffix: str) -> bytes:
 
     Args:
         surface: The surface, z up.
-        suffix: `.glb`, in which y points up by its format, or `.obj`, in which z does here.
+        suffix: `.glb`, whose format has y up, or `.obj`, which is written with z up.
 
     Raises:
         AssetError: if the suffix is another.
@@ -33,7 +33,7 @@ def mesh_bytes(surface: TriangleMesh, suffix: str) -> bytes:
         lines += [f"f {a} {b} {c}" for a, b, c in (surface.faces + 1).tolist()]
         return ("\n".join(lines) + "\n").encode()
     if suffix != ".glb":
-        raise AssetError(f"`{suffix}` is not written; take one of {', '.join(SUFFIXES)}")
+        raise AssetError(f"`{suffix}` is not supported; use one of {', '.join(SUFFIXES)}")
     import trimesh
 
     normals = corner_normals(surface)
@@ -48,7 +48,7 @@ def mesh_bytes(surface: TriangleMesh, suffix: str) -> bytes:
 
 
 def corner_normals(surface: TriangleMesh) -> np.ndarray:
-    """Return the normal of each corner, (m, 3, 3): the mean over the triangles around it that lie nearly as its own."""
+    """Return the normal of each corner, (m, 3, 3): the mean over its triangles across edges below `CREASE`."""
     from scipy.sparse import coo_matrix
 
     corners = surface.vertices[surface.faces]
@@ -63,7 +63,7 @@ def corner_normals(surface: TriangleMesh) -> np.ndarray:
     sums = np.repeat(flat[:, None], 3, axis=1) * length[:, None]
     start, owner = touches.indptr, touches.indices
     first, size = start[surface.faces], (start[1:] - start[:-1])[surface.faces]
-    for step in range(min(int(size.max()), 64)):  # a corner of more triangles than that is the tip of a fan
+    for step in range(min(int(size.max()), 64)):  # a corner of more triangles is the tip of a fan
         rows, columns = np.nonzero(size > step)
         other = owner[first[rows, columns] + step]
         like = ((flat[rows] * flat[other]).sum(1) > np.cos(CREASE)) & (other != rows)
@@ -72,7 +72,7 @@ def corner_normals(surface: TriangleMesh) -> np.ndarray:
 
 
 def _mesh(surface: TriangleMesh, normals: np.ndarray, paint: Paint) -> Any:
-    """Return a part as trimesh has it: a vertex for every place in space, in the picture, and of the light."""
+    """A part as a mesh of trimesh, with a vertex for every position, texture coordinate and normal."""
     import trimesh
     from trimesh.visual import ColorVisuals, TextureVisuals
     from trimesh.visual.material import PBRMaterial
@@ -98,5 +98,5 @@ def _mesh(surface: TriangleMesh, normals: np.ndarray, paint: Paint) -> Any:
 
 
 def turned(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors (n, 3) as glTF has them, with y up."""
+    """Return vectors (n, 3) in the frame of glTF, with y up."""
     return np.stack([vectors[:, 0], vectors[:, 2], -vectors[:, 1]], axis=1)

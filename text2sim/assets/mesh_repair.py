@@ -1,4 +1,4 @@
-"""Repair of a mesh file of any origin: whole, upright, of the right size, and not too fine."""
+"""Repair of a mesh: closed, oriented, scaled, and simplified."""
 
 import math
 import re
@@ -16,39 +16,39 @@ from text2sim.spec_schema.errors import AssetError
 
 Origin = Literal["base", "mass", "keep"]
 MERGE = 1e-6
-"""Vertices that are nearer to each other than this part of the diagonal are one."""
+"""Distance, as a part of the diagonal, below which vertices are merged."""
 LARGEST, SMALLEST = 1000.0, 1e-4
-"""Extents [m] that can be asked for."""
+"""Allowed extents [m]."""
 OPENING = 0.3
-"""A hole that is wider than this part of the diagonal is meant."""
+"""Diameter of a hole, as a part of the diagonal, above which it is an opening of the object."""
 FINENESS = 0.01
-"""Smallest gap that a wrap goes into, as a part of the diagonal."""
+"""Smallest gap that a wrap enters, as a part of the diagonal."""
 
 _SIZE = re.compile(r"(?:([xyz])=)?(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)")
 
 
 @dataclass(frozen=True)
 class RepairGoal:
-    """What a mesh shall become."""
+    """Goal of a repair."""
 
     size: float | None = None
-    """Wanted extent [m] along `along`; as the file has it if None."""
+    """Extent [m] along `along`; unchanged if None."""
     along: Literal["x", "y", "z"] | None = None
-    """Which extent is meant, z up; the largest if None."""
+    """Axis of `size`, z up; that of the largest extent if None."""
     up: Up | None = None
-    """The axis of the file that points up; as its format has it if None."""
+    """Axis of the file that points up; the one of its format if None."""
     origin: Origin = "base"
-    """Where the origin comes to lie: middle of the base, centre of mass, or where it is."""
+    """Position of the origin: middle of the base, centre of mass, or unchanged."""
     triangles: int = 20_000
-    """So many there may be at most."""
+    """Largest number of triangles."""
     debris: float = 0.02
-    """A loose piece whose diagonal is less than this part of the largest piece's goes."""
+    """Diagonal of a loose piece, as a part of that of the largest piece, below which it is removed."""
     holes: int = 200
-    """A hole of more edges than this stays open."""
+    """Number of edges of a hole above which it stays open."""
     openings: bool = False
-    """Close wide openings as well: those of more than `OPENING` of the diagonal, as of a bowl or a boat."""
+    """Whether to close openings wider than `OPENING`, too, as of a bowl or a boat."""
     wrap: bool = False
-    """Put a closed skin around it if it cannot be closed otherwise; pictures are lost with that."""
+    """Whether to wrap a closed skin, without pictures, around a mesh that cannot be closed otherwise."""
 
     def __post_init__(self) -> None:
         if self.size is not None and not SMALLEST <= self.size <= LARGEST:
@@ -63,18 +63,18 @@ class Repaired:
 
     surface: TriangleMesh
     done: tuple[str, ...]
-    """What was done, in words."""
+    """Repairs, in words."""
     remains: tuple[str, ...]
-    """What is still wrong, in words."""
+    """Remaining problems, in words."""
 
     def file(self, suffix: str | None = None) -> tuple[str, bytes]:
-        """Return the suffix and the content of its file: the kind that loses nothing, or one that is asked for."""
+        """Return suffix and content of its file, by default in the format that loses nothing."""
         suffix = suffix or suffix_for(self.surface)
         return suffix, mesh_bytes(self.surface, suffix)
 
 
 def parse_size(text: str) -> tuple[float, Literal["x", "y", "z"] | None]:
-    """Return what a size means: `0.3` is the largest extent [m], `z=0.3` the height.
+    """Parse a size: `0.3` is the largest extent [m], `z=0.3` the height.
 
     Raises:
         AssetError: if it is neither.
@@ -86,28 +86,28 @@ def parse_size(text: str) -> tuple[float, Literal["x", "y", "z"] | None]:
     return float(found[2]), axis if axis in ("x", "y", "z") else None  # type: ignore[return-value]
 
 
-def repair(surface: TriangleMesh, wish: RepairGoal) -> Repaired:
-    """Return what a surface becomes.
+def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
+    """Repair a surface.
 
     Raises:
         AssetError: if nothing of it is left, or it has no extent.
     """
     done: list[str] = []
     if surface.diagonal <= 0:
-        raise AssetError("has no extent: all its vertices lie in one point")
-    surface = _cleaned(surface, wish, done)
-    surface = _closed(surface, wish, done)
-    surface = _simpler(surface, wish.triangles, done)
-    if wish.wrap and not surface.watertight:
+        raise AssetError("has no extent: all its vertices are in one point")
+    surface = _cleaned(surface, goal, done)
+    surface = _closed(surface, goal, done)
+    surface = _simpler(surface, goal.triangles, done)
+    if goal.wrap and not surface.watertight:
         surface = wrapped(surface, FINENESS)
-        done.append("put a closed skin around it, without its picture, as it could not be closed otherwise")
-        surface = _simpler(surface, wish.triangles, done)
-    surface = _scaled(surface, wish, done)
-    surface = _moved(surface, wish.origin, done)
+        done.append("wrapped a closed skin, without pictures, around it, as it could not be closed otherwise")
+        surface = _simpler(surface, goal.triangles, done)
+    surface = _scaled(surface, goal, done)
+    surface = _moved(surface, goal.origin, done)
     return Repaired(surface, tuple(done), tuple(faults(surface)))
 
 
-def _cleaned(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
+def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     before = len(surface.vertices), len(surface.faces)
     surface = without_doubles(welded(surface, MERGE * surface.diagonal))
     if not len(surface.faces):
@@ -116,25 +116,25 @@ def _cleaned(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> Triang
     if merged:
         done.append(f"merged {_count(merged, 'vertex', 'vertices')} with neighbours")
     if dropped:
-        done.append(f"dropped {_count(dropped, 'triangle')} that had no area or were there twice")
-    surface, specks = without_debris(surface, wish.debris)
+        done.append(f"removed {_count(dropped, 'triangle')} without area or with a duplicate")
+    surface, specks = without_debris(surface, goal.debris)
     if specks:
-        done.append(f"dropped {_count(specks, 'loose speck')} smaller than {wish.debris:.0%} of the rest")
+        done.append(f"removed {_count(specks, 'loose speck')} smaller than {goal.debris:.0%} of the rest")
     return surface
 
 
-def _closed(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
+def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     surface, turned = oriented(surface)
     if surface.edge_counts[0] and not surface.flat:
-        surface, added = filled(surface, wish.holes, 1.0 if wish.openings else OPENING)
+        surface, added = filled(surface, goal.holes, 1.0 if goal.openings else OPENING)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
     if surface.edge_counts[1]:
         knots = surface.edge_counts[1]
-        better = unknotted(surface, wish.holes)
+        better = unknotted(surface, goal.holes)
         if better is not surface:
             surface = better
-            done.append(f"repaired {_count(knots, 'edge')} on which more than two triangles met")
+            done.append(f"repaired {_count(knots, 'edge')} with more than two triangles")
     surface, again = oriented(surface)
     if turned or again:
         done.append(f"turned {_count(max(turned, again), 'triangle')} to face outwards")
@@ -149,14 +149,14 @@ def _simpler(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
     return fewer
 
 
-def _scaled(surface: TriangleMesh, wish: RepairGoal, done: list[str]) -> TriangleMesh:
-    if wish.size is None:
+def _scaled(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
+    if goal.size is None:
         return surface
     extent = surface.extent
-    length = float(extent.max() if wish.along is None else extent["xyz".index(wish.along)])
+    length = float(extent.max() if goal.along is None else extent["xyz".index(goal.along)])
     if length <= 1e-9 * surface.diagonal:
-        raise AssetError(f"is flat along {wish.along}, so that no scale gives it {wish.size:g} m there")
-    factor = wish.size / length
+        raise AssetError(f"is flat along {goal.along}, so that it cannot be scaled to {goal.size:g} m there")
+    factor = goal.size / length
     if not math.isclose(factor, 1.0, rel_tol=1e-9):
         done.append(f"scaled by {factor:.4g}")
     return surface.move(surface.vertices * factor)
@@ -173,7 +173,7 @@ def _moved(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMe
         middle = _center_of_mass(surface)
     if np.abs(middle).max() > 1e-9 * surface.diagonal:
         word = "middle of its base" if origin == "base" else "centre of mass"
-        done.append(f"put the origin into the {word}")
+        done.append(f"moved the origin to the {word}")
     return surface.move(surface.vertices - middle)
 
 

@@ -1,4 +1,4 @@
-"""Report on a mesh: whether it encloses a volume, how large, how fine and how thin it is."""
+"""Report on a mesh: closedness, size, number of triangles, thickness of walls."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -8,10 +8,11 @@ import numpy as np
 from text2sim.assets.surface import TriangleMesh
 
 MAX_TRIANGLES = 200_000
-"""What a case can have of one mesh."""
+"""Largest mesh in a case."""
 SPECK = 0.02
+"""Diagonal of a loose piece, as a part of that of the largest piece, below which it is a speck."""
 THIN = 0.01
-"""A wall is thin below this part of the largest extent."""
+"""Thickness of a wall, as a part of the largest extent, below which it is thin."""
 RAYS = 4000
 SLIVER = 1e-3
 """Height of a triangle over its longest side, below which it is a sliver."""
@@ -21,39 +22,39 @@ LARGE, SMALL = 10.0, 0.01
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What a mesh file is like."""
+    """Properties of a mesh file."""
 
     file: str
     bytes: int
     vertices: int
-    """Places in space; a file counts the vertices of a seam more often."""
+    """Distinct positions; a file has several vertices for one on a seam."""
     triangles: int
     extent: tuple[float, float, float]
-    """[m], z up"""
+    """Extent [m], z up."""
     watertight: bool
-    """Whether every edge has two triangles that agree which side is out."""
+    """Whether every edge has two triangles that face the same side."""
     winding: str
     """`outwards`, `inwards`, or `mixed`."""
     volume: float | None
-    """[m3]; None if it encloses none."""
+    """Volume [m3]; None if it encloses none."""
     area: float
-    """[m2]"""
+    """Area [m2]."""
     components: int
-    """Pieces that do not hang together."""
+    """Connected pieces."""
     specks: int
-    """Of them, those that are tiny."""
+    """Tiny pieces among them."""
     open_edges: int
     knots: int
     """Edges of more than two triangles."""
     slivers: int
     """Triangles that are nearly lines."""
     thickness: float | None
-    """[m]: nineteen of twenty places of the wall are thicker; None if it encloses nothing."""
+    """Thickness [m] that 95 % of the wall exceeds; None if it is not closed."""
     textured: bool
     problems: tuple[str, ...]
-    """What stands in the way of using it, in words."""
+    """Problems that prevent its use, in words."""
     notes: tuple[str, ...]
-    """What is worth knowing."""
+    """Other remarks."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -61,13 +62,13 @@ class MeshReport:
 
 
 def report(surface: TriangleMesh, name: str, size: int, notes: tuple[str, ...] = ()) -> MeshReport:
-    """Return what a surface is like.
+    """Return a report on a surface.
 
     Args:
         surface: The surface.
         name: Name of its file.
         size: Bytes of its file.
-        notes: What is known of it already.
+        notes: Earlier remarks.
     """
     count, _ = surface.components
     volumes = surface.volumes()
@@ -97,20 +98,20 @@ def report(surface: TriangleMesh, name: str, size: int, notes: tuple[str, ...] =
 
 
 def faults(surface: TriangleMesh) -> list[str]:
-    """Return what stands in the way of using a surface as a body, in words."""
+    """Return the problems that prevent using a surface as a body, in words."""
     found = []
     if surface.edge_counts[0]:
-        found.append(f"is open: {surface.edge_counts[0]:,} edges belong to one triangle alone")
+        found.append(f"is open: {surface.edge_counts[0]:,} edges have only one triangle")
     if surface.edge_counts[1]:
         found.append(f"more than two triangles meet on {surface.edge_counts[1]:,} edges")
     if not surface.coherent:
-        found.append("its triangles do not agree which side is outside")
+        found.append("its triangles do not agree on which side is outside")
     elif surface.watertight and surface.volumes().sum() <= 0:
         found.append("its triangles face inwards")
     if len(surface.faces) > MAX_TRIANGLES:
-        found.append(f"has {len(surface.faces):,} triangles; a case can have {MAX_TRIANGLES:,} of one mesh")
+        found.append(f"has {len(surface.faces):,} triangles; a mesh in a case can have {MAX_TRIANGLES:,}")
     if surface.flat:
-        found.append("is flat: it is a cloth, or a picture, but no body")
+        found.append("is flat: it may be a cloth or a picture, but not a body")
     if specks := _specks(surface):
         found.append(f"has {specks:,} tiny loose pieces")
     return found
@@ -118,15 +119,13 @@ def faults(surface: TriangleMesh) -> list[str]:
 
 def _remarks(surface: TriangleMesh, thickness: float | None) -> list[str]:
     found, largest = [], float(surface.extent.max())
-    if largest > LARGE:
-        found.append(f"is {largest:.3g} m large as it is; say its size if that is not meant")
-    if largest < SMALL:
-        found.append(f"is {largest:.3g} m small as it is; say its size if that is not meant")
+    if largest > LARGE or largest < SMALL:
+        found.append(f"is {largest:.3g} m {'large' if largest > LARGE else 'small'}; give its size if that is wrong")
     if thickness is not None and thickness < THIN * largest:
-        found.append(f"has thin walls: {thickness:.2g} m; a soft body of it needs cells that are finer than that")
+        found.append(f"has thin walls: {thickness:.2g} m; a soft body of it needs finer cells than that")
     count, _ = surface.components
     if count > 1:
-        found.append(f"is made of {count} pieces that do not hang together")
+        found.append(f"has {count} separate pieces")
     return found
 
 
@@ -143,9 +142,9 @@ def _slivers(surface: TriangleMesh) -> int:
 
 
 def wall_thickness(surface: TriangleMesh) -> float | None:
-    """Return the thickness [m] that nineteen of twenty places of a closed surface exceed; None if no ray met a wall.
+    """Return the thickness [m] that 95 % of a closed surface exceed; None if no ray hit a wall.
 
-    Rays go inwards from places that are spread evenly over the surface.
+    Rays start inwards from points that are spread evenly over the surface.
     """
     import trimesh
 

@@ -1,4 +1,4 @@
-"""Single steps of mending a mesh, each on the shape alone; places in pictures and colours come along."""
+"""Steps of mesh repair, each on the shape only; texture coordinates and colours follow."""
 
 import tempfile
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from text2sim.assets.surface import TriangleMesh, welded
 
 Array = np.ndarray
 CLOSED_AGAIN = 0.02
-"""Part of the volume that may change where edges of more than two triangles are opened and closed again."""
+"""Part of the volume that may change where edges of more than two triangles are repaired."""
 
 
 def without_doubles(surface: TriangleMesh) -> TriangleMesh:
-    """Return a surface without triangles that have a corner twice, or the corners of another."""
+    """Return a surface without degenerate and duplicate triangles."""
     faces = np.sort(surface.faces, axis=1)
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
     _, first = np.unique(faces, axis=0, return_index=True)
@@ -26,11 +26,11 @@ def without_doubles(surface: TriangleMesh) -> TriangleMesh:
 
 
 def without_debris(surface: TriangleMesh, part: float) -> tuple[TriangleMesh, int]:
-    """Return a surface without specks, and how many there were.
+    """Return a surface without specks, and their number.
 
     Args:
         surface: The surface.
-        part: A piece is a speck if its diagonal is less than this part of the diagonal of the largest piece.
+        part: Diagonal of a piece, as a part of that of the largest piece, below which it is a speck.
     """
     count, own = surface.components
     low, high = surface.bounds_of_components()
@@ -40,10 +40,10 @@ def without_debris(surface: TriangleMesh, part: float) -> tuple[TriangleMesh, in
 
 
 def oriented(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
-    """Return a surface whose triangles face outwards, and how many were turned around.
+    """Return a surface whose triangles face outwards, and how many were flipped.
 
-    Neighbours are made to agree; then a piece that encloses a negative volume is turned as a whole, unless it lies in
-    a larger one: it is then the wall of a hollow.
+    First, neighbours are made coherent. Then, pieces with negative volume are flipped, unless a larger piece encloses
+    them: those are walls of cavities.
     """
     flipped = np.zeros(len(surface.faces), bool)
     if not surface.coherent:
@@ -65,7 +65,7 @@ def _enclosed(low: Array, high: Array, volumes: Array, number: int) -> bool:
 
 
 def _disagreeing(surface: TriangleMesh) -> Array:
-    """Return which triangles to turn so that neighbours agree, as far as the surface lets them."""
+    """The triangles to flip such that neighbours are coherent, as far as possible, as a mask."""
     import pymeshlab
     import trimesh
 
@@ -81,12 +81,12 @@ def _disagreeing(surface: TriangleMesh) -> Array:
 
 
 def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[TriangleMesh, int]:
-    """Return a surface whose holes are closed, and how many triangles that took.
+    """Return a surface whose holes are closed, and the number of new triangles.
 
     Args:
-        surface: The surface; its neighbours agree.
-        most: Holes with more edges than this stay open.
-        part: So do those whose diagonal is more than this part of the whole's: they are openings that are meant.
+        surface: A coherent surface.
+        most: Number of edges above which holes stay open.
+        part: Diagonal, as a part of that of the surface, above which holes stay open, as intended openings.
     """
     import pymeshlab
 
@@ -101,7 +101,7 @@ def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[Triangl
     added = added[_lids(surface, added) <= part * surface.diagonal]
     if not len(added):
         return surface, 0
-    # A new triangle is painted as the corners that it hangs on.
+    # A new triangle takes colours and part from the corners that it shares.
     corner = np.zeros(len(surface.vertices), np.int64)
     corner[surface.faces.reshape(-1)] = np.arange(3 * old)
     source = corner[added]
@@ -119,7 +119,7 @@ def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[Triangl
 
 
 def _lids(surface: TriangleMesh, faces: Array) -> Array:
-    """Return the diagonal [m] of the lid that each of some triangles is a part of."""
+    """The diagonal [m] of the lid that each of some new triangles belongs to."""
     lids = TriangleMesh(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
     low, high = lids.bounds_of_components()
     return np.linalg.norm(high - low, axis=1)[lids.components[1]]
@@ -130,7 +130,7 @@ def _extended(values: Array | None, source: Array) -> Array | None:
 
 
 def unknotted(surface: TriangleMesh, most: int) -> TriangleMesh:
-    """Return a surface without edges of more than two triangles, if it can be closed again there; else as it was."""
+    """Return a surface without edges of more than two triangles, if it can be closed there; else the same surface."""
     import pymeshlab
 
     before = np.abs(surface.volumes()).sum()
@@ -148,7 +148,7 @@ def unknotted(surface: TriangleMesh, most: int) -> TriangleMesh:
 
 
 def decimated(surface: TriangleMesh, most: int) -> TriangleMesh:
-    """Return a surface with at most so many triangles, if they let it, as near to what it was as can be."""
+    """Return a surface with at most this many triangles, if possible, and nearly the same shape."""
     fewer = surface
     for careful in (True, False):
         if len(fewer.faces) > most:
@@ -186,9 +186,9 @@ def _decimated_bare(surface: TriangleMesh, most: int, careful: bool) -> Triangle
 
 
 def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
-    """Return a surface with fewer triangles whose picture still lies where it lay.
+    """A surface with fewer triangles and the same picture on it.
 
-    The library knows of pictures only what it reads from files; parts are told apart by where they lie in the picture.
+    The library only supports textures of files that it reads. Shifted texture coordinates keep the parts apart.
     """
     import pymeshlab
     from PIL import Image
@@ -224,11 +224,11 @@ def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> Trian
 
 
 def wrapped(surface: TriangleMesh, fineness: float) -> TriangleMesh:
-    """Return a closed skin around a surface, however broken that is; it has no picture.
+    """Return a closed skin around any surface, without pictures.
 
     Args:
         surface: The surface.
-        fineness: Smallest gap that the skin goes into, as a part of the diagonal.
+        fineness: Smallest gap that the skin enters, as a part of the diagonal.
     """
     from pymeshlab import PercentageValue  # type: ignore[attr-defined]
 
@@ -240,7 +240,7 @@ def wrapped(surface: TriangleMesh, fineness: float) -> TriangleMesh:
 
 
 class _Found(NamedTuple):
-    """What comes out of a filter, copied: the library's own arrays end with its scene."""
+    """The result of a filter, copied, because the library's arrays are freed with its scene."""
 
     vertices: Array
     faces: Array
@@ -248,7 +248,7 @@ class _Found(NamedTuple):
 
 
 def _filtered(surface: TriangleMesh, work: Callable[[Any], object], scalar: Array | None = None) -> _Found:
-    """Return what a filter of the library makes of a shape; triangles are tagged by their number, or as is said."""
+    """Apply a filter of the library to a shape; the tags of triangles are their indices, or `scalar`."""
     import pymeshlab
 
     tags = np.arange(len(surface.faces)) if scalar is None else scalar

@@ -1,10 +1,9 @@
-"""Mesh files, checked and repaired in a process of their own: hostile files and upset libraries end only that.
+"""Checks and repairs of mesh files in a child process, which is all that hostile files and the libraries can crash.
 
-The libraries also change things that belong to a whole process, such as its working directory.
+The libraries also change the state of a whole process, such as its working directory.
 """
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -12,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.confined import end_of, environment
 from text2sim.assets.safe_write import read_file
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.whole_files import naming
@@ -25,8 +25,6 @@ CHILD = "text2sim.assets.mesh_child"
 TIMEOUT = 300
 """Seconds; two million triangles take a minute or two."""
 REQUEST, RESULT, MESH = "request.json", "result.json", "mesh"
-SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD")
-"""A variable with one of these in its name is not handed on."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +34,17 @@ class RepairedFile:
     suffix: str
     content: bytes
     report: "MeshReport"
-    """What it is like now; what is still wrong are its `problems`."""
+    """Report on the repaired mesh, with its remaining `problems`."""
     done: tuple[str, ...]
-    """What was done to it, in words."""
+    """Repairs, in words."""
 
 
 def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
-    """Return what a mesh file is like.
+    """Return a report on a mesh file.
 
     Args:
-        path: The file: .obj, .stl, .ply, .off, .glb or .gltf, wherever it lies.
-        up: Which of its axes points up; as its format has it if None.
+        path: The file: .obj, .stl, .ply, .off, .glb or .gltf, in any folder.
+        up: Its axis that points up; the one of its format if None.
 
     Raises:
         AssetError: if it cannot be used.
@@ -55,19 +53,19 @@ def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
     return _report(found["report"])
 
 
-def repair_mesh(path: Path, wish: "RepairGoal | None" = None, suffix: str | None = None) -> RepairedFile:
-    """Return what a mesh file becomes; the file itself stays as it is.
+def repair_mesh(path: Path, goal: "RepairGoal | None" = None, suffix: str | None = None) -> RepairedFile:
+    """Return a repaired copy of a mesh file.
 
     Args:
-        path: The file, as above.
-        wish: What it shall become.
+        path: The file, as for `check_mesh`.
+        goal: Goal of the repair.
         suffix: `.glb` or `.obj`; the one that loses nothing if None.
 
     Raises:
         AssetError: if it cannot be used.
     """
-    wanted = None if wish is None else asdict(wish)
-    found, content = _ask({"task": "repair", "path": str(path.absolute()), "wish": wanted, "suffix": suffix})
+    wanted = None if goal is None else asdict(goal)
+    found, content = _ask({"task": "repair", "path": str(path.absolute()), "goal": wanted, "suffix": suffix})
     return RepairedFile(str(found["suffix"]), content, _report(found["report"]), tuple(found["done"]))
 
 
@@ -81,7 +79,7 @@ def _report(data: dict[str, Any]) -> "MeshReport":
 
 def _ask(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
     name = Path(request["path"]).name
-    read_file(Path(request["path"]))  # what cannot be read is said without a process
+    read_file(Path(request["path"]))  # reports an unreadable file without starting a process
     with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
         folder = Path(place)
         with naming(folder / REQUEST):
@@ -92,19 +90,11 @@ def _ask(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
                 capture_output=True, timeout=TIMEOUT, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
-            raise AssetError(f"`{name}` takes more than {TIMEOUT} s to read and mend; make it simpler first") from None
+            raise AssetError(f"`{name}` takes more than {TIMEOUT} s to read and repair; make it simpler") from None
         if done.returncode or not (folder / RESULT).is_file():
-            how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit {done.returncode}"
-            said = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
-            raise AssetError(f"`{name}` brings the mesh libraries down ({', '.join([how, *said])[:200]})")
+            raise AssetError(f"`{name}` crashes the mesh libraries ({end_of(done)})")
         found: dict[str, Any] = json.loads((folder / RESULT).read_text("utf-8"))
         content = (folder / MESH).read_bytes() if (folder / MESH).is_file() else b""
     if "error" in found:
         raise AssetError(str(found["error"]))
     return found, content
-
-
-def environment() -> dict[str, str]:
-    """Return the environment of a child: without keys, and such that it finds this package."""
-    kept = {name: value for name, value in os.environ.items() if not any(word in name.upper() for word in SECRET)}
-    return kept | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}

@@ -1,10 +1,11 @@
-"""A client of Meshy's REST interface for making meshes from words: a preview of the shape, then its picture.
+"""Client of Meshy's REST API for text to 3D: a preview of the shape, then its texture.
 
-Known of it (docs.meshy.ai, text to 3D, version 2): `POST /openapi/v2/text-to-3d` answers with the name of a task,
-`GET` of that name with its status, `GET` of the list with the latest tasks. A task goes from PENDING and IN_PROGRESS to
-SUCCEEDED, FAILED, CANCELED or EXPIRED. The links to results hold for some days.
+The API (docs.meshy.ai, text to 3D, version 2): `POST /openapi/v2/text-to-3d` returns the id of a task, `GET` with an
+id its status, `GET` without one the latest tasks. A task goes from PENDING and IN_PROGRESS to SUCCEEDED, FAILED,
+CANCELED or EXPIRED. Links to results are valid for some days.
 """
 
+import json
 import os
 import re
 import time
@@ -23,19 +24,19 @@ if TYPE_CHECKING:
 BASE = "https://api.meshy.ai"
 PATH = "/openapi/v2/text-to-3d"
 KEY = "MESHY_API_KEY"
-"""The variable that holds the key. It is sent to Meshy, and neither printed nor written anywhere."""
+"""Environment variable of the key. The key is only sent to Meshy, never printed or stored."""
 PRICES = {"meshy-5": 5}
 PREVIEW, REFINE = 20, 10
-"""Credits: of a preview (of models not named above), and of its picture."""
+"""Credits of a preview (of models that `PRICES` does not list), and of its texture."""
 MAX_PROMPT = 600
 MAX_GLB = 64 * 1024 * 1024
 MAX_JSON = 1024 * 1024
 TRIES = 6
-"""How often a request goes out that fails for reasons of the network or the server."""
+"""Number of attempts at a request while network or server fail."""
 FIRST, LAST = 2.0, 20.0
-"""Seconds between two looks at a task: at first, and at most."""
+"""Seconds between two polls of a task: the first, and the longest."""
 LOST = 120_000
-"""A task that was made up to so long [ms] before we asked, by another clock, can be ours."""
+"""Largest difference [ms] between our clock and Meshy's when a lost task is searched."""
 PENDING = ("PENDING", "IN_PROGRESS")
 _ID = re.compile(r"[A-Za-z0-9_-]{1,100}")
 
@@ -44,16 +45,16 @@ Said = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Order3D:
-    """What is wished for."""
+    """Specification of a mesh."""
 
     prompt: str
-    """At most 600 characters."""
+    """Description, at most 600 characters."""
     refine: bool = True
-    """Whether it gets a picture; the shape alone costs less."""
+    """Whether it gets a texture; the shape alone costs less."""
     model: str = "latest"
     """Name of Meshy's model."""
     triangles: int = 30_000
-    """About so many."""
+    """Approximate number of triangles."""
 
     def __post_init__(self) -> None:
         text = self.prompt
@@ -65,7 +66,7 @@ class Order3D:
             raise AssetError(f"{self.triangles} triangles are not possible: Meshy makes 100 to 300000")
 
     def price(self, stage: Stage) -> int:
-        """Return the credits of a stage, as the public price list has it."""
+        """Return the credits of a stage according to the public price list."""
         return REFINE if stage == "refine" else PRICES.get(self.model, PREVIEW)
 
 
@@ -73,13 +74,13 @@ class Meshy:
     """Makes meshes for a case.
 
     Args:
-        case: The case's folder; the tasks are kept in it.
-        base: Where Meshy is.
-        budget: Credits that the case may cost in all, former tasks included.
+        case: The case's folder, which keeps the tasks.
+        base: Address of Meshy.
+        budget: Credits that the case may cost in total, with earlier tasks.
         timeout: Seconds that one mesh may take.
-        say: Is told how far it has come.
+        say: Receives progress.
         pause: Waits for some seconds.
-        clock: Seconds that grow.
+        clock: A monotonic clock [s].
 
     Raises:
         MachineError: if there is no key.
@@ -99,7 +100,7 @@ class Meshy:
     ) -> None:
         if not os.environ.get(KEY, "").strip():
             raise MachineError(
-                f"there is no {KEY} in the environment; without a key, make the shape of the language's own shapes"
+                f"there is no {KEY} in the environment; without a key, build the shape from the language's own shapes"
             )
         if not _trusted(base, base):
             raise AssetError(f"`{base[:80]}` is not an https address")
@@ -107,45 +108,45 @@ class Meshy:
         self._pause, self._clock, self._end = pause, clock, 0.0
         self._ledger = OrderLedger(case)
 
-    def make(self, wish: Order3D) -> bytes:
-        """Return the .glb of a wish: made, or fetched if it was made before.
+    def make(self, wanted: Order3D) -> bytes:
+        """Return the .glb of a specification; one that was made before is only downloaded.
 
         Raises:
-            RunError: if Meshy refuses, fails at it, or it would cost more than the budget.
-            MachineError: if Meshy cannot be reached or time runs out; the same call goes on with the same task.
+            RunError: if Meshy refuses or fails, or the budget is too small.
+            MachineError: if Meshy cannot be reached or time runs out; the same call continues with the same task.
         """
         import httpx
 
         self._end = self._clock() + self.timeout
-        key, order = self._ledger.order(wish.prompt, _options(wish))
+        key, order = self._ledger.order(wanted.prompt, _options(wanted))
         with httpx.Client(timeout=30.0, follow_redirects=False) as client:
-            found = self._stage(client, "preview", wish, key, order)
-            if wish.refine:
-                found = self._stage(client, "refine", wish, key, order)
+            found = self._stage(client, "preview", wanted, key, order)
+            if wanted.refine:
+                found = self._stage(client, "refine", wanted, key, order)
             return self._download(client, found)
 
     # --- one task -----------------------------------------------------------------------------------------
 
-    def _stage(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> dict[str, Any]:
-        """Bring a task to its end, with a new one only if there is none."""
+    def _stage(self, client: "httpx.Client", stage: Stage, wanted: Order3D, key: str, order: Order) -> dict[str, Any]:
+        """Wait for the task of a stage; start one if there is none."""
         task = order.tasks.get(stage)
         if task is not None and not task.id:
-            task.id = self._lost(client, stage, wish, task)
+            task.id = self._lost(client, stage, wanted, task)
             if not task.id:
                 del order.tasks[stage]
                 task = None
         if task is None or task.over:
-            task = self._ask(client, stage, wish, key, order)
+            task = self._ask(client, stage, wanted, key, order)
         self._ledger.write(key, order)
         found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
         if task.status != "SUCCEEDED":
             reason = _words((found.get("task_error") or {}).get("message"))
             because = f": {reason}" if reason else ""
-            raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again for another try")
+            raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again to retry")
         return found
 
-    def _ask(self, client: "httpx.Client", stage: Stage, wish: Order3D, key: str, order: Order) -> MeshyTask:
-        price, spent = wish.price(stage), self._ledger.spent()
+    def _ask(self, client: "httpx.Client", stage: Stage, wanted: Order3D, key: str, order: Order) -> MeshyTask:
+        price, spent = wanted.price(stage), self._ledger.spent()
         if spent + price > self.budget:
             raise RunError(
                 f"a {stage} costs about {price} credits, and {spent} of the budget of {self.budget} are spent; "
@@ -157,18 +158,18 @@ class Meshy:
         self._ledger.write(key, order)
         body: dict[str, Any] = {"mode": stage}
         if stage == "preview":
-            body |= {"prompt": wish.prompt, "ai_model": wish.model, "should_remesh": True}
-            body |= {"topology": "triangle", "target_polycount": wish.triangles}
+            body |= {"prompt": wanted.prompt, "ai_model": wanted.model, "should_remesh": True}
+            body |= {"topology": "triangle", "target_polycount": wanted.triangles}
         else:
             body |= {"preview_task_id": order.tasks["preview"].id, "enable_pbr": False}
         try:
-            answer = self._send(client, "POST", PATH, body, lambda: self._lost(client, stage, wish, task))
+            answer = self._send(client, "POST", PATH, body, lambda: self._lost(client, stage, wanted, task))
         except RunError:
-            del order.tasks[stage]  # it was refused, and costs nothing
+            del order.tasks[stage]  # a refused task costs nothing
             self._ledger.write(key, order)
             raise
         task.id = _task_id(answer.get("result"))
-        self.say(f"meshy: {stage} asked for, about {price} credits")
+        self.say(f"meshy: {stage} started, about {price} credits")
         return task
 
     def _wait(
@@ -179,7 +180,7 @@ class Meshy:
             found = self._send(client, "GET", f"{PATH}/{task.id}", missing={"status": "EXPIRED"})
             status = str(found.get("status"))
             if status not in (*PENDING, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
-                raise RunError(f"Meshy says a status that is not known: {_words(status)[:40]}")
+                raise RunError(f"Meshy reports an unknown status: {_words(status)[:40]}")
             credits = found.get("consumed_credits")
             if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING:
                 task.credits = credits
@@ -195,12 +196,12 @@ class Meshy:
             self._sleep(pause)
             pause = min(pause * 1.5, LAST)
 
-    def _lost(self, client: "httpx.Client", stage: Stage, wish: Order3D, task: MeshyTask) -> str:
-        """Return the name of a task whose name was never received; empty if it was never made."""
+    def _lost(self, client: "httpx.Client", stage: Stage, wanted: Order3D, task: MeshyTask) -> str:
+        """Find the id of a task whose id was never received; empty if there is no such task."""
         found = self._send(client, "GET", f"{PATH}?page_num=1&page_size=50&sort_by=-created_at")
         rows, known = found.get("items", []), self._ledger.known()
         for row in rows if isinstance(rows, list) else []:
-            if not isinstance(row, dict) or row.get("prompt") != wish.prompt or row.get("id") in known:
+            if not isinstance(row, dict) or row.get("prompt") != wanted.prompt or row.get("id") in known:
                 continue
             kind = f"{row.get('mode', '')} {row.get('type', '')}".lower()
             other = "refine" if stage == "preview" else "preview"
@@ -220,15 +221,15 @@ class Meshy:
         lost: Callable[[], str] | None = None,
         missing: dict[str, Any] | None = None,
     ) -> dict[str, Any]:
-        """Send a request until there is an answer to it.
+        """Send a request until there is an answer.
 
         Args:
             client: The connection.
             method: GET or POST.
-            path: From the base on.
-            body: What is sent.
-            lost: Looks whether a request without an answer was obeyed, and returns the name of the task.
-            missing: The answer where there is no such thing.
+            path: Path below the base.
+            body: Body of the request.
+            lost: Finds the id of the task that a request without an answer may have started.
+            missing: The answer for status 404.
         """
         import httpx
 
@@ -241,7 +242,7 @@ class Meshy:
                         return missing
                     if reply.is_success:
                         return _plain(reply)
-                    self._refuse(reply)
+                    _raise_if_refused(reply)
                     sent = reply.status_code != 429
                     wait = max(wait, _retry_after(reply))
             except (httpx.ConnectError, httpx.ConnectTimeout, httpx.PoolTimeout):
@@ -255,50 +256,51 @@ class Meshy:
                 return {"result": name}
         raise MachineError("Meshy does not answer; nothing is lost, ask again later")
 
-    def _refuse(self, reply: "httpx.Response") -> None:
-        """Raise what no second try would change."""
-        code = reply.status_code
-        if code == 401:
-            raise RunError(f"Meshy does not know the key in {KEY}")
-        if code == 402:
-            raise RunError("the Meshy account has not enough credits")
-        if code < 500 and code != 429:
-            raise RunError(f"Meshy refuses ({code}): {_words(_plain(reply).get('message')) or 'without a reason'}")
-
     def _download(self, client: "httpx.Client", found: dict[str, Any]) -> bytes:
-        """Return the result of a task. The key is not sent there: results lie on other machines."""
+        """The result of a task. The key is not sent, because results are on other machines."""
         import httpx
 
         url = (found.get("model_urls") or {}).get("glb")
         if not isinstance(url, str) or not _trusted(url, self.base):
-            raise RunError("Meshy names no .glb file that can be fetched")
+            raise RunError("Meshy gives no .glb file that can be downloaded")
         for attempt in range(TRIES):
             try:
                 with client.stream("GET", url) as reply:
                     if reply.status_code in (403, 404, 410):
-                        raise RunError("Meshy's result is no longer there; ask for it with other words")
+                        raise RunError("Meshy's result no longer exists; use another prompt")
                     if reply.is_success:
                         content = _limited(reply, MAX_GLB)
                         if not content.startswith(b"glTF"):
-                            raise RunError("what Meshy gives is not a .glb file")
+                            raise RunError("Meshy's result is not a .glb file")
                         return content
             except httpx.HTTPError:
                 pass
             self._sleep(min(FIRST * 2**attempt, LAST))
-        raise MachineError("Meshy's result cannot be fetched; nothing is lost, ask again later")
+        raise MachineError("Meshy's result cannot be downloaded; nothing is lost, ask again later")
 
     def _sleep(self, seconds: float) -> None:
         if self._clock() + seconds > self._end:
-            raise MachineError(f"Meshy takes more than {self.timeout:g} s; nothing is lost, ask again to go on")
+            raise MachineError(f"Meshy takes more than {self.timeout:g} s; nothing is lost, ask again to continue")
         self._pause(seconds)
 
 
-def _options(wish: Order3D) -> dict[str, Any]:
-    return {name: value for name, value in asdict(wish).items() if name not in ("prompt", "refine")}
+def _raise_if_refused(reply: "httpx.Response") -> None:
+    """Raise for an answer that another attempt would not change."""
+    code = reply.status_code
+    if code == 401:
+        raise RunError(f"Meshy does not accept the key in {KEY}")
+    if code == 402:
+        raise RunError("the Meshy account does not have enough credits")
+    if code < 500 and code != 429:
+        raise RunError(f"Meshy refuses ({code}): {_words(_plain(reply).get('message')) or 'without a reason'}")
+
+
+def _options(wanted: Order3D) -> dict[str, Any]:
+    return {name: value for name, value in asdict(wanted).items() if name not in ("prompt", "refine")}
 
 
 def _trusted(url: str, base: str) -> bool:
-    """Whether an address is encrypted, or on this machine as the base is."""
+    """Whether an address is https, or on this machine like the base."""
     try:
         parts, home = urlsplit(url), urlsplit(base)
         local = parts.hostname in ("127.0.0.1", "localhost", "::1") and parts.netloc == home.netloc
@@ -308,9 +310,7 @@ def _trusted(url: str, base: str) -> bool:
 
 
 def _plain(reply: "httpx.Response") -> dict[str, Any]:
-    """Return an answer as a mapping; a list as its `items`."""
-    import json
-
+    """The JSON of an answer as a mapping; a list becomes its `items`."""
     try:
         data = json.loads(_limited(reply, MAX_JSON))
     except (ValueError, RecursionError):
@@ -334,10 +334,10 @@ def _retry_after(reply: "httpx.Response") -> float:
 
 def _task_id(value: Any) -> str:
     if not isinstance(value, str) or not _ID.fullmatch(value):
-        raise RunError("Meshy's answer names no task")
+        raise RunError("Meshy's answer has no valid task id")
     return value
 
 
 def _words(value: Any) -> str:
-    """Return what somebody else says, as text of one line that is not too long."""
+    """Untrusted text as one short printable line."""
     return "".join(c if c.isprintable() else " " for c in value)[:200].strip() if isinstance(value, str) else ""

@@ -1,4 +1,4 @@
-"""Ledger of what was ordered from Meshy for a case, beside the manifest: nothing is paid for twice."""
+"""Ledger of Meshy tasks of a case, kept beside the manifest so that nothing is paid for twice."""
 
 import json
 from dataclasses import asdict, dataclass, field
@@ -14,65 +14,66 @@ Stage = Literal["preview", "refine"]
 
 @dataclass
 class MeshyTask:
-    """One task, from before it is asked for to its end."""
+    """A task of Meshy."""
 
     asked: int
-    """When it was asked for [ms since 1970]: written down before, so that a lost answer can be looked for."""
+    """Time of the request [ms since 1970], stored before it is sent so that a lost answer can be found."""
     price: int
-    """Credits that it is expected to cost."""
+    """Expected cost [credits]."""
     id: str = ""
-    """Its name at Meshy; empty as long as no answer came."""
+    """Its id at Meshy; empty until the answer arrives."""
     status: str = ""
-    """The last that was heard of it."""
+    """Its latest known status."""
     credits: int | None = None
-    """What it cost, once that was said."""
+    """Its cost; None until Meshy reports it."""
 
     @property
     def cost(self) -> int:
-        """Credits to count for it."""
+        """Its cost [credits], or the expected one until that is known."""
         return self.price if self.credits is None else self.credits
 
     @property
     def over(self) -> bool:
-        """Whether it ended without a result, so that another has to be asked for."""
+        """Whether it ended without a result."""
         return self.status in ("FAILED", "CANCELED", "EXPIRED")
 
 
 @dataclass
 class Order:
-    """A wish, and the tasks for it."""
+    """The tasks of a prompt with its options."""
 
     prompt: str
     options: dict[str, Any] = field(default_factory=dict)
     tasks: dict[str, MeshyTask] = field(default_factory=dict)
-    """By stage: `preview`, `refine`."""
+    """Tasks by stage: `preview`, `refine`."""
     former: list[MeshyTask] = field(default_factory=list)
-    """Those that came to nothing."""
+    """Failed tasks."""
 
 
 class OrderLedger:
-    """The orders of a case. Every change is on disk before the next request goes out."""
+    """The orders of a case. Every change is on disk before the next request is sent."""
 
     def __init__(self, case: Path) -> None:
         self.case = case
 
     def order(self, prompt: str, options: dict[str, Any]) -> tuple[str, Order]:
-        """Return the order of a wish and its key, as it was left, or a new one."""
+        """Return the key and the order of a prompt, which is new if there is none."""
         key = digest(json.dumps([prompt, options], sort_keys=True).encode())[:16]
         return key, self.read().get(key) or Order(prompt, options)
 
     def spent(self) -> int:
-        """Return all credits that this case cost so far, those of open tasks included."""
-        orders = self.read().values()
-        return sum(task.cost for order in orders for task in (*order.tasks.values(), *order.former))
+        """Return the credits that this case has cost so far, with those of open tasks."""
+        return sum(task.cost for task in self._tasks())
 
     def known(self) -> set[str]:
-        """Return the names of all tasks."""
-        orders = self.read().values()
-        return {task.id for order in orders for task in (*order.tasks.values(), *order.former) if task.id}
+        """Return the ids of all tasks."""
+        return {task.id for task in self._tasks() if task.id}
+
+    def _tasks(self) -> list[MeshyTask]:
+        return [task for order in self.read().values() for task in (*order.tasks.values(), *order.former)]
 
     def write(self, key: str, order: Order) -> None:
-        """Keep an order."""
+        """Store an order."""
         with only_me(self.case):
             orders = self.read() | {key: order}
             text = json.dumps({"version": 1, "orders": {k: asdict(o) for k, o in orders.items()}}, indent=1)
@@ -82,7 +83,7 @@ class OrderLedger:
         """Return all orders, by key.
 
         Raises:
-            AssetError: if the file cannot be read: what was paid for would be lost.
+            AssetError: if the file is damaged; paid results would otherwise be lost.
         """
         if not place_in(self.case, FILE).exists():
             return {}
@@ -90,7 +91,7 @@ class OrderLedger:
             data = json.loads(read_kept(self.case, FILE))
             return {str(key): _order(row) for key, row in data["orders"].items()}
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-            advice = "mend it, or remove it if nothing is paid for that you want to keep"
+            advice = "repair it, or remove it if it has no paid results that you want to keep"
             raise AssetError(f"`{FILE}` is damaged; {advice}") from None
 
 

@@ -1,4 +1,4 @@
-"""MJCF documents, reduced to what the engine reads."""
+"""Reader of MJCF documents, which reduces them to what the engine supports."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,14 +12,14 @@ MESHES = (".obj", ".stl")
 TEXTURES = (".png",)
 MAX_TEXTURE = 4096
 MAX_PIXELS = 120_000_000
-"""Of all textures that a document has made: MuJoCo keeps each whole, at three bytes a pixel."""
+"""Total size of generated textures: MuJoCo stores them at three bytes a pixel."""
 MAX_LINKS = 500
 MAX_RATIO = 1000.0
-"""Between two joints that are tied to each other; a harmonic drive has 320 at most."""
+"""Gear ratio of two coupled joints; a harmonic drive has at most 320."""
 
 SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
 IGNORED = frozenset("option size statistic visual sensor keyframe custom camera light".split())
-"""What the engine does not read, so that it is left out of the program."""
+"""Sections and elements that the engine ignores; the program does not contain them."""
 KNOWN = {
     "compiler": frozenset(),
     "default": frozenset(
@@ -32,16 +32,16 @@ KNOWN = {
     "tendon": frozenset("fixed spatial joint site geom pulley".split()),
     "actuator": frozenset("general motor position velocity".split()),
 }
-"""Elements that may stand in each section, at any depth."""
-REASONS = {
-    "include": "put the content of the other file in its place",
+"""Allowed elements of each section, at any depth."""
+ADVICE = {
+    "include": "insert the content of the other file",
     "plugin": "the engine has no plugins",
     "extension": "the engine has no plugins",
     "hfield": "a height field cannot be part of a body",
-    "replicate": "write the copies out, or use `repeat` in the case",
-    "composite": "write its bodies out",
-    "attach": "put the other model's bodies in its place",
-    "model": "put the other model's bodies in its place",
+    "replicate": "list the copies, or use `repeat` in the case",
+    "composite": "list its bodies",
+    "attach": "insert the bodies of the other model",
+    "model": "insert the bodies of the other model",
 }
 GEOMS = frozenset("plane sphere capsule ellipsoid cylinder box mesh".split())
 TRANSMISSIONS = ("joint", "jointinparent", "tendon")
@@ -50,26 +50,26 @@ DIRECTORIES = ("assetdir", "meshdir", "texturedir")
 
 @dataclass
 class MechanismDraft:
-    """A model on its way to a mechanism."""
+    """A model before its inspection by MuJoCo."""
 
     text: str
     notes: list[str] = field(default_factory=list)
     limits: dict[str, float] = field(default_factory=dict)
-    """Largest force of a joint's motor by joint, where the document says it outside of an actuator."""
+    """Largest motor force by joint, where the document has it outside of an actuator."""
     inertialess: bool = False
-    """Whether some link's mass is left to its shape and density."""
+    """Whether the mass of some link follows from its shape and density."""
 
 
 def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDraft:
-    """Return the model with its files taken into the bundle, and with a name for every body and joint.
+    """Return the model with its files in the bundle, and with names for all bodies and joints.
 
     Args:
-        root: The document's root; it is changed.
-        bundle: Takes in the files.
-        base: `fixed` or `free`, where the case says it; None as the document has it.
+        root: Root of the document; it is changed.
+        bundle: Collects the files.
+        base: `fixed` or `free`; that of the document if None.
 
     Raises:
-        AssetError: if there is something in it that cannot be simulated, or not safely.
+        AssetError: if it has something that cannot be simulated, or not safely.
     """
     _check_elements(root)
     notes = _leave_out(root)
@@ -79,79 +79,71 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     if base is not None:
         _set_base(root, free=base == "free")
     if root.find("tendon") is not None:
-        notes.append("the engine makes motors on joints out of motors on tendons, and reads nothing else of tendons")
+        notes.append("the engine converts motors on tendons to motors on joints, and ignores tendons otherwise")
     return MechanismDraft(write_markup(root), notes)
 
 
 def _check_elements(root: ET.Element) -> None:
-    pixels = 0
     for section in root:
         if section.tag not in SECTIONS | IGNORED:
             raise _refusal(section.tag)
         if section.tag in IGNORED:
             continue
         for element in section.iter():
-            if element is not section and element.tag not in KNOWN[section.tag] | IGNORED:
-                raise _refusal(element.tag)
-            if element.tag == "geom" and element.get("type", "sphere") not in GEOMS:
-                raise AssetError(
-                    f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}"
-                )
-            if (
-                section.tag == "actuator"
-                and element is not section
-                and not any(t in element.attrib for t in TRANSMISSIONS)
-            ):
-                raise AssetError(
-                    f"has an actuator `{element.get('name', '')}` on something else than a joint; remove it"
-                )
-            if section.tag == "equality" and element.tag == "joint":
-                _check_tie(element)
-            pixels += _pixels(element) if element.tag == "texture" else 0
-            if pixels > MAX_PIXELS:
-                raise AssetError(f"has textures of more than {MAX_PIXELS:,} pixels in all; make them smaller")
-            if element.tag == "texture" and _larger(
-                element.get("width"), element.get("height"), element.get("gridsize")
-            ):
-                raise AssetError(f"has a texture of more than {MAX_TEXTURE} x {MAX_TEXTURE} pixels")
-            if _number(element.get("ref")) and section.tag == "worldbody":
-                name = element.get("name", "")
-                raise AssetError(
-                    f'counts the position of joint `{name}` from ref="{element.get("ref")}"; leave `ref` out'
-                )
+            if element is not section:
+                _check_element(element, section.tag)
+    textures = [texture for section in root if section.tag not in IGNORED for texture in section.iter("texture")]
+    if sum(map(_pixels, textures)) > MAX_PIXELS:
+        raise AssetError(f"has textures of more than {MAX_PIXELS:,} pixels in total; make them smaller")
 
 
-def _check_tie(element: ET.Element) -> None:
-    """Refuse gears that nothing could turn: the inertia of what turns faster counts by the square of the ratio."""
+def _check_element(element: ET.Element, section: str) -> None:
+    if element.tag not in KNOWN[section] | IGNORED:
+        raise _refusal(element.tag)
+    if element.tag == "geom" and element.get("type", "sphere") not in GEOMS:
+        raise AssetError(f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}")
+    if section == "actuator" and not any(name in element.attrib for name in TRANSMISSIONS):
+        raise AssetError(f"has an actuator `{element.get('name', '')}` that does not act on a joint; remove it")
+    if section == "equality" and element.tag == "joint":
+        _check_coupling(element)
+    if element.tag == "texture" and _is_too_large(element.get("width"), element.get("height"), element.get("gridsize")):
+        raise AssetError(f"has a texture of more than {MAX_TEXTURE} x {MAX_TEXTURE} pixels")
+    if section == "worldbody" and _number(element.get("ref")):
+        name, ref = element.get("name", ""), element.get("ref")
+        raise AssetError(f'measures the position of joint `{name}` from ref="{ref}"; remove `ref`')
+
+
+def _check_coupling(element: ET.Element) -> None:
+    """Refuse gears that nothing could turn: the inertia of the faster joint counts by the square of the ratio."""
     factors = [abs(_number(text, "polycoef")) for text in element.get("polycoef", "0 1").split()]
     ratio = factors[1] if len(factors) > 1 else 1.0
     if max(factors, default=0.0) > MAX_RATIO or 0 < ratio < 1 / MAX_RATIO:
         name = element.get("joint1", "")
-        raise AssetError(f"ties joint `{name}` to another 1:{ratio:g} (`polycoef`); up to 1:{MAX_RATIO:g} is possible")
+        raise AssetError(f"couples joint `{name}` at 1:{ratio:g} (`polycoef`); up to 1:{MAX_RATIO:g} is possible")
 
 
 def _number(text: str | None, name: str = "ref") -> float:
     try:
         return float(text or 0.0)
     except ValueError:
-        raise AssetError(f'has a number that is none: {name}="{(text or "")[:40]}"') from None
+        raise AssetError(f'has an invalid number: {name}="{(text or "")[:40]}"') from None
 
 
 def _pixels(texture: ET.Element) -> int:
-    """Pixels of a texture that MuJoCo makes itself: six sides of a cube unless it is said to be flat."""
+    """Pixels of a texture that MuJoCo generates: the six sides of a cube unless its type is 2d."""
     if texture.get("builtin", "none") == "none":
         return 0
     wide, tall = (int(size) if (size := texture.get(name, "0")).isdigit() else 0 for name in ("width", "height"))
     return wide * tall if texture.get("type", "cube") == "2d" else 6 * wide * wide
 
 
-def _larger(*sizes: str | None) -> bool:
+def _is_too_large(*sizes: str | None) -> bool:
     numbers = [number for size in sizes if size for number in size.split()]
     return any(not number.isdigit() or int(number) > MAX_TEXTURE for number in numbers)
 
 
 def _refusal(tag: str) -> AssetError:
-    return AssetError(f"has `<{tag}>`, which cannot be simulated: {REASONS.get(tag, 'remove it')}")
+    return AssetError(f"has `<{tag}>`, which cannot be simulated: {ADVICE.get(tag, 'remove it')}")
 
 
 def _leave_out(root: ET.Element) -> list[str]:
@@ -160,7 +152,7 @@ def _leave_out(root: ET.Element) -> list[str]:
         for child in [child for child in parent if child.tag in IGNORED]:
             found.add(child.tag)
             parent.remove(child)
-    return [f"left out, for the engine does not read it: {', '.join(sorted(found))}"] if found else []
+    return [f"left out, because the engine ignores it: {', '.join(sorted(found))}"] if found else []
 
 
 def _take_files(root: ET.Element, bundle: Bundle) -> None:
@@ -176,7 +168,7 @@ def _take_files(root: ET.Element, bundle: Bundle) -> None:
                 folder = where.get("meshdir" if mesh else "texturedir", where.get("assetdir", ""))
                 reference = Path(element.attrib[key]).name if bare else element.attrib[key]
                 name = f"{folder.rstrip('/')}/{reference}" if folder and not reference.startswith("/") else reference
-                # Without a name of its own an asset goes by that of its file, which is about to change.
+                # The default name of an asset is that of its file, which is about to change.
                 element.attrib.setdefault("name", Path(reference).stem)
                 element.attrib.pop("content_type", None)
                 element.set(key, bundle.add(name, MESHES if mesh else TEXTURES, painted=False))
@@ -190,7 +182,7 @@ def _drop_grounds(root: ET.Element) -> list[str]:
         for geom in [geom for geom in world.findall("geom") if geom.get("type") == "plane"]:
             world.remove(geom)
             dropped += 1
-    return ["its ground plane is left out: the stage is made of `scene.statics`"] if dropped else []
+    return ["its ground plane is left out; use `scene.statics` for the ground"] if dropped else []
 
 
 def _name_all(root: ET.Element) -> None:
@@ -215,13 +207,13 @@ def _name_all(root: ET.Element) -> None:
         for joint in joints:
             if joint.get("name"):
                 continue
-            # A joint goes by the name of its link, like those that are written in a case.
+            # The default name of a joint is that of its link, as in a case.
             joint.set("name", name if name not in known else fresh(name))
             known.add(joint.get("name"))
 
 
 def _joints(body: ET.Element) -> list[ET.Element]:
-    """The joints of a body itself, those in frames included."""
+    """The joints of a body itself, including those in frames."""
     found = []
     for child in body:
         if child.tag in ("joint", "freejoint"):
@@ -246,10 +238,8 @@ def _set_base(root: ET.Element, *, free: bool) -> None:
             for joint in loose:
                 body.remove(joint)
         elif len(bodies) > 1:
-            raise AssetError(
-                "has several roots, so that `base: free` can be said only in the file, with `<freejoint/>`"
-            )
+            raise AssetError("has several roots, so that only the file can set `base: free`, with `<freejoint/>`")
         elif not loose:
             if _joints(body):
-                raise AssetError(f"holds its root `{body.get('name')}` by a joint, so that `base` cannot be free")
+                raise AssetError(f"holds its root `{body.get('name')}` with a joint, so that `base` cannot be free")
             body.insert(0, ET.Element("freejoint", name=str(body.get("name"))))

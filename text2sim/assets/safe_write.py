@@ -1,4 +1,4 @@
-"""Files that are put into a case's folder: inside it, never through a link, whole or not at all."""
+"""Safe access to files of a case's folder: inside it, never through a link, written atomically."""
 
 import os
 import tempfile
@@ -11,16 +11,16 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.whole_files import naming
 
 FOLDER = "assets"
-"""Where a case keeps what it was given or what was made for it."""
+"""Folder of the assets in a case's folder."""
 LOCK = ".lock"
 NAME = r"[A-Za-z][A-Za-z0-9_]{0,47}"
-"""What an asset may be called; its files are called after it."""
+"""Pattern for names of assets, which become names of files."""
 MAX_FILE = 64 * 1024 * 1024
-"""Bytes of a file that is read or kept."""
+"""Size [bytes] of a file that is read or written."""
 
 
 def case_folder(case: Path) -> Path:
-    """Return the folder of a case, which is named by itself or by the file in it.
+    """Return the folder of a case, given the folder or the file in it.
 
     Raises:
         AssetError: if there is no such folder.
@@ -32,14 +32,14 @@ def case_folder(case: Path) -> Path:
 
 
 def place_in(folder: Path, file: str) -> Path:
-    """Return where a file of a case lies: below its folder, with no link on the way.
+    """Return the path of a file of a case, which must be below its folder and not behind a link.
 
     Args:
         folder: The case's folder.
         file: Path inside it, with forward slashes.
 
     Raises:
-        AssetError: if it leads out of the folder, or through a link.
+        AssetError: if it is not.
     """
     pure = PurePosixPath(file)
     odd = "\\" in file or not file.isprintable() or ":" in file or file.startswith("~")
@@ -54,10 +54,10 @@ def place_in(folder: Path, file: str) -> Path:
 
 
 def read_kept(folder: Path, file: str) -> bytes:
-    """Return what lies in a file of a case.
+    """Return the content of a file of a case.
 
     Raises:
-        AssetError: if it is not there, too large, or not a plain file of this folder.
+        AssetError: if it is missing, too large, or not a plain file of this folder.
     """
     path = place_in(folder, file)
     if not path.is_file():
@@ -66,10 +66,10 @@ def read_kept(folder: Path, file: str) -> bytes:
 
 
 def read_file(path: Path) -> bytes:
-    """Return what lies in a file that a person named.
+    """Return the content of a file that the user named.
 
     Raises:
-        AssetError: if it is missing, a link, no plain file, or too large.
+        AssetError: if it is missing, a link, not a plain file, or too large.
     """
     if path.is_symlink():
         raise AssetError(f"`{path}` is a symbolic link; name the file itself")
@@ -83,19 +83,19 @@ def read_file(path: Path) -> bytes:
 
 
 def keep(folder: Path, file: str, content: bytes) -> Path:
-    """Put a file into a case's folder in one step, and return where it lies.
+    """Write a file in a case's folder atomically, and return its path.
 
     Args:
         folder: Folder of the case.
         file: Path in that folder.
-        content: What the file is to hold.
+        content: Content of the file.
 
     Raises:
-        AssetError: if its place is outside of the folder, or a link.
+        AssetError: if its path is outside of the folder, or behind a link.
     """
     path = place_in(folder, file)
     path.parent.mkdir(parents=True, exist_ok=True)
-    place_in(folder, file)  # what was made in the meantime by somebody else may be a link
+    place_in(folder, file)  # again, because another process may have made a link in the meantime
     handle, partial = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
     try:
         with naming(path), os.fdopen(handle, "wb") as stream:
@@ -111,13 +111,13 @@ def keep(folder: Path, file: str, content: bytes) -> Path:
 
 
 def digest(content: bytes) -> str:
-    """Return the SHA-256 of a file's content, in hexadecimal digits."""
+    """Return the SHA-256 of a file's content in hexadecimal."""
     return sha256(content).hexdigest()
 
 
 @contextmanager
 def only_me(folder: Path) -> Iterator[None]:
-    """Keep other threads and processes from changing what a case's folder has on its assets."""
+    """Keep other threads and processes from changing the records of a case's assets."""
     path = place_in(folder, f"{FOLDER}/{LOCK}")
     path.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)

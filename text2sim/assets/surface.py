@@ -1,7 +1,7 @@
-"""Triangle meshes as the tools for assets change them: shape apart from paint, every corner of space once.
+"""Triangle meshes with one vertex per position, and texture coordinates and colours per corner of a triangle.
 
-A vertex on a seam has several places in a picture, so that places and colours belong to the corners of triangles. What
-is open, twisted or double can then be seen, and repaired, on the shape alone.
+A vertex on a seam of the texture has several texture coordinates. Because they belong to corners, holes, flipped and
+duplicate triangles can be found and repaired on the shape alone.
 """
 
 from dataclasses import dataclass, replace
@@ -15,12 +15,12 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Paint:
-    """What a part of a surface is made of, to the eye."""
+    """Appearance of a part of a surface."""
 
     rgba: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
-    """Each channel in 0..1; what a picture is multiplied by."""
+    """Colour, each channel in 0..1; multiplies the picture."""
     picture: Any = None
-    """A picture (of PIL) that `uv` refers to."""
+    """Texture (a PIL image) for `uv`."""
     metallic: float = 0.0
     roughness: float = 0.9
 
@@ -30,16 +30,16 @@ class TriangleMesh:
     """A triangle mesh, z up."""
 
     vertices: Array
-    """(n, 3) float [m]"""
+    """Positions [m], (n, 3) float."""
     faces: Array
-    """(m, 3) int, counterclockwise from outside"""
+    """Triangles, counterclockwise from outside, (m, 3) int."""
     part: Array
-    """(m,) int: which of `paints`"""
+    """Index of each triangle's paint, (m,) int."""
     paints: tuple[Paint, ...]
     uv: Array | None = None
-    """(m, 3, 2) float: place of each corner in the picture"""
+    """Texture coordinates of the corners, (m, 3, 2) float."""
     rgba: Array | None = None
-    """(m, 3, 4) uint8: colour of each corner, where the file has such"""
+    """Colours of the corners, (m, 3, 4) uint8."""
 
     @property
     def extent(self) -> Array:
@@ -48,22 +48,22 @@ class TriangleMesh:
 
     @cached_property
     def used(self) -> Array:
-        """The vertices that some triangle has, (k, 3)."""
+        """Vertices of triangles, (k, 3)."""
         return self.vertices[np.unique(self.faces)]
 
     @property
     def diagonal(self) -> float:
-        """Length [m] of the diagonal of its bounds."""
+        """Diagonal [m] of its bounding box."""
         return float(np.linalg.norm(self.extent))
 
     @property
     def flat(self) -> bool:
-        """Whether it lies in a plane: a cloth or a picture, with an edge that is no hole."""
+        """Whether it is planar, like a cloth or a picture, whose border is not a hole."""
         middle = self.used - self.used.mean(axis=0)
         return bool(np.sqrt(np.linalg.eigvalsh(middle.T @ middle / len(middle))[0].clip(0)) < 1e-6 * self.diagonal)
 
     def keep(self, faces: Array) -> "TriangleMesh":
-        """Return the surface with some of its triangles: numbers, or a mask."""
+        """Return the surface with some of its triangles, by indices or a mask."""
         return replace(
             self,
             faces=self.faces[faces],
@@ -73,7 +73,7 @@ class TriangleMesh:
         )
 
     def flip(self, mask: Array) -> "TriangleMesh":
-        """Return the surface with some triangles turned around."""
+        """Return the surface with some triangles flipped."""
 
         def turned(values: Array) -> Array:
             values = values.copy()
@@ -88,31 +88,31 @@ class TriangleMesh:
         )
 
     def move(self, vertices: Array) -> "TriangleMesh":
-        """Return the surface with its vertices elsewhere."""
+        """Return the surface with other positions of its vertices."""
         return replace(self, vertices=vertices)
 
     @cached_property
     def edge_counts(self) -> tuple[int, int]:
-        """How many edges belong to one triangle alone, and how many to more than two."""
+        """Numbers of edges with one triangle, and with more than two."""
         edges = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         _, counts = np.unique(edges[:, 0] * (len(self.vertices) + 1) + edges[:, 1], return_counts=True)
         return int((counts == 1).sum()), int((counts > 2).sum())
 
     @cached_property
     def coherent(self) -> bool:
-        """Whether neighbours face the same side: no edge is run through twice in one direction."""
+        """Whether neighbours face the same side: no two triangles have an edge in the same direction."""
         edges = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         keys = edges[:, 0] * (len(self.vertices) + 1) + edges[:, 1]
         return len(np.unique(keys)) == len(keys)
 
     @property
     def watertight(self) -> bool:
-        """Whether every edge belongs to exactly two triangles, and neighbours face the same side."""
+        """Whether every edge has exactly two triangles, and neighbours face the same side."""
         return len(self.faces) > 0 and self.edge_counts == (0, 0) and self.coherent
 
     @cached_property
     def components(self) -> tuple[int, Array]:
-        """How many pieces there are that hang together, and to which each triangle belongs, (m,)."""
+        """Number of connected pieces, and the piece of each triangle, (m,)."""
         from scipy.sparse import coo_matrix
         from scipy.sparse.csgraph import connected_components
 
@@ -124,7 +124,7 @@ class TriangleMesh:
         return len(names), own
 
     def volumes(self) -> Array:
-        """Return the signed volume [m3] of each piece, about its own middle; exact where it is closed."""
+        """Return the signed volume [m3] of each piece relative to its centre; exact if it is closed."""
         count, own = self.components
         corners = self.vertices[self.faces]
         weight = np.bincount(own, minlength=count)[:, None]
@@ -139,7 +139,7 @@ class TriangleMesh:
         return 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
 
     def bounds_of_components(self) -> tuple[Array, Array]:
-        """Return lowest and highest corners [m] of the pieces, each (c, 3)."""
+        """Return the lower and upper bounds [m] of the pieces, each (c, 3)."""
         count, own = self.components
         corners = self.vertices[self.faces]
         low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
@@ -149,7 +149,7 @@ class TriangleMesh:
 
 
 def welded(surface: TriangleMesh, tolerance: float) -> TriangleMesh:
-    """Return a surface in which vertices that are nearer to each other than a tolerance [m] are one."""
+    """Return a surface whose vertices within a tolerance [m] of each other are merged."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import KDTree

@@ -1,4 +1,4 @@
-"""URDF documents, reduced to what the engine reads."""
+"""Reader of URDF documents, which reduces them to what the engine supports."""
 
 import io
 import math
@@ -23,24 +23,24 @@ KNOWN = {
     "link": frozenset("inertial visual collision".split()),
     "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
 }
-"""What is kept; the rest (gazebo, transmission, safety_controller, …) does nothing in the engine, or other things."""
-JUDGED = {"limits": dict, "inertialess": bool}
+"""Elements that are kept; the engine ignores the rest (gazebo, transmission, …) or interprets it differently."""
+FACTS = {"limits": dict, "inertialess": bool}
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 
 
 def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDraft:
-    """Return the model with its files taken into the bundle.
+    """Return the model with its files in the bundle.
 
     Args:
-        root: The document's root; it is changed.
-        bundle: Takes in the files.
-        base: `free` if its root is not held by the world.
+        root: Root of the document; it is changed.
+        bundle: Collects the files.
+        base: `free` if the world does not hold its root.
 
     Raises:
-        AssetError: if it is no tree of links, or there is something in it that cannot be simulated.
+        AssetError: if it is not a tree of links, or has something that cannot be simulated.
     """
     if any(element.tag.startswith("xacro:") for element in root.iter()):
-        raise AssetError("is a xacro document; write the URDF first: `xacro robot.urdf.xacro > robot.urdf`")
+        raise AssetError("is a xacro document; convert it first: `xacro robot.urdf.xacro > robot.urdf`")
     for element in root:
         if element.tag in ("link", "joint") and not element.get("name"):
             raise AssetError(f"has a {element.tag} without a name")
@@ -49,12 +49,12 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     _take_files(root, bundle)
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
-    judged = cached([rules, text.encode(), b"free" if free else b"held"], JUDGED, lambda: _judge(text, free=free))
-    return MechanismDraft(text, notes, judged["limits"], judged["inertialess"])
+    facts = cached([rules, text.encode(), b"free" if free else b"held"], FACTS, lambda: _facts(text, free=free))
+    return MechanismDraft(text, notes, facts["limits"], facts["inertialess"])
 
 
-def _judge(text: str, *, free: bool) -> dict[str, Any]:
-    """Return what the compiler wants to know of a reduced document that can be simulated."""
+def _facts(text: str, *, free: bool) -> dict[str, Any]:
+    """Check a reduced document, and return what the compiler needs."""
     robot = _parse(text)
     _check_tree(robot)
     _check_joints(robot)
@@ -70,7 +70,7 @@ def _leave_out(root: ET.Element) -> list[str]:
         for child in [child for child in parent if parent.tag in KNOWN and child.tag not in KNOWN[parent.tag]]:
             found.add(child.tag)
             parent.remove(child)
-    return [f"left out, for it is no part of a body: {', '.join(sorted(found))}"] if found else []
+    return [f"left out, because it is not part of a body: {', '.join(sorted(found))}"] if found else []
 
 
 def _draw_collisions(root: ET.Element) -> list[str]:
@@ -81,24 +81,21 @@ def _draw_collisions(root: ET.Element) -> list[str]:
             for collision in link.findall("collision"):
                 visual = ET.SubElement(link, "visual")
                 visual.extend(child for child in collision if child.tag in ("origin", "geometry"))
-    return [f"drawn as they touch, for they have no `<visual>`: {', '.join(bare)}"] if bare else []
+    return [f"drawn with collision shapes, because there is no `<visual>`: {', '.join(bare)}"] if bare else []
 
 
 def _take_files(root: ET.Element, bundle: Bundle) -> None:
-    taken: dict[int, None] = {}
+    taken: set[ET.Element] = set()
     for parent, suffixes in (("collision", COLLISIONS), ("visual", VISUALS)):
-        for holder in root.iter(parent):
-            for mesh in holder.iter("mesh"):
-                # A drawn collision shape shares its element with the collision.
-                if id(mesh) not in taken:
-                    taken[id(mesh)] = None
-                    try:
-                        mesh.set(
-                            "filename",
-                            bundle.add(mesh.get("filename", ""), suffixes, painted=parent == "visual"),
-                        )
-                    except AssetError as error:
-                        raise AssetError(f"{error}" + (" for contact" if "must end" in str(error) else "")) from None
+        for mesh in (mesh for holder in root.iter(parent) for mesh in holder.iter("mesh")):
+            # A collision shape that is drawn is the same element in both.
+            if mesh in taken:
+                continue
+            taken.add(mesh)
+            try:
+                mesh.set("filename", bundle.add(mesh.get("filename", ""), suffixes, painted=parent == "visual"))
+            except AssetError as error:
+                raise AssetError(f"{error}" + (" for contact" if "must end" in str(error) else "")) from None
     for texture in root.iter("texture"):
         texture.set("filename", bundle.add(texture.get("filename", ""), PICTURES))
 
@@ -111,7 +108,7 @@ def _parse(text: str) -> "Robot":
             io.BytesIO(text.encode()), build_scene_graph=False, load_meshes=False,
             build_collision_scene_graph=False, load_collision_meshes=False,
         )  # fmt: skip
-    except Exception as error:  # a reader of foreign files fails in every way there is
+    except Exception as error:  # a reader of untrusted files can raise anything
         raise AssetError(f"is not a URDF document ({type(error).__name__}: {str(error)[:120]})") from None
     return urdf.robot
 
@@ -123,22 +120,22 @@ def _check_tree(robot: "Robot") -> None:
         raise AssetError(f"has {len(links)} links; at least one and at most {MAX_LINKS} are possible")
     for what, names in (("link", links), ("joint", joints)):
         if len(set(names)) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise AssetError(f"has two {what}s named `{twice}`")
+            duplicate = next(name for name in names if names.count(name) > 1)
+            raise AssetError(f"has two {what}s named `{duplicate}`")
     parents: dict[str, str] = {}
     for joint in robot.joints:
         for end in (joint.parent, joint.child):
             if end not in links:
                 hint = nearest(end, links)
                 raise AssetError(
-                    f"joint `{joint.name}` names a link `{end}` that does not exist"
-                    + (f" (did it mean `{hint}`?)" if hint else "")
+                    f"joint `{joint.name}` refers to a link `{end}` that does not exist"
+                    + (f"; did you mean `{hint}`?" if hint else "")
                 )
         if joint.child in parents:
-            raise AssetError(f"link `{joint.child}` hangs on two joints; a URDF is a tree")
+            raise AssetError(f"link `{joint.child}` is the child of two joints; a URDF is a tree")
         parents[joint.child] = joint.parent
-    for circle in find_cycles(parents):
-        raise AssetError(f"links hang on each other in a circle: {' -> '.join([*circle, circle[0]])}")
+    for cycle in find_cycles(parents):
+        raise AssetError(f"links form a cycle: {' -> '.join([*cycle, cycle[0]])}")
     roots = [link for link in links if link not in parents]
     if len(roots) != 1:
         raise AssetError(f"has several roots ({', '.join(roots[:6])}); join them with fixed joints")
@@ -148,7 +145,7 @@ def _check_joints(robot: "Robot") -> None:
     joints = {joint.name: joint for joint in robot.joints}
     for joint in robot.joints:
         if joint.type not in KINDS:
-            way = "; whether the root moves freely is said by `base`" if joint.type == "floating" else ""
+            way = "; use `base: free` for a free root" if joint.type == "floating" else ""
             raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(KINDS)}{way}")
         if joint.type == "fixed":
             continue
@@ -156,8 +153,8 @@ def _check_joints(robot: "Robot") -> None:
             raise AssetError(f"joint `{joint.name}` has an axis of length zero")
         _check_limit(joint)
         _check_mimic(joint, joints)
-    for circle in find_cycles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
-        raise AssetError(f"joints mimic each other in a circle: {' -> '.join([*circle, circle[0]])}")
+    for cycle in find_cycles({joint.name: joint.mimic.joint for joint in robot.joints if joint.mimic is not None}):
+        raise AssetError(f"joints mimic each other in a cycle: {' -> '.join([*cycle, cycle[0]])}")
 
 
 def _check_limit(joint: "Joint") -> None:
@@ -172,7 +169,7 @@ def _check_limit(joint: "Joint") -> None:
 
 def _check_mimic(joint: "Joint", joints: dict[str, Any]) -> None:
     if joint.mimic is not None and (joint.mimic.joint not in joints or joints[joint.mimic.joint].type == "fixed"):
-        raise AssetError(f"joint `{joint.name}` mimics `{joint.mimic.joint}`, which is no joint that moves")
+        raise AssetError(f"joint `{joint.name}` mimics `{joint.mimic.joint}`, which is not a movable joint")
 
 
 def _check_masses(robot: "Robot", *, free: bool) -> None:
@@ -188,19 +185,19 @@ def _check_masses(robot: "Robot", *, free: bool) -> None:
         if inertia is None:
             continue
         low, middle, high = np.linalg.eigvalsh(0.5 * (inertia + inertia.T))
-        # What the engine allows for rounding. A fixed link melts into its parent, with which it makes a whole.
+        # The engine's tolerances for rounding. A fixed link is merged with its parent, and need not be possible alone.
         impossible = low + middle < high * (1 - 1e-6) - 1e-9 and link.name not in fixed
         if low < -1e-6 * high - 1e-9 or impossible:
             raise AssetError(
                 f"link `{link.name}` has an inertia that no body can have (principal moments {low:.3g}, "
-                f"{middle:.3g}, {high:.3g} kg m2); correct it, or leave out its `<inertial>`, so that shape and "
-                "density say it"
+                f"{middle:.3g}, {high:.3g} kg m2); correct it, or remove its `<inertial>`, so that shape and "
+                "density give it"
             )
     _check_moving(robot, free=free)
 
 
 def _check_moving(robot: "Robot", *, free: bool) -> None:
-    """Refuse a moving link that weighs nothing, together with all that hangs on it."""
+    """Refuse a movable link that has no mass, nor have its descendants."""
     parents = {joint.child: joint.parent for joint in robot.joints}
     heavy: set[str | None] = {None}
     for link in robot.links:
@@ -214,10 +211,10 @@ def _check_moving(robot: "Robot", *, free: bool) -> None:
         moving += {link.name for link in robot.links} - {joint.child for joint in robot.joints}
     for name in moving:
         if name not in heavy:
-            raise AssetError(f"link `{name}` moves and weighs nothing; give it an `<inertial>` or a shape")
+            raise AssetError(f"link `{name}` is movable and has no mass; give it an `<inertial>` or a shape")
 
 
 def mesh_names(text: str) -> set[str]:
-    """Return the names of the files that the contact shapes of a reduced document refer to."""
+    """Return the names of the mesh files of collision shapes in a reduced document."""
     root = ET.fromstring(text)
     return {Path(mesh.get("filename", "")).name for c in root.iter("collision") for mesh in c.iter("mesh")}
