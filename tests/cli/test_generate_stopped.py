@@ -19,4 +19,4 @@ def test_a_stopped_loop_says_what_was_spent_and_how_to_go_on(
     session = SimpleNamespace(case=tmp_path / "cases" / "swing", run=run, account=account)
     with pytest.raises(KeyboardInterrupt):
         _work(session, False, "none", None)  # type: ignore[arg-type]
-    assert "stopped after 12,345 tokens; with `--resume cases/swing` it goes on" in capsys.readouterr().err
+    assert "stopped after 12,345 tokens; `--resume cases/swing` continues" in capsys.readouterr().err

@@ -30,7 +30,7 @@ def test_an_unknown_command_is_wrong_input(cli: Cli):
 
 def test_a_good_case_is_ok(cli: Cli, case: Path):
     answer = cli("check", case)
-    said = "cases/fall/case.yaml: ok\n    true at the start already, and would be if nothing moved: starts_high\n"
+    said = "cases/fall/case.yaml: ok\n    already true at the start, and would be if nothing moved: starts_high\n"
     assert (answer.code, answer.out, answer.err) == (0, said, "")
 
 

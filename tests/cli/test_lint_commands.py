@@ -20,7 +20,7 @@ def test_rules_are_listed_with_a_line_each(cli: Cli) -> None:
 def test_a_rule_is_explained(cli: Cli) -> None:
     answer = cli("check", "--explain", "overlap")
     assert answer.code == 0
-    for part in ("overlap (warning): Two bodies", "Remedy:", "For example:", "this mends it", "waive: {overlap:"):
+    for part in ("overlap (warning): Two bodies", "Remedy:", "For example:", "fixes it", "waive: {overlap:"):
         assert part in answer.out
     assert cli("check", "--explain", "overlap", "--json").json["severity"] == "warning"
 

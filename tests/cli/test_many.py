@@ -32,4 +32,4 @@ def test_a_case_that_is_wrong_is_told_as_ever(cli: Cli, tmp_path: Path) -> None:
 def test_a_store_goes_with_a_cluster(cli: Cli, case: Path) -> None:
     answer = cli("run", case, "--store", "x")
     assert answer.code == 2
-    assert "goes with --ray" in answer.err
+    assert "needs --ray" in answer.err

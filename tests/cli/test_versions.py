@@ -102,7 +102,7 @@ def test_what_came_of_both_when_both_were_run(cli: Cli, case: Path, folder: Path
     evidence["expect"]["falls"] |= {"ok": False, "why": "2.5 m at 1 s"}
     (run / "evidence.json").write_text(json.dumps(evidence))
     rows = [
-        f"what came of it ({folder} → runs/{run.name}):",
+        f"results ({folder} → runs/{run.name}):",
         "  height  end 0.095 → 2.5 m, max 5 → 6 m",
         "  falls  ok → FAIL: 2.5 m at 1 s",
     ]
@@ -156,11 +156,11 @@ REFUSED = [
     ("not there", '[\n  {"op": "replace",\n   "path": "/bodies/bal/shape", "value": 1}]',
      ["p.json:3:12: error: operation 1 (replace /bodies/bal/shape): there is no `bal`", "did you mean `ball`?"]),
     ("schema", '[{"op": "replace", "path": "/bodies/ball/shape/radius", "value": -1}]',
-     ["case.yaml:12:35: error: must be greater than 0 (got -1)", "radius: -1}", "operation 1 (replace", "stays as it is"]),
+     ["case.yaml:12:35: error: must be greater than 0 (got -1)", "radius: -1}", "operation 1 (replace", "is not changed"]),
     ("a reference", '[{"op": "test", "path": "/name", "value": "fall"},\n {"op": "move", "from": "/bodies/ball", "path": "/bodies/shot"}]',
-     ["case.yaml:17:34: error: there is no body or static `ball`", "operation 2 (move /bodies/shot)", "stays as it is"]),
+     ["case.yaml:17:34: error: there is no body or static `ball`", "operation 2 (move /bodies/shot)", "is not changed"]),
     ("an expectation without a measure", '[{"op": "remove", "path": "/actions/measures/height"}]', ["operation 1 (remove", "`height`"]),
-    ("the lint", '[{"op": "replace", "path": "/bodies/ball/pose/pos", "value": [0, 0, -3]}]', ["[under-floor]", "stays as it is"]),
+    ("the lint", '[{"op": "replace", "path": "/bodies/ball/pose/pos", "value": [0, 0, -3]}]', ["[under-floor]", "is not changed"]),
     ("another one's section", '[{"op": "add", "path": "/params", "value": {"x": 1}}]', ["/params is outside /bodies", "`--owner bodies`"]),
     ("all at once", '[{"op": "replace", "path": "", "value": {}}]', ["the whole case is outside /bodies"]),
     ("taken from another", '[{"op": "move", "from": "/actions/measures", "path": "/bodies/measures"}]', ["p.json:1:25", "/actions is outside /bodies"]),
@@ -287,7 +287,7 @@ def test_a_revision_brings_its_own_prefabs(cli: Cli, git: Git):
     git("commit", "-qm", "pin")
     (case / "prefabs/pin.yaml").write_text(prefab.replace("default: 0.1", "default: 0.2"))
     answer = cli("diff", "repo/cases/fall@HEAD", "repo/cases/fall")
-    assert (answer.code, answer.out) == (1, "what follows:\n  = bodies.ball.shape.radius  0.1 → 0.2\n")
+    assert (answer.code, answer.out) == (1, "derived values:\n  = bodies.ball.shape.radius  0.1 → 0.2\n")
     assert list(case.rglob(".*")) == []
 
 

@@ -128,7 +128,7 @@ def test_patch_changes_and_keeps_comments(agent: Agent, tiny: str) -> None:
         ([{"op": "replace", "path": "/scene/dt", "value": 0.001}], "bodies", "is outside /bodies, the only section"),
         ([{"op": "replace", "path": "/bodies/bxo/kind", "value": "soft"}], "", "there is no `bxo`"),
         ([{"op": "test", "path": "/name", "value": "other"}], "", "operation 1"),
-        ([{"op": "add", "path": "/scene/dt", "value": "x"}], "", "stays as it is"),
+        ([{"op": "add", "path": "/scene/dt", "value": "x"}], "", "is not changed"),
         ([{"op": "evil", "path": "/scene/dt"}], "", "op"),
     ],
 )

@@ -60,7 +60,7 @@ def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, mo
     monkeypatch.setattr(Filming, "trace", lambda *_: signal.raise_signal(signal.SIGTERM))
     film, told = last_film(run, "draft", None, quiet=True)
     assert film == run / "video.mp4"
-    assert f"`text2sim render {run}` goes on" in told
+    assert f"`text2sim render {run}` continues it" in told
 
 
 def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -> None:

@@ -1,1 +1,1 @@
-"""Assets tried out: in tiny cases that are compiled, drawn and run like any other."""
+"""Intake of assets: tests in tiny cases, previews, registration in a case's manifest."""

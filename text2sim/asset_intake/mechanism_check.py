@@ -1,4 +1,4 @@
-"""Mechanisms looked at without the engine: their structure, their joints, a picture."""
+"""Checks of mechanisms without the engine: structure, joints, a picture."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -19,23 +19,23 @@ MODELS = (".xml", ".mjcf", ".urdf")
 
 @dataclass(frozen=True)
 class MechanismReport:
-    """What a mechanism is like."""
+    """Properties of a mechanism."""
 
     kind: str
-    """mjcf, urdf, or `body` where it is written in the language."""
+    """mjcf, urdf, or `body` if it is written in the language."""
     links: tuple[str, ...]
     control: Mapping[str, Control]
-    """Its joints that move, by name."""
+    """Movable joints by name."""
     loops: int
-    """Constraints that close loops."""
+    """Number of constraints that close loops."""
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     size: tuple[float, float, float]
     """Extent [m] at the start."""
     files: tuple[str, ...]
-    """What it is made of, by path inside its folder."""
+    """Paths of its files inside its folder."""
     notes: tuple[str, ...]
-    """What was left out or added, and what is doubtful."""
+    """Omissions, additions and doubts, in words."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -44,10 +44,10 @@ class MechanismReport:
 
 @dataclass(frozen=True)
 class Subject:
-    """A mechanism as a case would have it."""
+    """A mechanism as a body of a case."""
 
     folder: Path
-    """In which its files lie."""
+    """Folder of its files."""
     body: Mapping[str, Any]
 
     @classmethod
@@ -56,7 +56,7 @@ class Subject:
 
         Args:
             what: An MJCF or URDF file, or the data of an `articulated` body.
-            folder: The folder in which all of its files lie; that of the file if None.
+            folder: The folder with all of its files; that of the file if None.
 
         Raises:
             AssetError: if it is neither.
@@ -66,19 +66,19 @@ class Subject:
                 raise AssetError("a mechanism is a body of kind `articulated`, or an MJCF or URDF file")
             return cls(folder or Path("."), dict(what))
         if what.suffix.lower() not in MODELS:
-            raise AssetError(f"`{what.name}` is no mechanism; it must end in one of {', '.join(MODELS)}")
+            raise AssetError(f"`{what.name}` is not a mechanism; it must end in one of {', '.join(MODELS)}")
         root, file = rooted(what, folder)
         return cls(root, {"kind": "articulated", "file": file, "base": "fixed"})
 
 
 def check_mechanism(what: Path | Mapping[str, Any], folder: Path | None = None) -> MechanismReport:
-    """Return what a mechanism is like.
+    """Return a report on a mechanism.
 
-    MuJoCo and a reader of URDF look at its structure, and the compiler at what it becomes in a case.
+    MuJoCo and a URDF reader check its structure, the compiler its use in a case.
 
     Args:
         what: An MJCF or URDF file, or the data of an `articulated` body.
-        folder: The folder in which all of its files lie; that of the file if None.
+        folder: The folder with all of its files; that of the file if None.
 
     Raises:
         AssetError: if it cannot be used, with the reasons.
@@ -91,7 +91,7 @@ def preview(what: Path | Mapping[str, Any], folder: Path | None = None, size: tu
 
     Args:
         what: An MJCF or URDF file, or the data of an `articulated` body.
-        folder: The folder in which all of its files lie; that of the file if None.
+        folder: The folder with all of its files; that of the file if None.
         size: Width and height of the picture [pixels].
 
     Raises:
@@ -103,7 +103,7 @@ def preview(what: Path | Mapping[str, Any], folder: Path | None = None, size: tu
 
 
 def resolved(subject: Subject) -> "Resolution":
-    """Return the case with a mechanism alone, worked out.
+    """Return a resolved case with only this mechanism.
 
     Raises:
         AssetError: if it cannot be used.
@@ -118,7 +118,7 @@ def resolved(subject: Subject) -> "Resolution":
 
 
 def report_of(resolution: "Resolution") -> MechanismReport:
-    """Return what the mechanism of a case that was worked out is like."""
+    """Return a report on the mechanism of a resolved case."""
     from text2sim.compiler.masses import masses
     from text2sim.compiler.trees.tree import tree_bounds
 
@@ -137,9 +137,9 @@ def report_of(resolution: "Resolution") -> MechanismReport:
             unit = "m" if joint.kind == "slider" else "rad"
             control[name] = Control(kind=joint.kind, unit=unit, range=span, actuator=motor)
             if not name.isidentifier() or not name.isascii():
-                notes.append(f"joint `{name}` has a name that a case cannot say; give it letters, digits and _ alone")
+                notes.append(f"joint `{name}` has a name that a case cannot use; only use letters, digits and _")
     if not control:
-        notes.append("has no joint that moves")
+        notes.append("has no movable joint")
     elif not any(one.actuator for one in control.values()):
         notes.append("has no motor: give its joints actuators (`joints`), or let them swing")
     low, high = tree_bounds(tree, (1.0, 0.0, 0.0, 0.0))

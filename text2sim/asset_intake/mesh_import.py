@@ -1,4 +1,4 @@
-"""Trials of meshes in the engine: a case with the mesh is compiled and run for a few steps."""
+"""Trial of a mesh in the engine: a case with the mesh is compiled and run for a few steps."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,24 +11,24 @@ STEPS, STEP = 5, 0.01
 
 @dataclass(frozen=True)
 class EngineImport:
-    """What came of it."""
+    """Result of a trial."""
 
     ok: bool
     message: str
-    """Why not."""
+    """Reason if it failed."""
     mass: float | None
-    """[kg], at the density of water."""
+    """Mass [kg] at the density of water."""
     pieces: int
-    """Convex pieces that the compiler made of it."""
+    """Convex pieces that the compiler made."""
     wall: float
-    """Seconds that it took."""
+    """Wall time [s]."""
 
 
 def import_into_engine(file: Path) -> EngineImport:
     """Drop a mesh above a floor for five steps, through the compiler and the harness.
 
     Args:
-        file: The mesh as a case would name it: .obj, .stl, .ply, .glb or .gltf.
+        file: The mesh: .obj, .stl, .ply, .glb or .gltf.
 
     Raises:
         MachineError: if this machine cannot run the engine.
@@ -42,10 +42,9 @@ def import_into_engine(file: Path) -> EngineImport:
     try:
         loaded = tiny_case(file.parent, body, scene)
         resolution = resolve_case(loaded)
-    except SpecError as error:
-        return EngineImport(False, first_of(error), None, 0, 0.0)
-    except AssetError as error:
-        return EngineImport(False, str(error), None, 0, 0.0)
+    except (SpecError, AssetError) as error:
+        message = first_of(error) if isinstance(error, SpecError) else str(error)
+        return EngineImport(False, message, None, 0, 0.0)
     outcome = run_trial(loaded)
     message = outcome.message or ("" if outcome.ok else outcome.state)
     return EngineImport(outcome.ok, message, masses(resolution)[BODY], resolution.lowering.pieces, outcome.wall)

@@ -1,4 +1,4 @@
-"""A small signal on each joint of a mechanism, one after the other in the engine: which of them answer, and how far."""
+"""Probe of a mechanism: the engine drives its joints one after another, and each response is measured."""
 
 import math
 from collections.abc import Mapping
@@ -12,65 +12,65 @@ from text2sim.assets.manifest import Control, Motor
 from text2sim.spec_schema.errors import AssetError
 
 WINDOW = 0.3
-"""Seconds for each joint; there are at most `WINDOWS` of them, in which several joints may move."""
+"""Time [s] for each joint; above `WINDOWS` joints, several move at the same time."""
 WINDOWS = 12
 MAX_JOINTS = 60
 STEP = 0.005
-ANGLE, WAY = 0.15, 0.03
-"""How far a joint is asked to go [rad and m], where its range has room for it."""
+ANGLE, DISTANCE = 0.15, 0.03
+"""Targets [rad, m] of joints whose range is large enough."""
 ROOM = 0.4
-"""It is asked to go this part of the room that it has, at most."""
-ANSWERS = 0.5
-"""A joint answers if it comes this part of the way."""
+"""Largest target, as a part of the free range."""
+RESPONSE = 0.5
+"""Part of the target that a joint must reach to respond."""
 PACE = 20.0
-"""Of the motors that are put on a mechanism that has none [rad/s]."""
+"""Natural frequency [rad/s] of motors that the probe adds."""
 
 
 @dataclass(frozen=True)
 class JointResponse:
-    """What a joint did."""
+    """Response of a joint."""
 
     target: float
-    """How far it was asked to go [rad or m]."""
+    """Target relative to the start [rad or m]."""
     moved: float
-    """How far it came [rad or m]."""
+    """Distance that it moved [rad or m]."""
     answers: bool
-    """Whether that is half of the way at least, in the right direction; what dry friction holds creeps a third."""
+    """Whether that is at least half of the target; a joint that dry friction holds creeps a third."""
 
 
 @dataclass(frozen=True)
 class ProbeReport:
-    """What came of a probe."""
+    """Result of a probe."""
 
     ok: bool
-    """Whether it ran to its end and every joint answered."""
+    """Whether it ran to its end and every joint responded."""
     state: str
     message: str
-    """Why it ended early, or why a joint may not have answered."""
+    """Why it ended early, or why a joint may not have responded."""
     joints: Mapping[str, JointResponse]
     given: tuple[str, ...]
-    """Joints that have no motor of their own, and were given one for the probe."""
+    """Joints without a motor, which got one for the probe."""
     left_out: tuple[str, ...]
-    """Joints that were not asked: balls, names that a case cannot say, too many."""
+    """Joints that were not driven: balls, names that a case cannot use, too many."""
     control: Mapping[str, Control]
-    """The joints with what they did, for the manifest; motors that were given stand in it as proposals."""
+    """Joints with their responses, for the manifest; it proposes the motors that the probe added."""
     report: MechanismReport
     wall: float
-    """Seconds that it took."""
+    """Wall time [s]."""
 
 
 @dataclass(frozen=True)
 class _Signal:
-    """What a joint is asked for."""
+    """Signal for a joint."""
 
     joint: str
     start: float
-    """Its position at the start [rad or m]."""
+    """Position at the start [rad or m]."""
     target: float
-    """Difference from that."""
+    """Target relative to the start [rad or m]."""
     motor: Motor
     begin: float
-    """[s]"""
+    """Time of its beginning [s]."""
 
 
 def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeReport:
@@ -78,48 +78,45 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
 
     Args:
         what: An MJCF or URDF file, or the data of an `articulated` body.
-        folder: The folder in which all of its files lie; that of the file if None.
+        folder: The folder with all of its files; that of the file if None.
 
     Raises:
-        AssetError: if it cannot be used, or no joint of it can be asked.
+        AssetError: if it cannot be used, or has no joint that can be driven.
         MachineError: if this machine cannot run the engine.
     """
     subject = Subject.of(what, folder)
     report = report_of(resolved(subject))
-    asked = [n for n, one in report.control.items() if one.kind != "ball" and n.isidentifier() and n.isascii()]
-    asked = asked[:MAX_JOINTS]
-    if not asked:
-        raise AssetError("has no hinge or slider that could be asked to move")
-    signals = _signals(subject, report, asked)
+    driven = [n for n, one in report.control.items() if one.kind != "ball" and n.isidentifier() and n.isascii()]
+    driven = driven[:MAX_JOINTS]
+    if not driven:
+        raise AssetError("has no hinge or slider that can be driven")
+    signals = _signals(subject, report, driven)
     given = tuple(signal.joint for signal in signals if report.control[signal.joint].actuator is None)
     outcome = run_trial(_case(subject, signals, given))
     recorded = bool(outcome.series.get("time"))
-    answers = {s.joint: _answer(n, s, outcome) for n, s in enumerate(signals)} if recorded else {}
+    responses = {s.joint: _response(n, s, outcome) for n, s in enumerate(signals)} if recorded else {}
+    all_respond = all(one.answers for one in responses.values())
+    message = outcome.message
+    if not message and report.loops and not all_respond:
+        message = "joints that are coupled by constraints block each other when only one is driven"
     return ProbeReport(
-        ok=outcome.ok and len(answers) == len(asked) and all(one.answers for one in answers.values()),
+        ok=outcome.ok and len(responses) == len(driven) and all_respond,
         state=outcome.state,
-        message=outcome.message or _excuse(report, answers),
-        joints=answers,
+        message=message,
+        joints=responses,
         given=given,
-        left_out=tuple(name for name in report.control if name not in asked),
-        control={name: _control(name, report, signals, answers) for name in report.control},
+        left_out=tuple(name for name in report.control if name not in driven),
+        control={name: _control(name, report, signals, responses) for name in report.control},
         report=report,
         wall=outcome.wall,
     )
 
 
-def _excuse(report: MechanismReport, answers: Mapping[str, JointResponse]) -> str:
-    """Return why joints that were asked one by one may not have answered, if the mechanism gives a reason."""
-    if report.loops and not all(one.answers for one in answers.values()):
-        return "joints that constraints tie together hold each other back when one is driven alone"
-    return ""
-
-
-def _signals(subject: Subject, report: MechanismReport, asked: list[str]) -> list[_Signal]:
+def _signals(subject: Subject, report: MechanismReport, driven: list[str]) -> list[_Signal]:
     initial = subject.body.get("initial") or {}
-    windows = min(len(asked), WINDOWS)
+    windows = min(len(driven), WINDOWS)
     found = []
-    for number, name in enumerate(asked):
+    for number, name in enumerate(driven):
         one = report.control[name]
         low, high = one.range or (-math.inf, math.inf)
         start = float(initial.get(name, 0.0))
@@ -127,14 +124,14 @@ def _signals(subject: Subject, report: MechanismReport, asked: list[str]) -> lis
             start = (low + high) / 2
         up = high - start >= (start - low) * (1 - 1e-9)
         room = ROOM * (high - start if up else start - low)
-        target = min(WAY if one.unit == "m" else ANGLE, room) * (1 if up else -1)
+        target = min(DISTANCE if one.unit == "m" else ANGLE, room) * (1 if up else -1)
         motor = one.actuator or _proposal(one, report)
         found.append(_Signal(name, start, target, motor, STEP * 4 + WINDOW * (number % windows)))
     return found
 
 
 def _proposal(one: Control, report: MechanismReport) -> Motor:
-    """Return a motor that moves any joint of a mechanism of this mass and size at some pace."""
+    """A motor that is strong enough for any joint of a mechanism of this mass and size."""
     reach = max(max(report.size) / 2, 0.01)
     inertia = max(report.mass, 1e-3) * (1.0 if one.kind == "slider" else reach**2)
     return Motor(stiffness=float(f"{inertia * PACE**2:.3g}"), damping=float(f"{2 * inertia * PACE:.3g}"))
@@ -142,9 +139,9 @@ def _proposal(one: Control, report: MechanismReport) -> Motor:
 
 def _case(subject: Subject, signals: list[_Signal], given: tuple[str, ...]) -> Any:
     body = dict(subject.body)
-    out_of_range = {signal.joint: signal.start for signal in signals if signal.start != 0.0}
-    if out_of_range:
-        body["initial"] = {**(body.get("initial") or {}), **out_of_range}
+    starts = {signal.joint: signal.start for signal in signals if signal.start != 0.0}
+    if starts:
+        body["initial"] = {**(body.get("initial") or {}), **starts}
     motors = {s.joint: {"actuator": s.motor.model_dump(exclude_none=True)} for s in signals if s.joint in given}
     if motors and "file" in body:
         body["joints"] = {**(body.get("joints") or {}), **motors}
@@ -170,7 +167,8 @@ def _drive(signal: _Signal) -> dict[str, Any]:
     motor, drive = signal.motor, {"kind": "drive", "joint": _of(signal)}
     times = [signal.begin, signal.begin + WINDOW / 2]
     if motor.stiffness > 0:
-        return drive | {"position": {"kind": "piecewise", "times": times, "values": [signal.start, _goal(signal)]}}
+        values = [signal.start, signal.start + signal.target]
+        return drive | {"position": {"kind": "piecewise", "times": times, "values": values}}
     if motor.damping > 0:
         speed = signal.target / WINDOW
         return drive | {"velocity": {"kind": "steps", "times": [times[0], times[0] + WINDOW], "values": [speed, 0.0]}}
@@ -178,11 +176,7 @@ def _drive(signal: _Signal) -> dict[str, Any]:
     return drive | {"force": {"kind": "steps", "times": [times[0], times[0] + WINDOW], "values": [force, 0.0]}}
 
 
-def _goal(signal: _Signal) -> float:
-    return signal.start + signal.target
-
-
-def _answer(number: int, signal: _Signal, outcome: TrialOutcome) -> JointResponse:
+def _response(number: int, signal: _Signal, outcome: TrialOutcome) -> JointResponse:
     times = outcome.series["time"]
     values = outcome.series[f"joint_{number}"]
     begin = min(range(len(times)), key=lambda k: abs(times[k] - signal.begin))
@@ -190,15 +184,15 @@ def _answer(number: int, signal: _Signal, outcome: TrialOutcome) -> JointRespons
     moved = values[end] - values[begin]
     moved = moved if math.isfinite(moved) else 0.0
     share = moved / signal.target if signal.target else 0.0
-    return JointResponse(signal.target, float(f"{moved:.6g}"), share >= ANSWERS)
+    return JointResponse(signal.target, float(f"{moved:.6g}"), share >= RESPONSE)
 
 
 def _control(
-    name: str, report: MechanismReport, signals: list[_Signal], answers: Mapping[str, JointResponse]
+    name: str, report: MechanismReport, signals: list[_Signal], responses: Mapping[str, JointResponse]
 ) -> Control:
     one = report.control[name]
     signal = next((signal for signal in signals if signal.joint == name), None)
-    if signal is None or name not in answers:
+    if signal is None or name not in responses:
         return one
     target = float(f"{signal.target:.6g}")
-    return one.model_copy(update={"actuator": signal.motor, "target": target, "moved": answers[name].moved})
+    return one.model_copy(update={"actuator": signal.motor, "target": target, "moved": responses[name].moved})

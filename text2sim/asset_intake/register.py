@@ -1,4 +1,4 @@
-"""Assets of a case: brought into its folder, repaired, checked, and written down in its manifest."""
+"""Registration of assets in a case: repaired, checked, copied into its folder, listed in its manifest."""
 
 import re
 from dataclasses import dataclass
@@ -18,17 +18,17 @@ MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 MECHANISMS = (".xml", ".mjcf", ".urdf")
 PICTURES = (".png", ".jpg", ".jpeg")
 MAX_PIXELS = 8192
-MESHY_LICENCE = "by the terms of the Meshy account's plan"
+MESHY_LICENCE = "terms of the Meshy account's plan"
 
 
 @dataclass(frozen=True)
 class Added:
-    """An asset that a case now has."""
+    """An asset that was added to a case."""
 
     name: str
     asset: Asset
     remains: tuple[str, ...] = ()
-    """What is still wrong with it, in words."""
+    """Remaining problems, in words."""
 
 
 def add(
@@ -41,16 +41,16 @@ def add(
     source: Origin = "imported",
     root: Path | None = None,
 ) -> Added:
-    """Bring a file into a case: a mesh, a mechanism with all of its files, or a picture.
+    """Add a file to a case: a mesh, a mechanism with all of its files, or a picture.
 
     Args:
         case: The case's folder, or the file in it.
-        file: The file, wherever it lies; it stays as it is.
-        name: What it shall be called.
-        wish: What a mesh shall become.
-        licence: On what terms it may be used.
-        source: Where it comes from.
-        root: The folder in which all files of a mechanism lie; that of the file if None.
+        file: The file, in any folder; it is not changed.
+        name: Name of the asset.
+        wish: Goal of the repair of a mesh.
+        licence: Terms of use.
+        source: Origin of the file.
+        root: The folder with all files of a mechanism; that of the file if None.
 
     Raises:
         AssetError: if it cannot be used.
@@ -66,23 +66,23 @@ def add(
     if suffix in PICTURES:
         return _add_picture(folder, file, name, licence, source)
     known = ", ".join((*MESHES, *MECHANISMS, *PICTURES))
-    raise AssetError(f"`{file.name}` is of a kind that is not read; it must end in one of {known}")
+    raise AssetError(f"`{file.name}` must end in one of {known}")
 
 
 def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: RepairGoal | None = None) -> Added:
-    """Have a mesh made from words, mend it, and bring it into a case.
+    """Generate a mesh from text with Meshy, repair it, and add it to a case.
 
     Args:
         case: The case's folder, or the file in it.
-        name: What it shall be called.
-        order: What is wished for.
-        meshy: Makes it.
-        wish: What the mesh shall become.
+        name: Name of the asset.
+        order: Specification of the mesh.
+        meshy: The client.
+        wish: Goal of the repair.
 
     Raises:
-        AssetError: if what comes cannot be used.
-        RunError: if Meshy refuses, fails, or it would cost too much.
-        MachineError: if there is no answer in time; the same call goes on where it stopped.
+        AssetError: if the result cannot be used.
+        RunError: if Meshy refuses or fails, or the budget is too small.
+        MachineError: if there is no answer in time; the same call continues with the same task.
     """
     import tempfile
 
@@ -97,10 +97,10 @@ def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Repai
 
 
 def check_name(name: str) -> None:
-    """Refuse a name that could not stand in a case.
+    """Check that a case can use a name.
 
     Raises:
-        AssetError: if it is none.
+        AssetError: if it cannot.
     """
     if not re.fullmatch(NAME, name):
         raise AssetError(f"`{name[:60]}` is not a name: a letter, then letters, digits or underscores (48 at most)")
@@ -142,7 +142,7 @@ def _add_mechanism(folder: Path, found: tuple[Path, str], name: str, licence: st
     for part, content in parts.items():
         keep(folder, part, content)
     written = keep(folder, path, document)
-    # What is written down is what the case will read: the document here, not the one that it came from.
+    # The report is about the document that the case will read, not about the original.
     report = check_mechanism(written, folder)
     asset = Asset(
         file=path,
@@ -173,8 +173,8 @@ def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Orig
             suffix = ".png" if picture.format == "PNG" else ".jpg"
     except AssetError:
         raise
-    except Exception as error:  # readers of foreign files fail in every way there is
-        raise AssetError(f"`{file.name}` is no picture that can be read ({type(error).__name__})") from None
+    except Exception as error:  # readers of untrusted files can raise anything
+        raise AssetError(f"`{file.name}` is not a readable picture ({type(error).__name__})") from None
     path = f"{FOLDER}/{name}{suffix}"
     keep(folder, path, content)
     asset = Asset(
@@ -191,5 +191,5 @@ def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Orig
 
 
 def line(text: str) -> str:
-    """Return text of somebody else as one line that any file may hold."""
+    """Return untrusted text as one printable line of limited length."""
     return "".join(c if c.isprintable() and not 0xE000 <= ord(c) <= 0xF8FF else " " for c in text)[:2000].strip()

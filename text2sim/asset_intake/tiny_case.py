@@ -1,4 +1,4 @@
-"""Cases of one body, made to try it."""
+"""Cases with one body, for trials of assets."""
 
 import tempfile
 from collections.abc import Mapping
@@ -9,30 +9,29 @@ from typing import TYPE_CHECKING, Any
 from text2sim.spec_schema.errors import AssetError, SpecError
 
 if TYPE_CHECKING:
-    from text2sim.harness.result import RunResult
     from text2sim.spec_schema.loaded import LoadedCase
 
 BODY = "it"
 TIMEOUT = 900.0
-"""Seconds of wall time: on a machine that never ran the engine, its kernels are compiled first."""
+"""Wall time [s] of a trial: the first run on a machine compiles the engine's kernels."""
 
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """How a trial ended."""
+    """Outcome of a trial."""
 
     state: str
-    """One of the states of a run; `finished` if all went well."""
+    """State of the run; `finished` if it ran to its end."""
     message: str
     """Why it ended early, or was refused."""
     wall: float
-    """Seconds that it took."""
+    """Wall time [s]."""
     series: "Mapping[str, list[float]]"
     """Measures by name, and `time` [s]; empty if nothing was recorded."""
 
     @property
     def ok(self) -> bool:
-        """Whether it came to its end."""
+        """Whether it ran to its end."""
         return self.state == "finished"
 
 
@@ -40,13 +39,13 @@ def tiny_case(folder: Path, body: Mapping[str, Any], scene: Mapping[str, Any], *
     """Return a case with one body, named `it`.
 
     Args:
-        folder: The folder in which the files that the body names lie; nothing is written there.
-        body: The body, as a case has it.
+        folder: The folder of the files that the body names; nothing is written there.
+        body: The body, as in a case.
         scene: Its section `scene`.
         sections: Its other sections.
 
     Raises:
-        AssetError: with what is wrong with the body, in one line.
+        AssetError: with the problems of the body, in one line.
     """
     from text2sim.spec_schema.load import load_text
     from text2sim.spec_schema.text.canonical import dump_case
@@ -59,13 +58,13 @@ def tiny_case(folder: Path, body: Mapping[str, Any], scene: Mapping[str, Any], *
 
 
 def first_of(error: SpecError) -> str:
-    """Return what is wrong with a trial, without the places in a file that nobody has."""
+    """Return the problems of a trial in one line, without places, because its file does not exist."""
     rows = [problem.message for problem in error.problems if problem.severity == "error"]
     return "; ".join(rows[:3]) + (f"; and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
 def run_trial(loaded: "LoadedCase") -> TrialOutcome:
-    """Run a case in a folder that is gone afterwards, in a process of its own.
+    """Run a case in a temporary folder.
 
     Raises:
         MachineError: if this machine cannot run it.
@@ -77,13 +76,8 @@ def run_trial(loaded: "LoadedCase") -> TrialOutcome:
             result = run_case(loaded, runs=Path(place), film=False, timeout=TIMEOUT)
         except SpecError as error:
             return TrialOutcome("refused", first_of(error), 0.0, {})
-        return TrialOutcome(result.state, _why(result), result.wall, _series(result.folder / "measures.csv"))
-
-
-def _why(result: "RunResult") -> str:
-    if result.state == "finished":
-        return ""
-    return result.problem.message if result.problem is not None else result.message
+        why = "" if result.state == "finished" else result.problem.message if result.problem else result.message
+        return TrialOutcome(result.state, why, result.wall, _series(result.folder / "measures.csv"))
 
 
 def _series(file: Path) -> dict[str, list[float]]:

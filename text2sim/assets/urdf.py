@@ -10,7 +10,7 @@ from text2sim.assets.answer_cache import cached
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, MechanismDraft
-from text2sim.spec_schema.errors import AssetError, nearest
+from text2sim.spec_schema.errors import AssetError, did_you_mean
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 if TYPE_CHECKING:
@@ -126,11 +126,8 @@ def _check_tree(robot: "Robot") -> None:
     for joint in robot.joints:
         for end in (joint.parent, joint.child):
             if end not in links:
-                hint = nearest(end, links)
-                raise AssetError(
-                    f"joint `{joint.name}` refers to a link `{end}` that does not exist"
-                    + (f"; did you mean `{hint}`?" if hint else "")
-                )
+                message = f"joint `{joint.name}` refers to a link `{end}` that does not exist"
+                raise AssetError(message + did_you_mean(end, links))
         if joint.child in parents:
             raise AssetError(f"link `{joint.child}` is the child of two joints; a URDF is a tree")
         parents[joint.child] = joint.parent

@@ -44,15 +44,19 @@ _File = Annotated[
     typer.Argument(metavar="FILE", help="A mesh, an MJCF or URDF file (or genesis:PATH), or a picture."),
 ]
 _Case = Annotated[Path, typer.Argument(metavar="CASE", help="A case folder or case.yaml file.")]
-_Name = Annotated[str, typer.Option("--name", metavar="NAME", help="What the asset is called; its file, too.")]
-_OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="What it is called; as FILE is, if left out.")]
-_Size = Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m], or the height by z=0.3.")]
-_Up = Annotated[Axis | None, typer.Option("--up", help="The file's axis that points up; y in glTF, z elsewhere.")]
-_Origin = Annotated[Middle, typer.Option("--origin", help="Where its origin comes to lie.")]
-_Triangles = Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="At most so many triangles.")]
-_Wrap = Annotated[bool, typer.Option("--wrap", help="Put a closed skin around what cannot be closed otherwise.")]
-_Lids = Annotated[bool, typer.Option("--close", help="Close wide openings as well, as of a bowl.")]
-_Root = Annotated[Path | None, typer.Option("--root", help="Folder of all its files; that of FILE if left out.")]
+_Name = Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the asset and of its file.")]
+_OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the asset; that of FILE if left out.")]
+_Size = Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m]; or the height, as z=0.3.")]
+_Up = Annotated[
+    Axis | None, typer.Option("--up", help="Axis of the file that points up; by default y in glTF, else z.")
+]
+_Origin = Annotated[Middle, typer.Option("--origin", help="Position of the origin.")]
+_Triangles = Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="Largest number of triangles.")]
+_Wrap = Annotated[
+    bool, typer.Option("--wrap", help="Wrap a closed skin around a mesh that cannot be closed otherwise.")
+]
+_Lids = Annotated[bool, typer.Option("--close", help="Close wide openings, too, as of a bowl.")]
+_Root = Annotated[Path | None, typer.Option("--root", help="Folder with all its files; that of FILE if left out.")]
 _AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 MODELS = (".xml", ".mjcf", ".urdf")
 
@@ -67,7 +71,7 @@ def _pointing_to_root(root: Path | None) -> Iterator[None]:
     except AssetError as error:
         if root is not None or "refers to" not in str(error):
             raise
-        raise AssetError(f"{error}; `--root DIR` says in which folder all of its files lie") from None
+        raise AssetError(f"{error}; use `--root DIR` if its files are in different folders of DIR") from None
 
 
 @asset.command("check")
@@ -75,8 +79,8 @@ def check(
     file: _File,
     up: _Up = None,
     root: _Root = None,
-    png: Annotated[Path | None, typer.Option("--png", help="Draw a mechanism into this file.")] = None,
-    engine: Annotated[bool, typer.Option("--engine", help="Let the engine take a mesh for five steps, too.")] = False,
+    png: Annotated[Path | None, typer.Option("--png", help="Draw a picture of a mechanism to this file.")] = None,
+    engine: Annotated[bool, typer.Option("--engine", help="Also run a mesh in the engine for five steps.")] = False,
     as_json: _AsJson = False,
 ) -> None:
     """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
@@ -106,7 +110,7 @@ def check(
 
             tried = import_into_engine(file)
             document |= {"engine": asdict(tried), "ok": document["ok"] and tried.ok}
-            lines.append(f"engine: {'takes it' if tried.ok else tried.message} ({tried.wall:.0f} s)")
+            lines.append(f"engine: {'ok' if tried.ok else tried.message} ({tried.wall:.0f} s)")
     if as_json:
         say_json(document)
     for text in () if as_json else lines:
@@ -121,7 +125,7 @@ def add(
     name: _OwnName = "",
     size: _Size = "",
     up: _Up = None,
-    licence: Annotated[str, typer.Option("--licence", help="On what terms it may be used.")] = "",
+    licence: Annotated[str, typer.Option("--licence", help="Terms of use.")] = "",
     origin: _Origin = Middle.base,
     triangles: _Triangles = 20_000,
     close: _Lids = False,
@@ -132,26 +136,26 @@ def add(
     """Add a mesh, mechanism or picture to a case's folder and manifest; meshes are repaired."""
     from text2sim.asset_intake.register import add
 
-    wish = _wish(size, up, origin, triangles, close, wrap)
+    goal = _goal(size, up, origin, triangles, close, wrap)
     with _pointing_to_root(root):
-        added = add(case, file, name or file.stem, wish=wish, licence=licence, root=root)
+        added = add(case, file, name or file.stem, wish=goal, licence=licence, root=root)
     _say_added(added, as_json)
 
 
 @asset.command("generate")
 def generate(
     case: _Case,
-    prompt: Annotated[str, typer.Argument(metavar="PROMPT", help="What it is, in words.")],
+    prompt: Annotated[str, typer.Argument(metavar="PROMPT", help="Description of the object.")],
     name: _Name,
     size: _Size = "",
     origin: _Origin = Middle.base,
     triangles: _Triangles = 20_000,
     close: _Lids = False,
     wrap: _Wrap = False,
-    no_texture: Annotated[bool, typer.Option("--no-texture", help="The shape alone, which costs less.")] = False,
+    no_texture: Annotated[bool, typer.Option("--no-texture", help="Make only the shape, which costs less.")] = False,
     model: Annotated[str, typer.Option("--model", help="Meshy's model.")] = "latest",
-    budget: Annotated[int, typer.Option("--budget", min=0, help="Credits that the case may cost in all.")] = 100,
-    timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Seconds that it may take.")] = 900.0,
+    budget: Annotated[int, typer.Option("--budget", min=0, help="Credits that the case may cost in total.")] = 100,
+    timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Time limit in seconds.")] = 900.0,
     as_json: _AsJson = False,
 ) -> None:
     """Generate a mesh from text with Meshy, repair it, and add it to a case. Needs MESHY_API_KEY.
@@ -164,13 +168,13 @@ def generate(
     from text2sim.cli.output import say
 
     check_name(name)
-    wish = _wish(size, None, origin, triangles, close, wrap)
+    goal = _goal(size, None, origin, triangles, close, wrap)
     order = Order3D(prompt, refine=not no_texture, model=model)
     base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
     meshy = Meshy(
         case_folder(case), base=base, budget=budget, timeout=timeout, say=lambda text: say(text, to=sys.stderr)
     )
-    _say_added(generate(case, name, order, meshy, wish=wish), as_json)
+    _say_added(generate(case, name, order, meshy, wish=goal), as_json)
 
 
 @asset.command("probe")
@@ -199,11 +203,11 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
     else:
         for name, answer in found.joints.items():
             unit = found.control[name].unit
-            word = "answers" if answer.answers else "does not answer"
-            motor = ", with a motor that was lent to it" if name in found.given else ""
+            word = "responds" if answer.answers else "does not respond"
+            motor = ", with a motor that the probe added" if name in found.given else ""
             say(f"{name}: {word}: {answer.moved:.3g} of {answer.target:.3g} {unit}{motor}")
         for name in found.left_out:
-            say(f"{name}: not asked")
+            say(f"{name}: not driven")
         say(f"{file.name}: {found.state}{f': {found.message}' if found.message else ''} ({found.wall:.0f} s)")
     raise typer.Exit(exits.OK if found.ok else exits.PHYSICS)
 
@@ -226,13 +230,13 @@ def list_assets(case: _Case, as_json: _AsJson = False) -> None:
         for name, one in manifest.assets.items():
             size = " x ".join(f"{length:.3g}" for length in one.size) + " m" if one.size else ""
             facts = [one.kind, one.file, size, f"{one.triangles:,} triangles" if one.triangles else "", one.source]
-            say(f"{name}: {', '.join(filter(None, facts))}{'' if one.licence else '; no licence is written down'}")
+            say(f"{name}: {', '.join(filter(None, facts))}{'' if one.licence else '; no licence'}")
         if wrong:
             say_problems(problems_of(folder, found), {})
     raise typer.Exit(exits.INPUT if wrong else exits.OK)
 
 
-def _wish(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "RepairGoal":
+def _goal(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "RepairGoal":
     from text2sim.assets.mesh_repair import RepairGoal, parse_size
 
     length, along = parse_size(size) if size else (None, None)

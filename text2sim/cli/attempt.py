@@ -30,5 +30,5 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
     except Text2SimError as error:
         row.blame(error)
         return None
-    # The plan's warnings, which are the result's, are among those of the lint.
+    # The lint's warnings include those of the plan, which the result has.
     return replace(result, warnings=row.problems)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from text2sim.service.examined import Examined
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
-benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and what came of them.")
+benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and their results.")
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 
 
@@ -26,7 +26,7 @@ def export_cases(
     out: Annotated[Path, typer.Option("--out", help="Folder in which each benchmark has its own.")] = Path("benchmark"),
     variants: Variants = None,
     sets: Sets = None,
-    runs: Annotated[Path, typer.Option("--runs", help="Where the runs for the references go.")] = Path("runs"),
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of the runs for the references.")] = Path("runs"),
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
@@ -63,12 +63,12 @@ def export_cases(
 def examined(
     cases: "Iterable[Path]", runs: Path, overlay: "CaseOverlay | None" = None
 ) -> "tuple[list[Examined], dict[int, list[Task]]]":
-    """Check cases that are to be exported; return them, and the runs that each sound one needs, by its number.
+    """Check cases before export; return them, and the runs that each valid one needs, by its number.
 
     Args:
         cases: Paths of cases or folders of them.
         runs: Folder of runs.
-        overlay: What is laid over each case.
+        overlay: Overlay of each case.
     """
     from text2sim.cluster.estimate import measured
     from text2sim.cluster.task import Task
@@ -93,7 +93,7 @@ def examined(
 def exported(
     rows: "Sequence[Examined]", tasks: "Mapping[int, list[Task]]", out: Path, where: "Where", *, quiet: bool
 ) -> "Iterator[tuple[Examined, Path, dict[str, Any] | None]]":
-    """Run what `examined` returned, and export it; yield each case, its folder, and its benchmark if there is one.
+    """Run and export the cases of `examined`; yield each case, its folder, and its benchmark if there is one.
 
     Args:
         rows: The cases.
@@ -110,12 +110,12 @@ def exported(
     for number, row in enumerate(rows):
         folder, scene = out / row.name, None
         if number in tasks and row.loaded is not None and row.plan is not None:
-            came = [done[id(task)] for task in tasks[number]]
+            results = [done[id(task)] for task in tasks[number]]
             try:
-                scene = export(row.loaded, row.plan, folder, came)
+                scene = export(row.loaded, row.plan, folder, results)
             except Text2SimError as error:
                 row.blame(error)
-                row.exit = exits.INTERRUPTED if any(one.stopped for one in came) else row.exit
+                row.exit = exits.INTERRUPTED if any(one.stopped for one in results) else row.exit
         yield row, folder, scene
 
 
@@ -123,7 +123,7 @@ def exported(
 def run_benchmarks(
     folders: Annotated[list[Path], typer.Argument(help="Benchmarks, or folders of benchmarks.")],
     engine: Annotated[
-        str, typer.Option("--engine", metavar="NAME", help="mujoco, or MODULE:FUNCTION of an adapter of yours.")
+        str, typer.Option("--engine", metavar="NAME", help="mujoco, or MODULE:FUNCTION of your own adapter.")
     ] = "mujoco",
     write: Annotated[Path | None, typer.Option("--table", metavar="FILE", help="Write the table as Markdown.")] = None,
     as_json: AsJson = False,

@@ -68,9 +68,9 @@ def find(
     modes: Annotated[list[str] | None, typer.Option("--mode", help="A physical mode of the scene.")] = None,
     signatures: Annotated[
         list[str] | None,
-        typer.Option("--signature", help="What the lint or the run said: the id of a rule, `diverged`, a phrase."),
+        typer.Option("--signature", help="A finding of the lint or the run: the id of a rule, `diverged`, a phrase."),
     ] = None,
-    limit: Annotated[int, typer.Option("--limit", min=1, max=100, help="At most so many.")] = 6,
+    limit: Annotated[int, typer.Option("--limit", min=1, max=100, help="Largest number of cards.")] = 6,
     as_json: AsJson = False,
 ) -> None:
     """Find the cards that fit a task or a failure."""
@@ -95,10 +95,12 @@ def find(
 @cards.command("verify")
 def verify(
     names: Annotated[list[str] | None, typer.Argument(metavar="[ID]...", help="The cards; all if left out.")] = None,
-    runs: Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")] = Path("runs/cards"),
-    jobs: Annotated[int, typer.Option("--jobs", min=1, max=MAX_JOBS, help="So many cards at once.")] = 1,
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of run folders.")] = Path("runs/cards"),
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=MAX_JOBS, help="Number of cards at a time.")] = 1,
     timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time in seconds for each case.")] = 300.0,
-    lint_only: Annotated[bool, typer.Option("--lint-only", help="Run nothing: compare what the lint says.")] = False,
+    lint_only: Annotated[
+        bool, typer.Option("--lint-only", help="Run nothing; compare only the lint's findings.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -116,7 +118,7 @@ def verify(
         if not as_json:
             _say_verdict(verdict, wide)
     complete = len(rows) == len(entries)
-    # An unreadable card has no id to be selected by: it counts when all are verified.
+    # An unreadable card has no id that could select it: it counts if all cards are verified.
     problems = [] if names else _problems(library)
     agreed = sum(verdict.ok for verdict in rows)
     if as_json:

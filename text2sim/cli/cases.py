@@ -1,4 +1,4 @@
-"""Output of commands about cases, and what commands that rewrite them share."""
+"""Output of commands about cases, and the loop of commands that rewrite them."""
 
 import sys
 from collections.abc import Callable
@@ -32,13 +32,13 @@ def rewrite_cases(
     keep: bool,
     as_json: bool,
 ) -> NoReturn:
-    """Rewrite the files of cases, say what changed, and exit.
+    """Rewrite the files of cases, report the changes, and exit.
 
     Args:
         cases: Cases, or folders of cases.
-        change: Returns what a file is to hold; the same text, if nothing is to change.
-        report: Says of a file, and its new text, what changed; not asked with `as_json`.
-        keep: Write nothing; the exit code says whether a file would change.
+        change: Returns the new text of a file, or the same text.
+        report: Prints the changes of a file, given its new text; not called with `as_json`.
+        keep: Write nothing; the exit code tells whether a file would change.
         as_json: Print one JSON document.
 
     Raises:

@@ -13,8 +13,8 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
 
-WORTH_A_WORD = 60.0
-"""Wall time [s] of a run from which it is told."""
+LONG_RUN = 60.0
+"""Expected wall time [s] of a run above which it is printed."""
 
 
 def check(
@@ -24,10 +24,10 @@ def check(
     variants: Variants = None,
     sets: Sets = None,
     all_variants: Annotated[bool, typer.Option("--variants", help="Check every variant of a case, too.")] = False,
-    settings: Annotated[bool, typer.Option("--settings", help="Say which settings were derived, and why.")] = False,
+    settings: Annotated[bool, typer.Option("--settings", help="Print the derived settings and their reasons.")] = False,
     rules: Annotated[bool, typer.Option("--rules", help="List the rules of the lint.")] = False,
     explain: Annotated[
-        str, typer.Option("--explain", metavar="RULE", help="Say what a rule means, why, and the remedy.")
+        str, typer.Option("--explain", metavar="RULE", help="Explain a rule: meaning, reason, remedy, example.")
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
@@ -40,7 +40,7 @@ def check(
         from text2sim.cli.rules import say_rule, say_rules
 
         raise typer.Exit(say_rule(explain, as_json) if explain else say_rules(as_json))
-    # For arrays this small, the threads take longer to start than they save.
+    # For small arrays, threads take longer to start than they save.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if not cases:
         raise typer.BadParameter("give a case, or --rules, or --explain RULE", param_hint="'CASES...'")
@@ -66,16 +66,16 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     from text2sim.service.phrases import seconds
 
     known = set(base.problems) if base is not None else set()
-    row.problems, said = [problem for problem in row.problems if problem not in known], row.problems
+    row.problems, everything = [problem for problem in row.problems if problem not in known], row.problems
     if row.overlay and row.problems and row.plan is None:
         say(f"{row.title}:", to=sys.stderr)
     say_examined(row)
-    row.problems = said
+    row.problems = everything
     if row.plan is not None:
         say(f"{row.title}: ok{_counts(row)}")
         if row.held:
-            say(f"    true at the start already, and would be if nothing moved: {', '.join(row.held)}")
-        if row.seconds >= WORTH_A_WORD:
+            say(f"    already true at the start, and would be if nothing moved: {', '.join(row.held)}")
+        if row.seconds >= LONG_RUN:
             say(f"    about {seconds(row.seconds)} to simulate on two idle cores, within a factor of three")
         for note in row.plan.notes if settings else ():
             say(f"    {note}")

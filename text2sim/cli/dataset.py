@@ -1,4 +1,4 @@
-"""The commands `text2sim dataset`: datasets of films, what happens in them, and questions about it."""
+"""The commands `text2sim dataset`: datasets of films with annotations and questions."""
 
 import sys
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from text2sim.dataset.simulate import DrawResult
 
 dataset = typer.Typer(
-    help="Datasets of films, of what happens in them, and of questions about it.",
+    help="Datasets of films with annotations and questions.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -27,15 +27,15 @@ Folder = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dat
 
 @dataset.command("build")
 def build_dataset(
-    recipe: Annotated[Path, typer.Argument(metavar="RECIPE", help="What to build, in YAML.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="The dataset's folder, which must not be there.")],
-    runs: Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")] = Path("runs"),
+    recipe: Annotated[Path, typer.Argument(metavar="RECIPE", help="The recipe of the dataset, in YAML.")],
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder of the dataset, which must not exist.")],
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of run folders.")] = Path("runs"),
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
-    decisions: Annotated[
-        Path, typer.Option("--decisions", help="What was decided on the page of `dataset review`.")
-    ] = Path("review.yaml"),
+    decisions: Annotated[Path, typer.Option("--decisions", help="Decisions from the page of `dataset review`.")] = Path(
+        "review.yaml"
+    ),
     as_json: AsJson = False,
 ) -> None:
     """Draw, check, simulate, film, annotate and write a dataset.
@@ -73,7 +73,7 @@ def build_dataset(
         for row, _, scene in exported(*benchmarks, folder / "benchmarks", where, quiet=as_json):
             if scene is None:
                 say_examined(row)
-                raise RunError(f"{row.title} could not be exported; what is done stays, and the same command goes on")
+                raise RunError(f"{row.title} could not be exported; the same command continues with what is left")
 
     begun = monotonic()
     wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Where()
@@ -110,7 +110,7 @@ def build_dataset(
         counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
         say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(out)}")
         size, memory = (f"{took[name] / 1e6:.0f} MB" for name in ("bytes", "memory"))
-        say(f"{seconds(took['seconds'])}, {size}; the process that wrote it took {memory} of memory")
+        say(f"{seconds(took['seconds'])}, {size}; the process that wrote it used {memory} of memory")
     raise typer.Exit(exits.OK)
 
 
@@ -125,7 +125,7 @@ def check(folder: Folder, as_json: AsJson = False) -> None:
     if as_json:
         say_json({"ok": not found, "problems": found})
     else:
-        for words in found or ["sound, and without leaks"]:
+        for words in found or ["consistent, and without leaks"]:
             say(words)
     raise typer.Exit(exits.INPUT if found else exits.OK)
 
@@ -153,16 +153,16 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
             example = next(row for row in rows if row["kind"] == kind)
             say(f"{count:5} {kind.replace('_', ' ')}: {example['question']} {' / '.join(example['choices'])}")
         say(", ".join(f"{count} {split}" for split, count in splits.items()) or "no questions")
-        say(f"right by chance: {found['by_chance']:.2f}")
+        say(f"correct by chance: {found['by_chance']:.2f}")
         say(f"by words, learned from other cases: {found['by_words']:.2f}")
-        say(f"by the best answer to each wording, whoever finds it: {found['by_wording']:.2f}")
+        say(f"by the most frequent answer to each wording: {found['by_wording']:.2f}")
     raise typer.Exit(exits.OK)
 
 
 @dataset.command("review")
 def review(
     folder: Folder,
-    decisions: Annotated[Path, typer.Option("--decisions", help="What was decided before.")] = Path("review.yaml"),
+    decisions: Annotated[Path, typer.Option("--decisions", help="Earlier decisions.")] = Path("review.yaml"),
     everything: Annotated[bool, typer.Option("--all", help="Show all items, not only the doubtful ones.")] = False,
 ) -> None:
     """Write a page on which doubtful items are reviewed: kept or dropped."""

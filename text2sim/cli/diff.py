@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from text2sim.revision.side import Side
 
 EFFECTS = 20
-"""Values that follow, of which as many are shown to people."""
+"""Largest number of derived values that are printed."""
 _STYLES = {"+": "green", "-": "red", ">": "cyan", "~": "yellow", "=": "dim"}
 _HELP = "A case, its folder, one of its revisions (`case.yaml@HEAD~1`), a variant (`case.yaml+soft`), or a run folder."
-_Options = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Lay this variant over it; several in order.")]
+_Options = Annotated[list[str] | None, typer.Option(metavar="NAME", help="Apply this variant to it; several in order.")]
 
 
 def diff(
@@ -23,15 +23,15 @@ def diff(
     b: Annotated[str, typer.Argument(help="Another.")],
     variant_a: _Options = None,
     variant_b: _Options = None,
-    runs: Annotated[Path, typer.Option("--runs", help="Folder of runs: what came of both is compared, too.")] = Path(
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of runs: results of both are compared, too.")] = Path(
         "runs"
     ),
-    stat: Annotated[bool, typer.Option("--stat", help="Only say how much differs.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the RFC 6902 patch that makes B of A.")] = False,
+    stat: Annotated[bool, typer.Option("--stat", help="Only count the differences.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the RFC 6902 patch that turns A into B.")] = False,
 ) -> None:
     """Show how two versions of a case differ in meaning; order, comments and format do not count.
 
-    Exit codes: 0 they mean the same, 1 they differ, 2 one cannot be read.
+    Exit codes: 0 same meaning, 1 different, 2 one cannot be read.
     """
     from contextlib import ExitStack
 
@@ -62,7 +62,7 @@ def report_lines(found: "CaseComparison") -> list[str]:
     for name, changes in sections(found.changes).items():
         lines += [f"{name or 'case'}:", *(f"  {change_line(change)}" for change in changes)]
     if found.effects:
-        lines += ["what follows:", *(f"  {effect_line(effect)}" for effect in found.effects[:EFFECTS])]
+        lines += ["derived values:", *(f"  {effect_line(effect)}" for effect in found.effects[:EFFECTS])]
         if len(found.effects) > EFFECTS:
             lines.append(f"  … and {len(found.effects) - EFFECTS} more values")
     return [*lines, *_run_lines(found)]
@@ -78,7 +78,7 @@ def stat_lines(found: "CaseComparison") -> list[str]:
         counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
         lines.append(f"{name or 'case'}: {counts}")
     if found.effects:
-        lines.append(f"{len(found.effects)} value{'s' if len(found.effects) != 1 else ''} that follow")
+        lines.append(f"{len(found.effects)} derived value{'s' if len(found.effects) != 1 else ''}")
     return lines
 
 
@@ -90,15 +90,15 @@ def _run_lines(found: "CaseComparison") -> list[str]:
     if found.runs is None:
         return []
     if found.same_simulation:
-        return [] if found.same else [f"both mean the same simulation: {shown(found.runs[0])}"]
-    lines = [f"what came of it ({shown(found.runs[0])} → {shown(found.runs[1])}):"]
+        return [] if found.same else [f"both give the same simulation: {shown(found.runs[0])}"]
+    lines = [f"results ({shown(found.runs[0])} → {shown(found.runs[1])}):"]
     for row in found.measured:
         unit = f" {row.unit}" if row.unit else ""
         pairs = [f"{STATISTICS[key]} {_number(x)} → {_number(y)}{unit}" for key, (x, y) in row.values.items()]
         lines.append(f"  {row.name}  {', '.join(pairs)}")
     for row in found.judged:
         lines.append(f"  {row.name}  {MARKS[row.was]} → {MARKS[row.now]}: {row.why}")
-    return lines if len(lines) > 1 else [*lines, "  nothing that is measured differs"]
+    return lines if len(lines) > 1 else [*lines, "  all measures and expectations agree"]
 
 
 def _number(value: float | None) -> str:
@@ -111,7 +111,7 @@ def _say_invalid(side: "Side") -> None:
     from text2sim.cli.output import say
 
     if side.problems:
-        say(f"{side.label} is not valid, so that nothing can be said about what follows:", to=sys.stderr)
+        say(f"{side.label} is not valid, so that derived values cannot be compared:", to=sys.stderr)
         say(f"  {side.problems[0]}", to=sys.stderr)
 
 

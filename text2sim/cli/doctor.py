@@ -8,7 +8,7 @@ from text2sim.service import exits
 
 
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False) -> None:
-    """Report what this machine has, what it lacks, and how to fix that. Takes about ten seconds."""
+    """Report what this machine has and lacks, and how to fix that. Takes about ten seconds."""
     from dataclasses import asdict
 
     from text2sim.cli.output import say, say_json
@@ -25,5 +25,5 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON 
         say(f"{mark:<8}{finding.name:<{width}}  {finding.value}")
         if finding.fix:
             say(f"{'':<8}{'':<{width}}  -> {finding.fix}")
-    say("ready to run cases" if ready else "not ready: what is MISSING must be fixed first")
+    say("ready to run cases" if ready else "not ready: fix what is MISSING")
     raise typer.Exit(exits.OK if ready else exits.MACHINE)

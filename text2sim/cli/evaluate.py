@@ -24,7 +24,7 @@ SuiteFile = Annotated[
     typer.Argument(metavar="SUITE", help="A suite's YAML file; `demonstrations` and `learning` come with text2sim."),
 ]
 Only = Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt; may be repeated.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue the work in this folder.")]
 
 
 @evaluate.command("check")
@@ -32,10 +32,10 @@ def check_suite(
     suite: SuiteFile,
     apart: Annotated[
         list[Path] | None,
-        typer.Option("--apart-from", metavar="SUITE", help="A suite that may share no source with it."),
+        typer.Option("--apart-from", metavar="SUITE", help="A suite that must not share a source with it."),
     ] = None,
 ) -> None:
-    """Check a suite: its form, its digest, and that it shares no source or prompt with others."""
+    """Check the form and digest of a suite, and that it shares no source or prompt with others."""
     from text2sim.cli.output import say
     from text2sim.evaluation.suite import complete, read_suite, shared_sources
     from text2sim.spec_schema.errors import SpecError
@@ -53,10 +53,10 @@ def check_suite(
 @evaluate.command("draft")
 def draft_suite(
     suite: SuiteFile,
-    out: Annotated[Path, typer.Option("--out", help="Where the frozen suite goes.")],
-    model: Annotated[str, typer.Option("--model", envvar="TEXT2SIM_MODEL", help="Who drafts.")] = "",
+    out: Annotated[Path, typer.Option("--out", help="File for the frozen suite.")],
+    model: Annotated[str, typer.Option("--model", envvar="TEXT2SIM_MODEL", help="The model that drafts.")] = "",
 ) -> None:
-    """Have requirements drafted where a suite has none, from the prompt alone, and freeze the suite with a digest."""
+    """Draft missing requirements of a suite from the prompts only, and freeze the suite with a digest."""
     from text2sim.cli.output import say
     from text2sim.evaluation.drafting import draft_missing, write_frozen
     from text2sim.evaluation.suite import read_suite
@@ -75,11 +75,11 @@ def run_methods(
         typer.Option(
             "--method",
             metavar="METHOD",
-            help="text2sim or agent, with :with-cards or :no-cards behind it; or NAME=COMMAND with {prompt}, "
+            help="text2sim or agent, followed by :with-cards or :no-cards; or NAME=COMMAND with {prompt}, "
             "{prompt_file} and {folder}.",
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", help="Where method folders go, one for each.")],
+    out: Annotated[Path, typer.Option("--out", help="Folder for the folders of methods.")],
     models: Model = None,
     only: Only = None,
     attempts: Attempts = 30,
@@ -88,19 +88,21 @@ def run_methods(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     film: Film = "draft",
-    film_minutes: Annotated[float, typer.Option("--film-minutes", min=0.1, help="For one path-traced film.")] = 10.0,
+    film_minutes: Annotated[
+        float, typer.Option("--film-minutes", min=0.1, help="Minutes for one path-traced film.")
+    ] = 10.0,
     allow_code: Annotated[
         bool,
         typer.Option(
             "--allow-code",
-            help="Let `agent` run Python that a model has written: within limits, without keys, but in no sandbox.",
+            help="Let `agent` run Python that a model has written: with limits and without keys, but not in a sandbox.",
         ),
     ] = False,
     resume: Resume = False,
 ) -> None:
     """Run methods on the prompts of a suite; the budget is for each prompt.
 
-    With `--resume`, existing answers are kept. Exit code 1: a method left nothing for some prompt.
+    With `--resume`, existing answers are kept. Exit code 1: a method has no result for some prompt.
     """
     from text2sim.card_library.library import VARIABLE
     from text2sim.cli.output import say
@@ -115,10 +117,10 @@ def run_methods(
     if any(one.cards for one in chosen) and (more := os.environ.get(VARIABLE)):
         check_split(read, document, Path(more))
     if any(one.kind == "agent" for one in chosen) and not allow_code:
-        raise RunError("`agent` runs Python that a model has written, in no sandbox; if you want that: --allow-code")
+        raise RunError("`agent` runs Python that a model has written, without a sandbox; allow that with --allow-code")
     if begun := [one.name for one in chosen if (out / one.name / METHOD).exists()]:
         if not resume:
-            raise RunError(f"{out}: there is work of {', '.join(begun)} already; `--resume` goes on")
+            raise RunError(f"{out}: already has work of {', '.join(begun)}; `--resume` continues it")
     allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout, film, film_minutes)
     failed = 0
     for one in chosen:
@@ -136,21 +138,21 @@ def judge_methods(
     methods: Annotated[list[Path], typer.Argument(metavar="METHOD...", help="Method folders.")],
     out: Annotated[Path, typer.Option("--out", help="Folder for judgements, replies and the report.")],
     judges: Annotated[
-        list[str], typer.Option("--judge", metavar="MODEL", envvar="TEXT2SIM_MODEL", help="Who judges; one or several.")
+        list[str], typer.Option("--judge", metavar="MODEL", envvar="TEXT2SIM_MODEL", help="One or more judges.")
     ],
     repeats: Annotated[
         int, typer.Option("--repeats", min=1, max=20, help="Judgements of each kind by each judge.")
     ] = 3,
     only: Only = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Results that are judged at the same time.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Number of results judged at a time.")] = 1,
     tokens: Tokens = None,
     cost: Cost = None,
     minutes: Minutes = None,
     resume: Resume = False,
 ) -> None:
-    """Judge method folders, each result several times, by judges who see neither names nor each other's scores.
+    """Judge each result of methods several times, by judges who see neither names nor each other's scores.
 
-    Exit code 1: something could not be judged; the other results and the report are complete.
+    Exit code 1: a result could not be judged; the other results and the report are complete.
     """
     from text2sim.agents.models.calls import Budget
     from text2sim.agents.models.exchange import StoppedError
@@ -164,14 +166,14 @@ def judge_methods(
     read, document = read_suite(suite)
     complete(read, document)
     if (out / JUDGING).exists() and not resume:
-        raise RunError(f"{out}: judges have worked here already; `--resume` goes on, another folder begins anew")
+        raise RunError(f"{out}: already has judgements; use `--resume` to continue, or another folder")
     folders = [read_method(folder) for folder in methods]
     with Stop() as stop, stop.gently():
         judging = Judging(read, folders, judges, out, repeats, Budget(tokens, cost, minutes), lambda: stop.count > 0)
         try:
             rows = judging.run(selected(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
         except StoppedError:
-            say("stopped; with `--resume` it goes on from here", to=sys.stderr)
+            say("stopped; `--resume` continues", to=sys.stderr)
             raise KeyboardInterrupt from None
     _say_account(judging)
     missing = sum(row.state == "not_judged" for row in rows)
@@ -210,6 +212,6 @@ def _say_account(judging: "Judging") -> None:
     paid = f", ${spent.cost:.4f}" if spent.cost else ""
     unpriced = f" ({spent.unpriced} calls without a known price)" if spent.unpriced else ""
     say(
-        f"judges: {spent.calls} calls now, {spent.cached} at hand, {spent.tokens:,} tokens{paid}{unpriced}",
+        f"judges: {spent.calls} calls, {spent.cached} from the cache, {spent.tokens:,} tokens{paid}{unpriced}",
         to=sys.stderr,
     )

@@ -14,7 +14,7 @@ def export(
         list[Path] | None, typer.Option("--usd", metavar="FILE", help="Write a .usdc, .usda or .usdz file.")
     ] = None,
     gltf: Annotated[list[Path] | None, typer.Option("--gltf", metavar="FILE", help="Write a .glb file.")] = None,
-    every: Annotated[int, typer.Option("--every", min=1, help="Only every so many recorded frames, and the last.")] = 1,
+    every: Annotated[int, typer.Option("--every", min=1, help="Only every N-th recorded frame, and the last.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """Export a recorded run for other programs, for rendering or interactive viewing."""

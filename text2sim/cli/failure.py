@@ -12,7 +12,7 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 
 
 def fail_unheard(error: OSError) -> int:
-    """Return the exit code for a closed or full standard output, and report it on standard error if possible."""
+    """Report a closed or full standard output on standard error if possible, and return the exit code."""
     with suppress(OSError):
         say(f"text2sim: standard output: {error.strerror}", to=sys.stderr)
     return exits.MACHINE
@@ -38,7 +38,7 @@ def fail(error: Exception, *, as_json: bool) -> int:
     else:
         say(f"text2sim: {message}", to=sys.stderr)
         if details:
-            say(f"  please send us what this prints: cat {shlex.quote(details)}", to=sys.stderr)
+            say(f"  please send us the output of: cat {shlex.quote(details)}", to=sys.stderr)
     return exits.BUG
 
 

@@ -13,7 +13,7 @@ def fmt(
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Format cases in the canonical form: order, indentation, quotes. Comments stay."""
+    """Format cases canonically: order, indentation, quotes. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
     from text2sim.cli.output import say
     from text2sim.service.phrases import shown

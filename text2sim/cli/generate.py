@@ -25,13 +25,13 @@ Model = Annotated[
         "--model",
         metavar="[ROLE=]MODEL",
         envvar=MODEL,
-        help="Who answers: provider/model, openai/model@URL, mailbox:DIR, replay:DIR; with ROLE= for that role alone.",
+        help="The model: provider/model, openai/model@URL, mailbox:DIR, replay:DIR; with ROLE= for that role only.",
     ),
 ]
-Attempts = Annotated[int, typer.Option("--attempts", min=1, max=1000, help="Versions of the case that may be made.")]
-Tokens = Annotated[int | None, typer.Option("--tokens", min=1, help="Tokens that may be used, in and out.")]
-Cost = Annotated[float | None, typer.Option("--cost", min=0.0, help="US dollars that may be spent.")]
-Minutes = Annotated[float | None, typer.Option("--minutes", min=0.1, help="Minutes by the clock that it may take.")]
+Attempts = Annotated[int, typer.Option("--attempts", min=1, max=1000, help="Largest number of versions of the case.")]
+Tokens = Annotated[int | None, typer.Option("--tokens", min=1, help="Limit of tokens, in and out.")]
+Cost = Annotated[float | None, typer.Option("--cost", min=0.0, help="Limit of costs in US dollars.")]
+Minutes = Annotated[float | None, typer.Option("--minutes", min=0.1, help="Limit of wall time in minutes.")]
 SimTimeout = Annotated[float, typer.Option("--sim-timeout", min=1.0, help="Wall time in seconds of one simulation.")]
 
 
@@ -48,35 +48,33 @@ class LoopOptions:
     cost: Cost = None
     minutes: Minutes = None
     sim_timeout: SimTimeout = 3600.0
-    no_cards: Annotated[bool, typer.Option("--no-cards", help="Do without Debug Cards.")] = False
+    no_cards: Annotated[bool, typer.Option("--no-cards", help="Do not use Debug Cards.")] = False
     style: Annotated[
         bool,
-        typer.Option(
-            "--style/--no-style", help="Film what was accepted in several ways, and keep the best by its pictures."
-        ),
+        typer.Option("--style/--no-style", help="Film the accepted case in several ways, and keep the best film."),
     ] = False
     film: Film = "draft"
     film_minutes: FilmMinutes = None
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with what was begun in this folder.")] = False
+    resume: Annotated[bool, typer.Option("--resume", help="Continue the work in this folder.")] = False
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document at the end.")] = False
 
 
 @with_options(LoopOptions, style=True)
 def generate(
-    request: Annotated[str, typer.Argument(help="What is to be shown, in words; `-` reads them from stdin.")] = "",
+    request: Annotated[str, typer.Argument(help="What the case should show, in words; `-` reads from stdin.")] = "",
     file: File = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="The case's folder; cases/<first words> if left out.")
     ] = None,
-    meshes: Annotated[list[Path] | None, typer.Option("--mesh", help="A mesh that the case is to use.")] = None,
-    urdfs: Annotated[list[Path] | None, typer.Option("--urdf", help="A URDF or MJCF model that it is to use.")] = None,
-    licence: Annotated[str, typer.Option("--licence", help="On what terms these files may be used.")] = "",
+    meshes: Annotated[list[Path] | None, typer.Option("--mesh", help="A mesh for the case.")] = None,
+    urdfs: Annotated[list[Path] | None, typer.Option("--urdf", help="A URDF or MJCF model for the case.")] = None,
+    licence: Annotated[str, typer.Option("--licence", help="Terms of use of these files.")] = "",
     *,
     options: LoopOptions,
 ) -> None:
-    """Generate a case from a request in words: plan, write, run and judge it until it shows what was asked for.
+    """Generate a case from a request in words: plan, write, run and judge it until it shows what was requested.
 
-    The best version is always kept, with its evidence and what is unresolved. Exit code 1: it was not accepted.
+    The best version is always kept, with its evidence and unresolved points. Exit code 1: it was not accepted.
     """
     from text2sim.agents.session import free_folder
 
@@ -96,19 +94,19 @@ def repair(
     *,
     options: LoopOptions,
 ) -> None:
-    """Have agents repair a case: it is run first, and all its expectations stay."""
+    """Repair a case with agents: it is run first, and all its expectations are kept."""
     _amend("repair", case, wrong, file, options)
 
 
 @with_options(LoopOptions)
 def edit(
     case: Annotated[Path, typer.Argument(help="The case's folder.")],
-    wish: Annotated[str, typer.Argument(help="What is to be different, in words; `-`: stdin.")] = "",
+    wish: Annotated[str, typer.Argument(help="What should be different, in words; `-`: stdin.")] = "",
     file: File = None,
     *,
     options: LoopOptions,
 ) -> None:
-    """Have agents change a case on request."""
+    """Change a case with agents."""
     _amend("edit", case, wish, file, options)
 
 
@@ -138,7 +136,7 @@ def _session(
     models = _models(options.model)
     if options.resume:
         session = Session.resume(case)
-        # A key may have expired, or a budget been too small: the new options take precedence.
+        # New options take precedence, because a key may have expired or a budget may have been too small.
         session.wish.models |= models
         session.wish.attempts = max(session.wish.attempts, options.attempts)
         for name in ("tokens", "cost", "minutes"):
@@ -172,8 +170,8 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
 
     if "" not in models:
         raise RunError(
-            f"say which model answers: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to "
-            "answer yourself; docs/models.md tells more"
+            f"name a model: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to answer "
+            "yourself; see docs/models.md"
         )
     return models
 
@@ -190,17 +188,17 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
                 outcome = session.run(listener, lambda: stop.count > 0, prewarm=True)
         except KeyboardInterrupt:
             spent = f"{session.account.total().tokens:,} tokens"
-            say(f"stopped after {spent}; with `--resume {shown(session.case)}` it goes on from here", to=sys.stderr)
+            say(f"stopped after {spent}; `--resume {shown(session.case)}` continues", to=sys.stderr)
             raise
     if not as_json:
         say_outcome(session, outcome)
-    made, told = None, "there is no run"
+    path, note = None, "there is no run"
     if outcome.best is not None and outcome.best.run:
-        made, told = last_film(session.case / outcome.best.run, film, film_minutes, quiet=as_json)
+        path, note = last_film(session.case / outcome.best.run, film, film_minutes, quiet=as_json)
     if as_json:
-        say_json(outcome_document(session, outcome) | {"film": None if made is None else str(made), "film_told": told})
+        say_json(outcome_document(session, outcome) | {"film": None if path is None else str(path), "film_told": note})
     elif film != "none":
-        say(f"no film: {told}" if made is None else f"film: {made}{f' ({told})' if told else ''}")
+        say(f"no film: {note}" if path is None else f"film: {path}{f' ({note})' if note else ''}")
     raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
 
 

@@ -13,9 +13,7 @@ git = typer.Typer(
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-_Global = Annotated[
-    bool, typer.Option("--global", help="For all repositories of this user, instead of the one that we are in.")
-]
+_Global = Annotated[bool, typer.Option("--global", help="For all repositories of this user, not only the current one.")]
 _Name = Annotated[str, typer.Argument()]
 _File = Annotated[Path, typer.Argument()]
 
@@ -54,7 +52,7 @@ def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = Non
     try:
         lines = _difference(name, files or [])
     except Exception as error:
-        # git would stop here and skip all other files.
+        # git would stop and skip all other files.
         fail(error, as_json=False)
         lines = text_difference(Path(files[0]), Path(files[3]), name) if files else []
     for line in lines:
@@ -72,10 +70,9 @@ def textconv(file: _File) -> None:
 
     try:
         text = flat_text(read_source(file))
-    except SpecError:
-        text = file.read_bytes().decode("utf-8", "replace")
     except Exception as error:
-        fail(error, as_json=False)
+        if not isinstance(error, SpecError):
+            fail(error, as_json=False)
         text = file.read_bytes().decode("utf-8", "replace")
     print(plain(text), end="")
 
@@ -107,7 +104,7 @@ def _difference(name: str, files: list[str]) -> list[str]:
     title = f"{name} → {files[6]}" if len(files) > 6 else name
     thing = "case" if Path(name).name == CASE_FILE else "prefab"
     if "/dev/null" in (files[0], files[3]):
-        return [title, f"  a new {thing}" if files[0] == "/dev/null" else f"  the {thing} is gone"]
+        return [title, f"  a new {thing}" if files[0] == "/dev/null" else f"  the {thing} was deleted"]
     one, other = driver_side(old, name, f"a/{name}"), driver_side(new, name, f"b/{name}")
     if one is None or other is None:
         return text_difference(old, new, name)

@@ -13,25 +13,25 @@ if TYPE_CHECKING:
 Quality = Literal["draft", "final", "none"]
 Film = Annotated[
     Quality,
-    typer.Option("--film", help="The path-traced film at the end: draft, small, 8 samples per pixel; final, 36; none."),
+    typer.Option("--film", help="Path-traced film at the end: draft (small, 8 samples per pixel), final (36), none."),
 ]
 FilmMinutes = Annotated[
     float | None,
     typer.Option(
         "--film-minutes",
         min=0.1,
-        help="Minutes that this film may take, by its size and its pictures per second; 8 for a draft if left out.",
+        help="Time limit of this film in minutes, which decides its size and frame rate; 8 for a draft if left out.",
     ),
 ]
 
 DRAFT = 854 * 480
-"""Pixels of a draft at most: twice as many take twice as long."""
+"""Largest size of a draft [pixels]; time is proportional to size."""
 MINUTES = 8.0
-"""That a draft may take."""
+"""Time limit of a draft [min]."""
 
 
 def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool) -> tuple[Path | None, str]:
-    """Make the film of a run: from all frames, from those traced when it is stopped, or else from the preview.
+    """Make the film of a run from all frames, or from the finished ones if it is stopped, or else use the preview.
 
     Args:
         run: The run folder.
@@ -55,7 +55,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
-        return None, "none was wanted"
+        return None, "none was requested"
     if minutes is None:
         minutes = MINUTES if quality == "draft" else inf
     again = f"text2sim render {shown(run)}" + (f" --quality {quality}" if quality != "draft" else "")
@@ -67,17 +67,17 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
             fit = fitted(Filming(recording, quality, size=size), lambda filming: filming.reels()[:1], minutes)
             again += _options(fit)
             if not quiet:
-                say(_said_before(fit, quality, minutes), to=sys.stderr)
+                say(_announcement(fit, quality, minutes), to=sys.stderr)
             film, missing = next(iter(trace_films(fit, Teller(fit.reels, quiet=quiet), stop, minutes).items()))
             with stop.gently():
                 write_legibility(fit.filming, fit.reels)
         total = len(fit.reels[0].frames)
-        some = f"{total - missing} of {total} pictures, each held until the next; `{again}` traces the others"
+        some = f"{total - missing} of {total} pictures, each shown until the next; `{again}` traces the others"
         return film, some if missing else ""
     except Text2SimError as error:
         why = str(error)
     except KeyboardInterrupt:
-        why = f"the path-traced one was stopped; `{again}` goes on with it"
+        why = f"the path-traced film was stopped; `{again}` continues it"
     except OSError as error:
         why = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
     except Exception as error:  # a failed film must not hide the result of the loop
@@ -86,7 +86,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
 
 
-def _said_before(fit: "Fitted", quality: str, minutes: float) -> str:
+def _announcement(fit: "Fitted", quality: str, minutes: float) -> str:
     from text2sim.service.phrases import seconds
 
     width, height = fit.filming.size
@@ -94,7 +94,7 @@ def _said_before(fit: "Fitted", quality: str, minutes: float) -> str:
     text = f"{quality} film: {fit.missing} pictures to trace, {width}x{height}, {fit.filming.fps:g} a second: {took}"
     if fit.whole > fit.seconds:
         text += f" (larger and smoother, {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
-    return f"{text}; Ctrl-C makes a film of what is there"
+    return f"{text}; Ctrl-C makes a film of the finished pictures"
 
 
 def _options(fit: "Fitted") -> str:

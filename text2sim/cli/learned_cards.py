@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 HELD_OUT = "demonstrations"
-"""The suite from whose sources nothing is learned."""
+"""The suite whose sources must not be learned from."""
 
 
 def distill_cards(
@@ -23,13 +23,16 @@ def distill_cards(
     ] = None,
     suite: Annotated[Path | None, typer.Option("--suite", help="Learn from the prompts of a suite instead.")] = None,
     model: Model = None,
-    judge: Annotated[str, typer.Option("--judge", help="Who judges and looks back; `--model` if left out.")] = "",
+    judge: Annotated[
+        str, typer.Option("--judge", help="The model that judges and reviews; `--model` if left out.")
+    ] = "",
     out: Annotated[Path, typer.Option("--out", help="Folder of cards to which they are added.")] = Path("cards"),
     work: Annotated[
-        Path, typer.Option("--work", help="Folder for answers, judgements and runs of a suite; goes on with it.")
+        Path, typer.Option("--work", help="Folder for answers, judgements and runs of a suite; its work is continued.")
     ] = Path("runs/learning"),
     apart: Annotated[
-        list[Path] | None, typer.Option("--apart-from", metavar="SUITE", help="One more suite with no common source.")
+        list[Path] | None,
+        typer.Option("--apart-from", metavar="SUITE", help="Another suite that must not share a source."),
     ] = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt.")] = None,
     repeats: Annotated[int, typer.Option("--repeats", min=1, max=20, help="Judgements of each kind.")] = 3,
@@ -39,10 +42,12 @@ def distill_cards(
     minutes: Minutes = None,
     sim_timeout: SimTimeout = 3600.0,
     film: Film = "draft",
-    film_minutes: Annotated[float, typer.Option("--film-minutes", min=0.1, help="For one path-traced film.")] = 10.0,
+    film_minutes: Annotated[
+        float, typer.Option("--film-minutes", min=0.1, help="Minutes for one path-traced film.")
+    ] = 10.0,
     as_json: AsJson = False,
 ) -> None:
-    """Learn cards from a finished loop, to be run by `verify`, or from a suite, where they are run and tried.
+    """Learn cards from a finished loop, for `verify` to run, or from a suite, where they are run and tested.
 
     With --suite all prompts are answered and judged; for each the judge reviews the failures and writes a card. Both
     its cases are run, the prompt is answered again with it, and it is kept only if the score improves. The ledger
@@ -51,9 +56,9 @@ def distill_cards(
     from text2sim.spec_schema.errors import RunError
 
     if (case is None) == (suite is None):
-        raise RunError("say what to learn from: a CASE, or --suite SUITE")
+        raise RunError("give a source to learn from: a CASE, or --suite SUITE")
     if not model:
-        raise RunError("say which model answers: --model MODEL (or the variable TEXT2SIM_MODEL)")
+        raise RunError("name a model: --model MODEL (or the variable TEXT2SIM_MODEL)")
     if case is not None:
         _from_case(case, judge or model[-1], out, as_json)
         return
@@ -115,14 +120,14 @@ def _from_suite(
         except Text2SimError:
             if not stop.count:
                 raise
-            say("stopped; the same command goes on from here", to=sys.stderr)
+            say("stopped; the same command continues", to=sys.stderr)
             raise KeyboardInterrupt from None
 
 
 def show_ledger(
     cards: Annotated[Path, typer.Argument(metavar="CARDS", help="Folder of learned cards.")] = Path("cards"),
     runs: Annotated[
-        list[Path] | None, typer.Option("--runs", help="A folder with loops of `generate`: who was given which card.")
+        list[Path] | None, typer.Option("--runs", help="A folder with loops of `generate`, to count uses of cards.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -140,18 +145,18 @@ def show_ledger(
     for name, one in ledger.cards.items():
         notes = [one.state]
         if any(row.dealt for row in one.tried):
-            notes.append(f"{one.gain:+.1f} points where it was tried{': MADE IT WORSE' if one.gain < 0 else ''}")
+            notes.append(f"{one.gain:+.1f} points where it was tested{': WORSE' if one.gain < 0 else ''}")
         elif one.tried:
-            notes.append("NEVER RETRIEVED where it was tried")
+            notes.append("NEVER RETRIEVED where it was tested")
         if loops and one.state == "kept":
-            notes.append(f"given to somebody in {dealt[name]} of {loops} loops" if dealt[name] else
-                         f"NEVER RETRIEVED in {loops} loops")  # fmt: skip
+            used = f"used in {dealt[name]} of {loops} loops"
+            notes.append(used if dealt[name] else f"NEVER RETRIEVED in {loops} loops")
         say(f"{name}: {'; '.join(notes)}")
         for debt in one.owes:
             source = ledger.prompts[debt.prompt].source
             say(f"    owes {source.title} ({source.authors}, {source.year}; {debt.prompt}): {debt.failure}")
     if not ledger.cards:
-        say("nothing was learned here")
+        say("no cards were learned here")
     if loops:
         idle = [name for name in load_library([BUILT_IN]).entries if not dealt[name]]
-        say(f"NEVER RETRIEVED in {loops} loops, of those that come with text2sim: {', '.join(idle) or 'none'}")
+        say(f"built-in cards NEVER RETRIEVED in {loops} loops: {', '.join(idle) or 'none'}")

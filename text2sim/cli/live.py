@@ -62,7 +62,7 @@ def _live(name: str) -> Iterator["OnProgress"]:
         TextColumn("{task.fields[numbers]}", markup=False),
         TimeElapsedColumn(),
     )
-    # Captured output would break up the line, and everything else prints after it.
+    # Output is not redirected: captured output would break the line.
     live = Progress(
         *columns, console=Console(stderr=True), transient=True, redirect_stdout=False, redirect_stderr=False
     )

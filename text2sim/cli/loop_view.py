@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from text2sim.cli.check import WORTH_A_WORD
+from text2sim.cli.check import LONG_RUN
 from text2sim.cli.output import say
 from text2sim.service.phrases import seconds
 from text2sim.spec_schema.plain import plain, plain_line
@@ -96,7 +96,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         rows += [f"  assumed: {row}" for row in what["assumptions"]]
         return rows + [f"  expected: {row} ({name})" for name, row in what["says"].items()]
     if event == "requirements":
-        return [f"  asked for: {row} ({name})" for name, row in what["rows"].items()]
+        return [f"  required: {row} ({name})" for name, row in what["rows"].items()]
     if event == "answered":
         cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
         return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]
@@ -108,9 +108,9 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
             *(f"  changed: {_short(row)}" for row in what["changes"][:6]),
         ]
     if event in ("mending", "unsound"):
-        word = "to mend" if event == "mending" else "cannot be run"
+        word = "to fix" if event == "mending" else "cannot be run"
         return [f"  {word}: {_short(row)}" for row in what["problems"][:6]]
-    if event == "running" and what.get("seconds", 0) >= WORTH_A_WORD:
+    if event == "running" and what.get("seconds", 0) >= LONG_RUN:
         return [f"  simulating: about {seconds(what['seconds'])} on two idle cores, within a factor of three"]
     if event == "ran":
         marks = {True: "ok", False: "FAIL", None: "open"}

@@ -1,4 +1,4 @@
-"""Command line. Every command has its own module, and imports what it needs when it runs."""
+"""Command line; each command has its own module, which imports what it needs when it runs."""
 
 import gc
 import os
@@ -43,7 +43,7 @@ COMMANDS = {
     "doctor": "doctor:doctor",
     "mcp": "mcp:mcp",
 }
-"""Modules of the commands, and what each has for it, in the order of the help."""
+"""Module and function of each command, in the order of the help."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -62,12 +62,12 @@ def _root(
 
 
 def make_app(names: Iterable[str] = COMMANDS) -> typer.Typer:
-    """Return the command line with some of its commands; to import them all takes a tenth of a `check`."""
+    """Return the command line with some of its commands; importing all takes a tenth of the time of `check`."""
     app = typer.Typer(
         name="text2sim",
         help="A case in YAML becomes a Genesis program, a run, and evidence.",
-        epilog="Exit codes: 0 fine; 1 the physics did not do what was expected; 2 the input is wrong; "
-        "3 this machine cannot, or not now; 70 a bug of ours.",
+        epilog="Exit codes: 0 ok; 1 expectations were not met; 2 the input is invalid; "
+        "3 this machine cannot do it, or not now; 70 a bug of ours.",
         no_args_is_help=True,
         add_completion=False,
         rich_markup_mode="rich",
@@ -93,9 +93,9 @@ def __getattr__(name: str) -> typer.Typer:
 
 def run() -> None:
     """Run the command line and exit with one of `exits`."""
-    # Nearly all objects of a short command live to its end: collecting garbage takes a tenth of its time.
+    # Nearly all objects of a short command live to its end: garbage collection takes a tenth of its time.
     gc.set_threshold(100_000, 20, 50)
-    # Nor do we want whatever other packages plug into pydantic, which searches all that is installed for it.
+    # pydantic would search all installed packages for plugins, which we do not want.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # The parent process may have closed both.
     sys.stdout, sys.stderr = (stream or open(os.devnull, "w") for stream in (sys.stdout, sys.stderr))  # noqa: SIM115
@@ -108,12 +108,12 @@ def run() -> None:
     except KeyboardInterrupt:
         sys.exit(exits.INTERRUPTED)
     except SystemExit:
-        # On a closed pipe the library exits with 1, which would be a verdict.
+        # On a closed pipe the library exits with 1, which would mean unmet expectations.
         if type(sys.stdout).__name__ == "PacifyFlushWrapper":
             sys.exit(exits.OK)
         raise
     except BrokenPipeError:
-        # The reader has closed the pipe; Python must not complain about that at exit.
+        # The reader has closed the pipe, which Python would report at exit.
         sys.stdout = open("/dev/null" if sys.platform != "win32" else "NUL", "w")  # noqa: SIM115
         sys.exit(exits.OK)
     except Exception as error:

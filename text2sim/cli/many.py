@@ -19,19 +19,22 @@ if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.service.examined import Examined
 
-Workers = Annotated[int, typer.Option("--workers", min=1, max=256, help="So many at once, in engines that stay warm.")]
+Workers = Annotated[int, typer.Option("--workers", min=1, max=256, help="Number of runs at a time, in warm engines.")]
 Ray = Annotated[
-    str, typer.Option("--ray", metavar="ADDRESS", help="On this Ray cluster (auto: the one of this machine).")
+    str, typer.Option("--ray", metavar="ADDRESS", help="Run on this Ray cluster (auto: that of this machine).")
 ]
 StoreUrl = Annotated[
-    str, typer.Option("--store", metavar="URL", help="With --ray: folder or URL that all nodes reach; RUNS/.store.")
+    str,
+    typer.Option(
+        "--store", metavar="URL", help="With --ray: folder or URL that all nodes reach; RUNS/.store if left out."
+    ),
 ]
 RENDER_CORES = 4
-"""Of a task of a Ray cluster that renders."""
+"""Cores of a render task on a Ray cluster."""
 RENDER_MEMORY = 3_000_000_000
-"""Of a task that renders [bytes]."""
+"""Memory of a render task [bytes]."""
 EVERY = 15.0
-"""Wall time [s] between lines where nobody watches."""
+"""Wall time [s] between lines of progress."""
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
@@ -49,7 +52,7 @@ def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
     from text2sim.cluster.run import Where
 
     if store and not ray:
-        raise typer.BadParameter("goes with --ray", param_hint="'--store'")
+        raise typer.BadParameter("needs --ray", param_hint="'--store'")
     return Where(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
 
 
@@ -61,7 +64,7 @@ def attempts(
     Args:
         rows: The cases.
         where: Where they run; None runs them here, one after another.
-        quiet: Whether no progress is printed.
+        quiet: Print no progress.
         runs: Folder of runs.
         **options: Options of `attempt`.
     """
@@ -128,7 +131,7 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
     from text2sim.spec_schema.errors import RunError
 
     folder, free = chosen.recording.folder, slots(where)
-    # A tracer uses all cores that it may use: divide those of this machine.
+    # A tracer uses all cores that it gets, so the cores of this machine are divided.
     cores = RENDER_CORES if where.ray else max(1, (os.cpu_count() or 1) // free)
     parts = max(1, min(free // cores if where.ray else free, pictures))
     inputs = {"run": folder} | ({"case": chosen.case.parent} if chosen.case else {})
@@ -147,12 +150,12 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
 
 
 def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
-    """Run tasks; print an estimate before, and progress on the way.
+    """Run tasks; print an estimate first, then progress.
 
     Args:
         tasks: The tasks.
         where: Where they run.
-        quiet: Whether nothing is printed.
+        quiet: Print nothing.
     """
     from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words

@@ -18,7 +18,7 @@ def mcp(
 
     if not root.is_dir():
         raise RunError(f"{shown(root)}: there is no such folder")
-    # Pictures are drawn in separate threads; those of the matrix library would compete with them.
+    # Pictures are drawn in threads, with which those of the matrix library would compete.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from text2sim.mcp_server.server import serve

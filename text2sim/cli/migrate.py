@@ -11,7 +11,7 @@ def migrate(
     check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Convert cases of older versions of the language to the latest one. Comments stay."""
+    """Convert cases of older versions of the language to the latest one. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
     from text2sim.cli.output import say
     from text2sim.service.phrases import shown

@@ -14,7 +14,7 @@ def new(
     cases: Annotated[Path, typer.Option("--cases", help="Folder of cases.")] = Path("cases"),
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Write a new commented case to start from: a ball that drops on a stack of boxes."""
+    """Write a new commented case: a ball that drops on a stack of boxes."""
     from text2sim.cli.output import say, say_json
     from text2sim.service.new_case import make_case
     from text2sim.service.phrases import shown

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 Variants = Annotated[
     list[str] | None,
-    typer.Option("--variant", metavar="NAME", help="Lay this variant over the case; several in their order."),
+    typer.Option("--variant", metavar="NAME", help="Apply this variant to the case; several in order."),
 ]
 Sets = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="PATH=VALUE", help="Set a value, as in bodies.ball.material.density=500."),
+    typer.Option("--set", metavar="PATH=VALUE", help="Set a value, such as bodies.ball.material.density=500."),
 ]
 
 
@@ -29,11 +29,11 @@ def overlay_of(variants: list[str] | None, sets: list[str] | None) -> "CaseOverl
 
 
 def with_options(group: type, **defaults: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the fields of a dataclass as options. They reach it in one, as its parameter `options`.
+    """Give a command the fields of a dataclass as options, and pass them as its parameter `options`.
 
     Args:
-        group: The dataclass; its fields are annotated as parameters of commands are.
-        **defaults: Defaults that this command has instead of the dataclass's.
+        group: The dataclass, whose fields are annotated like parameters of commands.
+        **defaults: Defaults of this command, in place of the dataclass's.
     """
 
     def wrap(command: Callable[..., None]) -> Callable[..., None]:

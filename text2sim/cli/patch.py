@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Owner(StrEnum):
-    """Who may own a section."""
+    """Sections that an author of patches may own."""
 
     scene = "scene"
     bodies = "bodies"
@@ -26,14 +26,12 @@ class Owner(StrEnum):
 
 def patch(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
-    operations: Annotated[str, typer.Argument(metavar="PATCH.JSON", help="RFC 6902 operations; - reads them in.")],
-    owner: Annotated[
-        Owner | None, typer.Option("--owner", help="Whoever patches may change this section and nothing else.")
-    ] = None,
+    operations: Annotated[str, typer.Argument(metavar="PATCH.JSON", help="RFC 6902 operations; - reads from stdin.")],
+    owner: Annotated[Owner | None, typer.Option("--owner", help="The only section that the patch may change.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing; print what would change.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Apply a patch to a case, completely or not at all; the author's comments and order stay.
+    """Apply a patch to a case, completely or not at all; comments and order are kept.
 
     The result must be a valid case without new lint errors.
     """
@@ -99,8 +97,8 @@ def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -
     say_problems(refused.problems, {str(file): refused.text})
     for index in sorted({index for index in refused.blame if index is not None}):
         operation = wanted.operations[index]
-        say(f"    operation {index + 1} ({operation['op']} {operation['path']}) has to do with it", to=sys.stderr)
-    say(f"{shown(file)} would be wrong with this patch, and stays as it is", to=sys.stderr)
+        say(f"    caused by operation {index + 1} ({operation['op']} {operation['path']})", to=sys.stderr)
+    say(f"{shown(file)} would be invalid with this patch, and is not changed", to=sys.stderr)
 
 
 def _document(revision: "Revision", file: Path, dry_run: bool) -> dict[str, Any]:

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 
 def prefabs(
-    name: Annotated[str, typer.Argument(help="Say all about this one; list them if left out.")] = "",
-    case: Annotated[Path | None, typer.Option("--case", help="Count those of this case, too.")] = None,
+    name: Annotated[str, typer.Argument(help="The prefab to explain; all are listed if left out.")] = "",
+    case: Annotated[Path | None, typer.Option("--case", help="Include those of this case.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
     """List the prefabs that a case can use, or explain one."""

@@ -17,7 +17,7 @@ class Chosen:
 
     recording: "FilmRecord"
     loaded: "LoadedCase | None"
-    """The case that was named, if one was."""
+    """The case that the user named, if any."""
     case: Path | None
     """Its file."""
 
@@ -48,5 +48,5 @@ def choose(path: Path, runs: Path) -> Chosen:
     plan = plan_case(loaded)
     folder = runs / f"{loaded.case.name}-{plan.sim_digest[:10]}"
     if not folder.is_dir():
-        raise RunError(f"{path} has no run in {runs} as it is now: text2sim run {path}")
+        raise RunError(f"{path} has no current run in {runs}: text2sim run {path}")
     return Chosen(read_recording(folder, plan), loaded, file)

@@ -19,26 +19,26 @@ if TYPE_CHECKING:
     from text2sim.runtime.stop import Stop
 
 EVERY = 15.0
-"""Wall time [s] between lines where nobody watches."""
+"""Wall time [s] between lines of progress."""
 
 
 def render(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run; or a case that was run.")],
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a case with a run.")],
     quality: Annotated[
         Literal["draft", "final", "still"],
         typer.Option("--quality", help="draft: 8 samples per pixel; final: 36; still: one picture with 144."),
     ] = "draft",
     frames: Annotated[
-        str, typer.Option("--frames", metavar="A:B", help="Only pictures A to B (not included), or only picture A.")
+        str, typer.Option("--frames", metavar="A:B", help="Only pictures A to B (exclusive), or only picture A.")
     ] = "",
     during: Annotated[
-        str, typer.Option("--during", metavar="A:B", help="Only what happens from A to B, in simulated seconds.")
+        str, typer.Option("--during", metavar="A:B", help="Only the time from A to B, in simulated seconds.")
     ] = "",
     fps: Annotated[
-        float | None, typer.Option("--fps", min=1, max=240, help="Pictures per second of film, instead of the case's.")
+        float | None, typer.Option("--fps", min=1, max=240, help="Pictures per second; the case's if left out.")
     ] = None,
-    camera: Annotated[str, typer.Option("--camera", metavar="NAME", help="Only what this camera sees.")] = "",
-    resolution: Annotated[str, typer.Option("--resolution", metavar="WxH", help="Instead of the case's.")] = "",
+    camera: Annotated[str, typer.Option("--camera", metavar="NAME", help="Only this camera.")] = "",
+    resolution: Annotated[str, typer.Option("--resolution", metavar="WxH", help="The case's if left out.")] = "",
     frames_only: Annotated[
         Literal["png", "exr"] | None,
         typer.Option("--frames-only", help="Numbered pictures instead of a film; exr keeps radiance."),
@@ -48,18 +48,18 @@ def render(
     ] = "",
     minutes: Annotated[
         float | None,
-        typer.Option("--minutes", min=0.1, help="Make the films smaller, then less smooth, to be done in this time."),
+        typer.Option("--minutes", min=0.1, help="Reduce size, then frame rate, to finish in about this time."),
     ] = None,
-    join: Annotated[bool, typer.Option("--join", help="Only make the film of pictures that shards have left.")] = False,
+    join: Annotated[bool, typer.Option("--join", help="Only make the film from the pictures of shards.")] = False,
     beside: Annotated[
-        Path | None, typer.Option("--beside", metavar="RUN", help="One film of both: RUN or case on the right.")
+        Path | None, typer.Option("--beside", metavar="RUN", help="Make one film with this run or case on the right.")
     ] = None,
     suggest: Annotated[
         bool,
         typer.Option("--suggest", help="Propose a camera and light by how well they show the run; render nothing."),
     ] = False,
-    write: Annotated[bool, typer.Option("--write", help="With --suggest: put the proposal into the case.")] = False,
-    runs: Annotated[Path, typer.Option("--runs", help="Where the runs of cases lie.")] = Path("runs"),
+    write: Annotated[bool, typer.Option("--write", help="With --suggest: write the proposal to the case.")] = False,
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of the runs of cases.")] = Path("runs"),
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
@@ -69,8 +69,8 @@ def render(
 
     For a case, its run in `runs` is filmed with the current `render` section.
 
-    Finished frames that would not change are kept, so a stopped render resumes, and a change of the case costs only the
-    frames that it affects.
+    Finished frames are reused: a stopped render resumes, and a change of the case only costs the frames that it
+    affects.
     """
     from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
@@ -82,7 +82,7 @@ def render(
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
-        raise typer.BadParameter("goes with --suggest", param_hint="'--write'")
+        raise typer.BadParameter("needs --suggest", param_hint="'--write'")
     chosen = choose(run, runs)
     if not join:
         variant = find_variant()
@@ -96,7 +96,7 @@ def render(
     filming = Filming(chosen.recording, quality, size=size, fps=fps)
     if beside is not None:
         if quality == "still" or frames_only or shard:
-            raise typer.BadParameter("makes one film: not with still, --frames-only, --shard", param_hint="'--beside'")
+            raise typer.BadParameter("cannot be used with still, --frames-only, --shard", param_hint="'--beside'")
         other = Filming(choose(beside, runs).recording, quality, size=filming.size, fps=fps)
         path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
         say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
@@ -113,7 +113,8 @@ def render(
         from text2sim.cli.many import trace
 
         if quality == "still" or shard or join or minutes is not None:
-            raise typer.BadParameter("not with still, --minutes, --shard, --join", param_hint="'--workers', '--ray'")
+            message = "cannot be used with still, --minutes, --shard, --join"
+            raise typer.BadParameter(message, param_hint="'--workers', '--ray'")
         those = {"camera": camera, "span": span, "during": times}
         how = {"quality": quality, "size": filming.size, "fps": filming.fps, "format": frames_only or "png"}
         trace(chosen, where, {**how, "reels": those}, sum(len(reel.frames) for reel in reels), quiet=as_json)
@@ -144,7 +145,7 @@ def render(
     elif part != (0, 1):
         say(f"part {part[0] + 1} of {part[1]} is rendered; when all are, add --join")
     for path, missing in () if as_json or part != (0, 1) else list(made.items())[:1]:
-        some = f" ({missing} pictures are missing: those before them are held; the same command goes on)"
+        some = f" ({missing} pictures are missing: earlier ones are shown longer; the same command continues)"
         say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
     raise typer.Exit(exits.INTERRUPTED if stop.count else exits.OK)
 
@@ -247,7 +248,7 @@ def _both(
         right.render(reels[1], teller)
     try:
         first, second = (run.label for run in read_runs([one.folder, other.folder]))
-    except RunError:  # a run without evidence is shown all the same
+    except RunError:  # a run without evidence can be shown, too
         first, second = one.folder.name, other.folder.name
     longer = max(reels, key=lambda reel: len(reel.frames))
     part = _part(left, longer, whole=span is None and times is None)
@@ -256,7 +257,7 @@ def _both(
 
 
 def _part(filming: "Filming", reel: "Reel", *, whole: bool) -> str:
-    """Suffix of a film's file name if it is not the case's own film, which it must not overwrite."""
+    """Suffix of a film's file name, so that it does not overwrite the case's own film."""
     rate = "" if filming.fps == filming.recording.film["fps"] else f"_{filming.fps:g}fps"
     return rate + ("" if whole else f"_{reel.frames[0].k}-{reel.frames[-1].k}")
 

@@ -14,8 +14,7 @@ def replay(
 ) -> None:
     """Write the page that shows a run in 3D.
 
-    `text2sim run` writes it, too; this is for runs of older versions, and for those with so many states that it was
-    skipped.
+    `text2sim run` writes it, too, unless there are too many states.
     """
     from text2sim.cli.output import say, say_json
     from text2sim.recording.inventory import fault
@@ -27,7 +26,7 @@ def replay(
 
     case = run / "expanded.yaml"
     if not case.is_file():
-        raise RunError(f"{run}: not the folder of a run: it has no expanded.yaml")
+        raise RunError(f"{run} is not a run folder: it has no expanded.yaml")
     record = RunRecord.read_whole(run)
     if record is not None and (damage := fault(run, record.judged)):
         raise RunError(f"{run}: {damage}; run the case again")

@@ -11,15 +11,13 @@ from text2sim.spec_schema.errors import RunError
 
 STDIN = "-"
 MOST = 1_000_000
-"""Bytes that are read of a file or of standard input."""
+"""Largest size of a request [bytes]."""
 
-File = Annotated[
-    Path | None, typer.Option("--file", metavar="FILE", help="Read the words from this text file (UTF-8).")
-]
+File = Annotated[Path | None, typer.Option("--file", metavar="FILE", help="Read the text from this file (UTF-8).")]
 
 
 def words_of(words: str, file: Path | None) -> str:
-    """Return the text of a request. Words are never taken for a file name: only `--file` and `-` read.
+    """Return the text of a request. The argument is never a file name: only `--file` and `-` read.
 
     Args:
         words: The argument; `-` for standard input.
@@ -29,7 +27,7 @@ def words_of(words: str, file: Path | None) -> str:
         RunError: if both are given, or the input is not text or too long.
     """
     if file is not None and words:
-        raise RunError(f"there are words and --file {file}: give one of them")
+        raise RunError(f"give either words or --file {file}, not both")
     if words == STDIN:
         return _text(sys.stdin.buffer.read(MOST + 1), "standard input")
     if file is None:
@@ -51,7 +49,7 @@ def _is_file(words: str) -> bool:
 
 def _text(content: bytes, name: str) -> str:
     if len(content) > MOST:
-        raise RunError(f"{name}: more than {MOST / 1e6:g} MB, which is no request")
+        raise RunError(f"{name}: a request has at most {MOST / 1e6:g} MB")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

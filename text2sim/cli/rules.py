@@ -36,8 +36,8 @@ def say_rule(name: str, as_json: bool) -> int:
     say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n")
     say(_indented(rule.example))
     if rule.fix:
-        say(f"\nLaid over it, this mends it (`null` takes a key away):\n\n{_indented(rule.fix)}")
-    say(f"\nIf it is meant:\n\n    waive: {{{rule.id}: why it is meant}}")
+        say(f"\nThis overlay fixes it (`null` removes a key):\n\n{_indented(rule.fix)}")
+    say(f"\nIf it is intended:\n\n    waive: {{{rule.id}: why it is intended}}")
     return exits.OK
 
 

@@ -9,11 +9,11 @@ from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.service import exits
 
-Runs = Annotated[Path, typer.Option("--runs", help="Folder in which each run has its own.")]
-Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a program may take.")]
+Runs = Annotated[Path, typer.Option("--runs", help="Folder of run folders.")]
+Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Limit of a program's wall time in seconds.")]
 Memory = Annotated[
     float | None,
-    typer.Option("--memory", min=0.1, help="Memory in GB that a program may use; 85 % of the machine if left out."),
+    typer.Option("--memory", min=0.1, help="Limit of a program's memory in GB; 85 % of the machine's if left out."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
 Gpu = Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")]
@@ -32,7 +32,7 @@ def run_cases(
     runs: Runs = Path("runs"),
     timeout: Timeout = 3600.0,
     memory: Memory = None,
-    no_film: Annotated[bool, typer.Option("--no-film", help="Make no film.")] = False,
+    no_film: Annotated[bool, typer.Option("--no-film", help="Do not make a film.")] = False,
     force: Force = False,
     gpu: Gpu = False,
     workers: Workers = 1,
@@ -40,19 +40,19 @@ def run_cases(
     store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
-    """Simulate cases, judge what happened, and film it.
+    """Simulate, judge and film cases.
 
     Finished work is not repeated: a changed render section only films again; changed measures, events and
     expectations are only judged again.
 
-    Ctrl-C stops gently and keeps what was recorded; a second one kills.
+    Ctrl-C stops and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
     from text2sim.service.examined import examine, find_cases
 
-    # All are read before the first runs: an error in the last should not show up after an hour.
+    # All are read before the first runs, so that an error in the last one does not show up after an hour.
     paths, overlay = find_cases(cases), overlay_of(variants, sets)
     options: dict[str, Any] = {
         "where": where_of(workers, ray, store, runs),
@@ -67,7 +67,7 @@ def run_cases(
         from text2sim.cli.sweep import run_sweep
 
         if len(paths) != 1:
-            raise typer.BadParameter("a sweep is of one case", param_hint="'CASES...'")
+            raise typer.BadParameter("a sweep takes one case", param_hint="'CASES...'")
         raise typer.Exit(run_sweep(paths[0], overlay, sweep, grid or [], options, as_json=as_json))
     rows = [examine(path, plan=len(paths) > 1, overlay=overlay) for path in paths]
     if any(not row.ok for row in rows):

@@ -20,20 +20,23 @@ def show(
     case: Annotated[Path, typer.Argument(help="A case folder or case.yaml file.")],
     variants: Variants = None,
     sets: Sets = None,
-    png: Annotated[Path | None, typer.Option("--png", help="File of the picture; runs/NAME-layout.png.")] = None,
+    png: Annotated[
+        Path | None, typer.Option("--png", help="File of the picture; runs/NAME-layout.png if left out.")
+    ] = None,
     no_png: Annotated[bool, typer.Option("--no-png", help="Draw nothing.")] = False,
-    body: Annotated[str, typer.Option("--body", metavar="NAME", help="Print this body or static alone.")] = "",
+    body: Annotated[str, typer.Option("--body", metavar="NAME", help="Print only this body or static.")] = "",
     open_it: Annotated[bool, typer.Option("--open", help="Show the picture on the screen.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
 ) -> None:
-    """Print a case with nothing left out, and draw how it starts."""
+    """Print a case with all defaults and derived values, and draw its start."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say_json
     from text2sim.compiler.explicit import explicit
+    from text2sim.drawing.layout import write_layout
     from text2sim.service.examined import Examined, case_file
-    from text2sim.spec_schema.errors import Text2SimError, nearest
+    from text2sim.spec_schema.errors import Text2SimError, did_you_mean
 
-    # Pictures are drawn in separate threads; those of the matrix library would compete with them.
+    # Pictures are drawn in threads, with which those of the matrix library would compete.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     overlay = overlay_of(variants, sets)
     row = Examined(case_file(case))
@@ -45,14 +48,12 @@ def show(
     if body:
         known = [*found.data["scene"].get("statics", {}), *found.data["bodies"]]
         if body not in known:
-            hint = nearest(body, known)
-            question = f"; did you mean `{hint}`?" if hint else ""
-            raise typer.BadParameter(f"there is no body or static `{body}`{question}")
+            raise typer.BadParameter(f"there is no body or static `{body}`{did_you_mean(body, known)}")
         found = found.only(body)
     target = png if png is not None else Path("runs") / f"{resolution.plan.case}-layout.png"
     if not no_png:
         try:
-            _draw(resolution, target, overlay)
+            write_layout(resolution, target, _title(overlay))
         except (Text2SimError, OSError) as error:
             row.blame(error)
     _print(row, resolution, found, None if no_png or not row.ok else target, overlay, as_json)
@@ -79,13 +80,7 @@ def _resolve(row: "Examined", case: Path, overlay: "CaseOverlay") -> "Resolution
     return resolution
 
 
-def _draw(resolution: "Resolution", target: Path, overlay: "CaseOverlay") -> None:
-    from text2sim.drawing.layout import write_layout
-
-    write_layout(resolution, target, _said(overlay))
-
-
-def _said(overlay: "CaseOverlay") -> str:
+def _title(overlay: "CaseOverlay") -> str:
     """Description of the overlay."""
     names = [f"variant {' + '.join(overlay.variants)}"] if overlay.variants else []
     return ", ".join([*names, *overlay.sets])
@@ -113,7 +108,7 @@ def _print(
         }
         say_json(row.as_dict() | document)
         return
-    over = f" with {_said(overlay)}" if overlay else ""
+    over = f" with {_title(overlay)}" if overlay else ""
     say(found.text([f"# {shown(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
     say_examined(row)
     if picture is not None:

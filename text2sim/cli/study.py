@@ -8,7 +8,7 @@ import typer
 from text2sim.service import exits
 
 study = typer.Typer(
-    help="People compare films of methods without knowing which is whose.",
+    help="Blind comparisons of methods' films by people.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -24,7 +24,7 @@ def build_study(
     suite: Annotated[Path, typer.Option("--suite", help="The suite that has the prompts.")],
     seed: Annotated[int, typer.Option("--seed", help="Decides assignments, their order and sides.")] = 0,
     consent: Annotated[
-        Path | None, typer.Option("--consent", help="A text that people agree to, instead of ours.")
+        Path | None, typer.Option("--consent", help="The text that people agree to; ours if left out.")
     ] = None,
 ) -> None:
     """Make assignments of comparisons, and copies of the films under anonymous names."""
@@ -41,15 +41,15 @@ def build_study(
     for row in made.left_out:
         say(f"left out: {row}")
     count = len(made.assignments)
-    say(f"{sum(map(len, made.assignments))} comparisons in {count} assignments, one for each person")
+    say(f"{sum(map(len, made.assignments))} comparisons in {count} assignments, one per person")
     say(f"next: text2sim study serve {shown(folder)}")
 
 
 @study.command("serve")
 def serve_study(
     folder: Folder,
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes one that is free.")] = 8765,
-    host: Annotated[str, typer.Option("--host", help="Address of this machine at which to listen.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 8765,
+    host: Annotated[str, typer.Option("--host", help="Address of this machine to listen on.")] = "127.0.0.1",
 ) -> None:
     """Serve the comparisons in a browser, and record the answers.
 
@@ -69,13 +69,13 @@ def serve_study(
 
     def tell(address: str) -> None:
         say(f"study: {address}")
-        say("everybody who has this address can take part; Ctrl-C ends it")
+        say("everybody with this address can take part; Ctrl-C ends it")
         sys.stdout.flush()
 
     try:
         serve(folder, host, port, tell)
     except OSError as error:
-        raise RunError(f"cannot listen at {host}:{port}: {error.strerror}") from error
+        raise RunError(f"cannot listen on {host}:{port}: {error.strerror}") from error
     raise typer.Exit(exits.INTERRUPTED)
 
 

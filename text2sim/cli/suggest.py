@@ -9,15 +9,15 @@ if TYPE_CHECKING:
 
 
 def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
-    """Print a camera and light for a run, and with `write` put them into its case.
+    """Propose a camera and light for a run, and with `write` add them to its case.
 
     Args:
         chosen: The run, and its case if that is known.
-        write: Whether the case is changed.
-        as_json: Whether JSON is printed.
+        write: Whether to change the case.
+        as_json: Print one JSON document.
 
     Raises:
-        RunError: if they are to be written and no case is given.
+        RunError: if there is no case to write to.
         SpecError: if the case would be invalid with them.
     """
     from text2sim.cli.output import say, say_json
@@ -32,7 +32,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     from text2sim.spec_schema.text.source import read_source
 
     if write and chosen.case is None:
-        raise RunError("a run does not know where its case is: name the case instead of the run to write into it")
+        raise RunError("a run does not know its case: name the case instead of the run to write to it")
     loaded = chosen.loaded or load_case(chosen.recording.folder / "expanded.yaml")
     quiet = (lambda text: None) if as_json else (lambda text: print(plain(text), file=sys.stderr, flush=True))
     proposal = suggest(chosen.recording, loaded, quiet)
@@ -49,7 +49,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     if write and chosen.case is not None:
         say(f"{shown(chosen.case)}: written")
     elif chosen.case is not None:
-        say("--write puts it into the case")
+        say("--write writes it to the case")
 
 
 def _document(proposal: "RenderProposal", *, written: bool) -> dict[str, Any]:
@@ -69,10 +69,10 @@ def _document(proposal: "RenderProposal", *, written: bool) -> dict[str, Any]:
 def _reasons(proposal: "RenderProposal") -> list[str]:
     """Describe the legibility of bodies, as lines."""
     lines = [
-        f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the present one {proposal.before:.2f}"
+        f"{proposal.tried} cameras tried: this one scores {proposal.score:.2f}, the current one {proposal.before:.2f}"
     ]
     if proposal.score <= proposal.before:
-        lines.append("none of them shows more than the present one")
+        lines.append("none of them shows more than the current one")
     if proposal.lights:
         lines.append(
             "contrast by light: " + ", ".join(f"{name} {value:.2f}" for name, value in proposal.lights.items())

@@ -25,7 +25,7 @@ def run_suite(
     runs: Runs = Path("runs"),
     timeout: Timeout = 3600.0,
     memory: Memory = None,
-    film: Annotated[bool, typer.Option("--film", help="Make films too.")] = False,
+    film: Annotated[bool, typer.Option("--film", help="Make films, too.")] = False,
     force: Force = False,
     gpu: Gpu = False,
     workers: Workers = 1,
@@ -33,7 +33,7 @@ def run_suite(
     store: StoreUrl = "",
     as_json: AsJson = False,
 ) -> None:
-    """Run cases like a test suite: a case passes if all its expectations hold."""
+    """Run cases like a test suite: a case passes if it meets all its expectations."""
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
@@ -51,7 +51,7 @@ def run_suite(
         "force": force,
         "device": "gpu" if gpu else "cpu",
     }
-    # On a terminal the live line shows progress; elsewhere a suite prints its summary alone.
+    # On a terminal a live line shows progress; elsewhere a suite only prints its summary.
     quiet = as_json or not sys.stderr.isatty()
     overlay = overlay_of(variants, sets)
     rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]

@@ -42,12 +42,12 @@ def run_sweep(
     if bad:
         if as_json:
             say_json({"ok": False, "runs": [row.as_dict() for row in bad]})
-        told: set[tuple[str, ...]] = set()
+        printed: set[tuple[str, ...]] = set()
         for row in () if as_json else bad:
             words = tuple(str(problem) for problem in row.problems)
-            if words and words in told:
+            if words and words in printed:
                 continue  # an invalid path fails with each of its values
-            told.add(words)
+            printed.add(words)
             say(f"{row.title}:", to=sys.stderr)
             say_examined(row)
         return max(row.exit for row in bad)

@@ -1,4 +1,4 @@
-"""Verdict on a run, for people."""
+"""Output of the verdict on a run."""
 
 import sys
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ _EXITS = {
 
 
 def exit_of(result: "RunResult") -> int:
-    """Return the exit code that a run deserves."""
+    """Return the exit code for a run."""
     if result.stopped:
         return exits.INTERRUPTED
     if result.state != "finished":
@@ -32,7 +32,7 @@ def exit_of(result: "RunResult") -> int:
 
 
 def say_result(case: "Examined", result: "RunResult") -> None:
-    """Say how a run ended; the paths of film and report come last."""
+    """Print the result of a run; the paths of film and report come last."""
     if result.damage:
         say(f"{shown(result.folder)}: {result.damage}", to=sys.stderr)
     say_failure(case, result)
@@ -47,13 +47,13 @@ def say_result(case: "Examined", result: "RunResult") -> None:
     elif result.film_message:
         say(f"film: none ({result.film_message})")
         if result.film_message.startswith("cannot draw"):
-            say(f"text2sim render {shown(result.folder)} makes a path-traced one, without OpenGL")
+            say(f"text2sim render {shown(result.folder)} makes a path-traced film, without OpenGL")
     if result.report is not None:
         say(f"report: {shown(result.report)}")
 
 
 def say_failure(case: "Examined", result: "RunResult") -> None:
-    """Say why a run ended early, at the line of the case where that is known, and where the log is."""
+    """Print why a run ended early, at the line of the case if that is known, and the path of the log."""
     if result.state == "finished":
         return
     if result.problem is not None and case.loaded is not None:

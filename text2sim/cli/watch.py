@@ -22,19 +22,19 @@ def watch(
     case: Annotated[Path, typer.Argument(help="A case folder, or a case.yaml file.")],
     variants: Variants = None,
     sets: Sets = None,
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Of the page; 0 takes one that is free.")] = 0,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port of the page; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
-    runs: Annotated[Path, typer.Option("--runs", help="Folder in which watch-<case> goes.")] = Path("runs"),
+    runs: Annotated[Path, typer.Option("--runs", help="Folder for the folder watch-<case>.")] = Path("runs"),
     timeout: Annotated[
-        float, typer.Option("--timeout", min=1.0, help="Wall time in seconds that a simulation may take.")
+        float, typer.Option("--timeout", min=1.0, help="Limit of a simulation's wall time in seconds.")
     ] = 60.0,
     memory: Annotated[
-        float, typer.Option("--memory", min=1.0, help="Memory in GB above which a fresh engine takes over.")
+        float, typer.Option("--memory", min=1.0, help="Memory in GB above which the engine is restarted.")
     ] = 3.0,
 ) -> None:
-    """Check a case whenever it is saved, simulate it in a warm engine, and show that in 3D in the browser.
+    """Check a case whenever it is saved, simulate it in a warm engine, and show the simulation in 3D in the browser.
 
-    It is shown while it is simulated. What lies in runs/watch-<case> is no run: `text2sim run` makes that.
+    The page is updated during the simulation. runs/watch-<case> is not a run folder: `text2sim run` makes those.
 
     Ctrl-C ends it.
     """
@@ -81,7 +81,7 @@ def watch(
 
 
 def _examine(path: Path, overlay: "CaseOverlay") -> "Examined":
-    """Read a case, and look whether this machine can run it."""
+    """Read a case, and check that this machine can run it."""
     from text2sim.runtime.machine_check import check_ability
     from text2sim.service.examined import examine
     from text2sim.spec_schema.errors import MachineError
@@ -96,7 +96,7 @@ def _examine(path: Path, overlay: "CaseOverlay") -> "Examined":
 
 
 class _Terminal:
-    """Prints what happens, a line or two for each."""
+    """Prints a line or two for each event."""
 
     def __init__(self) -> None:
         self._warnings: object = None
@@ -106,7 +106,7 @@ class _Terminal:
 
         if case.failure:
             say(f"{case.name}: {case.failure}", to=sys.stderr)
-        # Warnings that are no news would push the rest off the screen at every save.
+        # Known warnings are not repeated at every save.
         if not case.ok or case.problems != self._warnings:
             say_problems(case.problems, case.sources)
         self._warnings = case.problems if case.ok else None
@@ -143,13 +143,13 @@ class _Terminal:
 
 
 def _folder_name(path: Path) -> str:
-    """The name of the case's folder, or of its file, with nothing that a file system could mind."""
+    """Name of the case's folder, or of its file, with characters that all file systems allow."""
     name = path.absolute().parent.name if path.name == "case.yaml" else path.stem
     return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in name)[:60] or "case"
 
 
 def _open(url: str) -> None:
-    """Open a page, where there is a browser with a window: one in this terminal would be in the way."""
+    """Open a page in a browser with a window; one in the terminal would interfere with the output."""
     import webbrowser
 
     if sys.platform in ("darwin", "win32") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):

@@ -1,1 +1,1 @@
-"""An MCP server: a coding agent writes, checks, runs and judges cases with a handful of bounded tools."""
+"""MCP server whose tools let a coding agent write, check, run and judge cases."""

@@ -1,4 +1,4 @@
-"""Answers of tools: a small document, perhaps with text and a picture; the rest can be asked for."""
+"""Answers of tools: a small document, and optionally text and a picture; longer ones have pages."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -10,43 +10,43 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.plain import plain
 
 MAX_PAGE = 9_000
-"""Characters of one page of text or rows, so that an answer is some 3,000 tokens at most."""
+"""Characters of a page of text or rows, so that an answer has at most about 3,000 tokens."""
 MAX_STRING = 600
-"""Characters of one value."""
+"""Characters of a value."""
 MAX_LIST = 30
-"""Rows of a list that has no pages of its own."""
+"""Rows of a list without pages."""
 MAX_PICTURE = 1_500_000
-"""Bytes of a picture."""
+"""Size of a picture [bytes]."""
 
 
 @dataclass
 class ToolAnswer:
-    """What a tool answers."""
+    """Answer of a tool."""
 
     document: dict[str, Any]
-    """Comes as one line of JSON."""
+    """Sent as one line of JSON."""
     text: str = ""
-    """Comes after it, as it is."""
+    """Sent after the document, unchanged."""
     picture: bytes = b""
     media: str = "image/png"
     failed: bool = False
-    """Whether the tool did not do what it was asked to."""
+    """Whether the tool failed."""
 
     def words(self) -> str:
-        """Return the document as JSON, never longer than two pages."""
-        said = _dump(self.document)
-        if len(said) > 2 * MAX_PAGE:
-            said = _dump({key: clipped(value, rows=8) for key, value in self.document.items()} | {"shortened": True})
-        return said if len(said) <= 2 * MAX_PAGE else _dump({"shortened": True, "start": said[:MAX_PAGE]})
+        """Return the document as JSON of at most two pages."""
+        text = _dump(self.document)
+        if len(text) > 2 * MAX_PAGE:
+            text = _dump({key: clipped(value, rows=8) for key, value in self.document.items()} | {"shortened": True})
+        return text if len(text) <= 2 * MAX_PAGE else _dump({"shortened": True, "start": text[:MAX_PAGE]})
 
 
 def refusal(error: str, **more: Any) -> ToolAnswer:
-    """Return the answer of a tool that did nothing, and why."""
+    """Return the answer of a tool that did nothing, with the reason."""
     return ToolAnswer({"ok": False, "error": clipped(error), **more}, failed=True)
 
 
 def clipped(value: Any, rows: int = MAX_LIST) -> Any:
-    """Return plain data with long texts and long lists cut, and said to be."""
+    """Return plain data with long texts and lists cut, and a note where they are."""
     if isinstance(value, str):
         return value if len(value) <= MAX_STRING else f"{value[:MAX_STRING]}… ({len(value)} characters)"
     if isinstance(value, dict):
@@ -59,7 +59,7 @@ def clipped(value: Any, rows: int = MAX_LIST) -> Any:
 
 
 def paged(rows: Sequence[Any], offset: int) -> dict[str, Any]:
-    """Return the rows from `offset` on that fit on a page, and where the next page begins."""
+    """Return the page of rows that begins at `offset`, with the offset of the next page."""
     taken, room = [], MAX_PAGE
     for row in rows[offset:]:
         row = clipped(row)
@@ -73,22 +73,21 @@ def paged(rows: Sequence[Any], offset: int) -> dict[str, Any]:
 
 
 def text_page(text: str, offset: int) -> tuple[str, dict[str, Any]]:
-    """Return a page of text from a character on, to the end of a line, and what to say of it."""
+    """Return the page of a text that begins at a character, up to the end of a line, and members for the document."""
     piece = text[offset : offset + MAX_PAGE]
     if offset + len(piece) < len(text) and (cut := piece.rfind("\n")) > MAX_PAGE // 2:
         piece = piece[: cut + 1]
     end = offset + len(piece)
-    said = {"characters": len(text)} | ({"next_offset": end} if end < len(text) else {})
-    return plain(piece), said
+    return plain(piece), {"characters": len(text)} | ({"next_offset": end} if end < len(text) else {})
 
 
 def digest(text: str) -> str:
-    """Return what names a text: whoever replaces it has to know what they replace."""
+    """Return the digest of a text, which a caller gives to show which text it replaces."""
     return sha256(text.encode()).hexdigest()[:16]
 
 
 def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = None) -> list[dict[str, Any]]:
-    """Return problems as rows, each with its place and its line; empty members are left out."""
+    """Return problems as rows with places and lines, without empty members."""
     lines = {file: text.splitlines() for file, text in (sources or {}).items()}
     rows = []
     for problem in problems:
@@ -107,5 +106,5 @@ def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = N
 
 
 def _dump(value: Any) -> str:
-    # Names and messages come from files of other people, and half a character could not be sent at all.
+    # Names and messages come from other people's files, and a lone surrogate could not be sent.
     return plain(json.dumps(value, ensure_ascii=False, default=str))

@@ -1,4 +1,4 @@
-"""The tool that says what a run showed: a summary, and each part of it in pages."""
+"""Tool that reports the evidence of a run: a summary, and pages of each part."""
 
 import csv
 import io
@@ -11,12 +11,12 @@ from text2sim.mcp_server.answers import ToolAnswer, clipped, paged, refusal, tex
 from text2sim.mcp_server.running import expectation
 from text2sim.mcp_server.workspace import Workspace, read_file
 from text2sim.recording.record import RunRecord
-from text2sim.spec_schema.errors import RunError, nearest
+from text2sim.spec_schema.errors import RunError, did_you_mean
 
 MAX_BYTES = 40_000_000
-"""Of one file of a run."""
+"""Size of a file of a run."""
 POINTS = 60
-"""Rows of a series: the film of a measure, not every frame of it."""
+"""Rows of a series."""
 DIAGNOSTICS = (
     "energy",
     "penetration",
@@ -33,22 +33,20 @@ Part = Callable[[Path, int], ToolAnswer]
 
 
 def evidence(workspace: Workspace, run: str, part: str, offset: int) -> ToolAnswer:
-    """Say what a run showed.
+    """Report the evidence of a run.
 
     Args:
-        workspace: Where.
-        run: The run, or the case whose newest run is meant.
+        workspace: The workspace.
+        run: The run, or a case, for its newest run.
         part: A key of `PARTS`, `series:MEASURE`, or nothing for the summary.
-        offset: Where the page begins.
+        offset: Beginning of the page.
     """
     folder = workspace.run_folder(run)
     if part.startswith("series:"):
         return _series(folder, part.removeprefix("series:").strip())
     known = PARTS.get(part or "summary")
     if known is None:
-        hint = nearest(part, list(PARTS))
-        question = f"; did you mean `{hint}`?" if hint else ""
-        return refusal(f"`part` is one of {', '.join(PARTS)}, or series:MEASURE{question}")
+        return refusal(f"`part` is one of {', '.join(PARTS)}, or series:MEASURE{did_you_mean(part, PARTS)}")
     return known(folder, offset)
 
 
@@ -86,12 +84,12 @@ def _measure(row: dict[str, Any]) -> str:
         return str(row["problem"])
     unit = row.get("unit") or ""
 
-    def said(key: str) -> str:
+    def text(key: str) -> str:
         value = row.get(key)
         return f"{value:.4g}" if isinstance(value, int | float) else "none"
 
-    ends = f"first {said('first')}, last {said('last')}"
-    return f"{ends}, min {said('min')} at {said('min_at')} s, max {said('max')} at {said('max_at')} s [{unit}]"
+    ends = f"first {text('first')}, last {text('last')}"
+    return f"{ends}, min {text('min')} at {text('min_at')} s, max {text('max')} at {text('max_at')} s [{unit}]"
 
 
 def _unseen(found: dict[str, Any]) -> dict[str, Any]:
@@ -105,7 +103,7 @@ def _diagnostics(folder: Path, offset: int) -> ToolAnswer:
 
 
 def _table(key: str) -> Part:
-    """A part that is a mapping of the evidence: a row for each of its keys."""
+    """A part that is a mapping of the evidence, with a row for each key."""
 
     def part(folder: Path, offset: int) -> ToolAnswer:
         rows = [{name: row} for name, row in _rows(_evidence(folder), key).items()]
@@ -120,12 +118,12 @@ def _timeline(folder: Path, offset: int) -> ToolAnswer:
         try:
             rows.append(json.loads(line))
         except (ValueError, RecursionError):
-            continue  # a line that was cut off tells nothing
+            continue  # a line that was cut off
     return ToolAnswer({"run": folder.name, "part": "timeline", **paged(rows, offset)})
 
 
 def _log(folder: Path, offset: int) -> ToolAnswer:
-    """The log from its end backwards: what went wrong stands there."""
+    """The log, from its end backwards, because errors are at its end."""
     text = _text(folder, "log.txt")
     end = max(0, len(text) - offset)
     piece, _ = text_page(text[max(0, end - 5_000) : end], 0)
@@ -144,12 +142,12 @@ def _settings(folder: Path, offset: int) -> ToolAnswer:
 
 
 def _case(folder: Path, offset: int) -> ToolAnswer:
-    piece, said = text_page(_text(folder, "expanded.yaml") or _text(folder, "case.yaml"), offset)
-    return ToolAnswer({"run": folder.name, "part": "case", **said}, piece)
+    piece, page = text_page(_text(folder, "expanded.yaml") or _text(folder, "case.yaml"), offset)
+    return ToolAnswer({"run": folder.name, "part": "case", **page}, piece)
 
 
 def _series(folder: Path, measure: str) -> ToolAnswer:
-    """A measure over time, thinned, with its extremes kept."""
+    """A measure over time, thinned out, with its extremes."""
     table = list(csv.reader(io.StringIO(_text(folder, "measures.csv"))))
     names = table[0] if table else []
     if measure not in names[1:]:
@@ -161,14 +159,14 @@ def _series(folder: Path, measure: str) -> ToolAnswer:
     values = {index: value for index, (_, text) in enumerate(points) if (value := _number(text)) is not None}
     if values:
         kept |= {min(values, key=values.__getitem__), max(values, key=values.__getitem__)}
-    said = {"run": folder.name, "measure": measure, "recorded": len(points), "columns": "time [s], value"}
-    return ToolAnswer(said, "\n".join(f"{points[i][0]}, {points[i][1]}" for i in sorted(kept) if i >= 0))
+    document = {"run": folder.name, "measure": measure, "recorded": len(points), "columns": "time [s], value"}
+    return ToolAnswer(document, "\n".join(f"{points[i][0]}, {points[i][1]}" for i in sorted(kept) if i >= 0))
 
 
 def _number(text: str) -> float | None:
     try:
         return float(text)
-    except ValueError:  # where a measure has no value, its cell is empty
+    except ValueError:  # the cell is empty where a measure has no value
         return None
 
 
@@ -186,7 +184,7 @@ def _evidence(folder: Path) -> dict[str, Any]:
 
 
 def _rows(found: dict[str, Any], key: str) -> dict[str, dict[str, Any]]:
-    """A mapping of the evidence, as far as it is one: the file may be anybody's."""
+    """A mapping of the evidence; what is not one is left out, because the file is untrusted."""
     rows = found.get(key)
     return {str(name): row for name, row in rows.items() if isinstance(row, dict)} if isinstance(rows, dict) else {}
 

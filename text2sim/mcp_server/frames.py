@@ -1,4 +1,4 @@
-"""The tool that shows a film: pictures of it side by side, each with its simulated time."""
+"""Tool that shows pictures of a film side by side, each with its simulated time."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,29 +16,29 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 MOST = 16
-"""Pictures of a sheet."""
+"""Largest number of pictures on a sheet."""
 LARGE, SMALL = 640, 320
-"""Width of a picture [pixels] where there are up to `FEW`, and where there are more."""
+"""Width of a picture [pixels] if there are up to `FEW`, and if there are more."""
 FEW = 4
 MAX_FILM = 2_000_000_000
-"""Bytes of a film."""
+"""Size of a film [bytes]."""
 MAX_PICTURES = 100_000
-"""Pictures of a film: its description may be anybody's."""
+"""Largest number of pictures of a film, whose description is untrusted."""
 MAX_SIDE = 8192
-"""Of a film [pixels]."""
+"""Side of a film [pixels]."""
 PLACES = ("{}", "render/final{}", "render/draft{}")
-"""Where a film may lie, the preview first: it is always that of the case as it is."""
+"""Paths of films, the preview first, because it always shows the current case."""
 
 
 def frames_of(workspace: Workspace, run: str, times: list[float], count: int, camera: str) -> ToolAnswer:
     """Show pictures of a run's film.
 
     Args:
-        workspace: Where.
-        run: The run, or the case whose newest run is meant.
-        times: Simulated times [s]; the nearest picture of each is shown.
-        count: How many pictures, spread over the film, if there are no times.
-        camera: What this camera saw; the main film if empty.
+        workspace: The workspace.
+        run: The run, or a case, for its newest run.
+        times: Simulated times [s], for each of which the nearest picture is shown.
+        count: Number of pictures, spread over the film, if there are no times.
+        camera: Name of a camera; the main film if empty.
 
     Raises:
         RunError: if there is no film, or no such camera.
@@ -49,7 +49,7 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
     film = _film(folder, reel)
     found = _decoded(film, wanted, LARGE if len(wanted) <= FEW else SMALL)
     if not found:
-        raise RunError(f"{film} holds no pictures that could be read; run the case again")
+        raise RunError(f"{film} has no readable pictures; run the case again")
     thumbnails = [(frame.camera, f"{frame.t:.3g} s", image) for frame, image in found]
     document: dict[str, Any] = {
         "run": folder.name,
@@ -69,11 +69,11 @@ def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":
 
 
 def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
-    """Return the film in which a camera is seen, and the pictures of it that are the camera's."""
+    """The film that shows a camera, and its pictures of that camera."""
     text = (read_file(folder / "program" / "render.py", 2_000_000) or b"").decode("utf-8", "replace")
     record = RunRecord.read(folder)
     if not text or record is None:
-        raise RunError(f"{folder} is not the folder of a run that was filmed")
+        raise RunError(f"{folder} is not the folder of a run with a film")
     try:
         film = read_film(text)
         film = directed(film, States(folder)) if film.get("auto") else film
@@ -82,13 +82,13 @@ def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
             raise RunError(f"there is no camera `{camera[:80]}`; there are {', '.join(film['cameras'])}")
         reel = f"{MAIN}_{camera}" if f"{MAIN}_{camera}" in films else MAIN
         if sum(_length(film, shot) for shot in films[reel]) > MAX_PICTURES:
-            raise RunError(f"the film of {folder} is too long to be shown")
+            raise RunError(f"the film of {folder} is too long to show")
         last = record.time or float(film["end"])
         pictures = [one for one in frames(film, films[reel], last) if not camera or one.camera == camera]
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, OSError) as error:
         raise RunError(f"{folder / 'program' / 'render.py'} describes no film: {error!r}") from None
     if not pictures:
-        raise RunError(f"the film shows nothing of `{camera}`")
+        raise RunError(f"the film has no pictures of `{camera}`")
     return reel, pictures
 
 
@@ -97,9 +97,9 @@ def _length(film: dict[str, Any], shot: dict[str, Any]) -> float:
 
 
 def _chosen(pictures: list[Frame], times: list[float], count: int) -> list[Frame]:
-    """The pictures nearest to some times, or a number of them, evenly spread; in the order of the film."""
+    """The pictures nearest to some times, or a number of evenly spread ones, in the order of the film."""
     if times:
-        # Of numbers so large that every time is as near, the nearest would be the first.
+        # Limited to the end of the film: for huge numbers, rounding would make all pictures equally near.
         last = max(one.t for one in pictures)
         near = [min(pictures, key=lambda one: abs(one.t - min(time, last))) for time in times]
     else:
@@ -115,13 +115,13 @@ def _film(folder: Path, reel: str) -> Path:
         if is_file(path, MAX_FILM):
             return path
     raise RunError(
-        f"{folder} has no film: run the case with film: true, which films what was recorded, or, on a machine "
-        f"without OpenGL, let `text2sim render {folder}` trace it"
+        f"{folder} has no film: run the case with film: true, which films the recording, or, on a machine "
+        f"without OpenGL, use `text2sim render {folder}`"
     )
 
 
 def _decoded(film: Path, wanted: list[Frame], width: int) -> "list[tuple[Frame, Image]]":
-    """Return pictures of a film, made smaller; those beyond its end are left out."""
+    """Scaled pictures of a film, without those beyond its end."""
     import av
     from av.error import FFmpegError
 
@@ -131,7 +131,7 @@ def _decoded(film: Path, wanted: list[Frame], width: int) -> "list[tuple[Frame, 
         with av.open(str(film)) as container:
             stream = container.streams.video[0]
             if not 0 < stream.width <= MAX_SIDE or not 0 < stream.height <= MAX_SIDE:
-                raise RunError(f"{film} is no film of ours: {stream.width} x {stream.height} pixels")
+                raise RunError(f"{film} is not a film of ours: {stream.width} x {stream.height} pixels")
             size = min(width, stream.width)
             tall = max(2, min(round(stream.height * size / stream.width), 2 * width))
             stream.thread_type = "AUTO"

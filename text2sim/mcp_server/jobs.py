@@ -1,4 +1,4 @@
-"""Runs in the background, one at a time: started, asked after, stopped."""
+"""Background runs, one at a time, with progress and stop."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,26 +13,26 @@ from text2sim.runtime.trouble import told
 from text2sim.spec_schema.errors import RunError
 
 KEPT = 20
-"""Jobs that can still be asked after."""
+"""Number of jobs that are remembered."""
 ENDING = 1.5
-"""Time [s] that a run has to end when the server does; a client waits two seconds before it kills."""
+"""Time [s] that a run has to end when the server does; a client kills the server after two seconds."""
 
 Work = Callable[[OnProgress, Stop], ToolAnswer]
-"""Runs a case to its end and says what came of it."""
+"""Runs a case to its end and returns the answer."""
 
 
 @dataclass(eq=False)
 class BackgroundRun:
-    """One run in the background."""
+    """A run in the background."""
 
     id: str
     case: str
     what: str
-    """All that makes this run this one: the same asked for twice is the same job."""
+    """Identity of the run: equal requests are the same job."""
     stop: Stop = field(default_factory=Stop)
     progress: Progress = field(default_factory=lambda: Progress("compile"))
     answer: ToolAnswer | None = None
-    """What came of it, once it is done."""
+    """The answer, once it is done."""
     begun: float = field(default_factory=monotonic)
     over: Event = field(default_factory=Event)
 
@@ -43,13 +43,13 @@ class BackgroundRun:
 
     @property
     def reached(self) -> float:
-        """How far it is: a number of phases, with a fraction where that is known."""
+        """Progress as a number of phases, with a fraction if that is known."""
         phase = self.progress.phase
         return (list(PHASES).index(phase) if phase in PHASES else 0) + (self.progress.fraction or 0.0)
 
     @property
     def words(self) -> str:
-        """Where it is, for people."""
+        """Progress in words."""
         progress = self.progress
         text = PHASES.get(progress.phase, progress.phase or "compiling")
         if progress.fraction is not None:
@@ -58,8 +58,8 @@ class BackgroundRun:
             text += f", about {progress.eta:.0f} s left"
         return text
 
-    def told(self) -> ToolAnswer:
-        """Return what came of it, or how far it is."""
+    def status(self) -> ToolAnswer:
+        """Return the answer, or the progress until there is one."""
         if self.answer is not None and self.done:
             return self.answer
         document = {
@@ -74,7 +74,7 @@ class BackgroundRun:
 
 
 class Jobs:
-    """The runs of a server: one at a time, because two would only slow each other down."""
+    """The runs of a server, one at a time, because two would slow each other down."""
 
     def __init__(self) -> None:
         self._jobs: dict[str, BackgroundRun] = {}
@@ -82,15 +82,15 @@ class Jobs:
         self._lock = Lock()
 
     def start(self, case: str, what: str, work: Work) -> BackgroundRun:
-        """Begin a run, or return the one that is just this and still runs.
+        """Start a run, or return the current one if it is the same.
 
         Args:
             case: Name of the case.
-            what: What is run: two jobs with the same text are one.
-            work: Does it, and returns the answer.
+            what: Identity of the run: jobs with the same text are the same.
+            work: Runs it, and returns the answer.
 
         Raises:
-            RunError: if another one runs.
+            RunError: if another one is running.
         """
         with self._lock:
             busy = next((job for job in self._jobs.values() if not job.done), None)
@@ -98,8 +98,8 @@ class Jobs:
                 if busy.what == what:
                     return busy
                 raise RunError(
-                    f"{busy.case} is running ({busy.id}: {busy.words}), and one runs at a time: wait for it with "
-                    "run_status, or stop it with run_status, stop: true"
+                    f"{busy.case} is running ({busy.id}: {busy.words}), and only one can run at a time: wait for it "
+                    "with run_status, or stop it with run_status, stop: true"
                 )
             job = BackgroundRun(f"job-{next(self._numbers)}", case, what)
             self._jobs[job.id] = job
@@ -115,7 +115,7 @@ class Jobs:
             RunError: if there is none.
         """
         if not self._jobs:
-            raise RunError("nothing was run since this server started; what was run before is found by `evidence`")
+            raise RunError("this server has not run anything yet; `evidence` finds earlier runs")
         if not id:
             return list(self._jobs.values())[-1]
         if id not in self._jobs:
@@ -123,7 +123,7 @@ class Jobs:
         return self._jobs[id]
 
     def close(self) -> None:
-        """End what runs: nobody is left to ask after it."""
+        """Stop the current run."""
         for job in self._jobs.values():
             if not job.done:
                 job.stop.request()

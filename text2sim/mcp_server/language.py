@@ -1,4 +1,4 @@
-"""The tool that says how a case is written: pages of the language reference, rules of the lint, prefabs."""
+"""Tool that looks up the language: pages of its reference, rules of the lint, prefabs."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from functools import cache
 
 from text2sim.lint.rules import RULES, Rule, find_rule
 from text2sim.mcp_server.answers import MAX_PAGE, ToolAnswer, refusal, text_page
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import did_you_mean
 from text2sim.spec_schema.published.language_reference import language_reference
 
 _HEADING = re.compile(r"^(#{1,4}) (.+)$")
@@ -16,29 +16,29 @@ _TABLE_RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Page:
-    """A heading of the reference and what stands below it, up to the next one."""
+    """A heading of the reference and the text below it, up to the next heading."""
 
     number: int
     level: int
     title: str
     text: str
     above: tuple[str, ...]
-    """Names of the headings that it stands under."""
+    """Names of the headings above it."""
 
     @property
     def name(self) -> str:
-        """What it is asked for by: `rigid`, `materials, joints and looks`, `bodies`."""
+        """Name for lookup: `rigid`, `materials, joints and looks`, `bodies`."""
         word = re.match(r"`(\w+)`", self.title)
         return (word[1] if word else self.title).lower()
 
     @property
     def path(self) -> str:
-        """Its name with that of the heading above it, which tells pages of one name apart."""
+        """Its name after that of the heading above, which distinguishes pages of the same name."""
         return f"{self.above[-1]}/{self.name}" if self.above else self.name
 
 
 def language(topic: str, offset: int) -> ToolAnswer:
-    """Say what the reference has on a topic; which pages there are, if there is none."""
+    """Return the page of a topic; the list of pages without one."""
     words = topic.strip().lower().replace("`", "")
     if not words:
         return _index()
@@ -52,8 +52,8 @@ def language(topic: str, offset: int) -> ToolAnswer:
             text, document["pages_below"] = page.text, ", ".join(below)
         if page.above:
             document["see_also"] = page.above[-1]
-        piece, said = text_page(text, offset)
-        return ToolAnswer({**document, **said}, piece)
+        piece, part = text_page(text, offset)
+        return ToolAnswer({**document, **part}, piece)
     if found:
         return ToolAnswer({"topic": words, "several": [page.path for page in found], "next": "ask for one of these"})
     if (rule := find_rule(words)) is not None:
@@ -61,9 +61,8 @@ def language(topic: str, offset: int) -> ToolAnswer:
     if (prefab := _prefab(words)) is not None:
         return ToolAnswer({"prefab": words}, prefab)
     known = [*(page.name for page in _pages()), *(rule.id for rule in RULES), *_prefab_names()]
-    hint = nearest(words, known)
-    question = f"; did you mean `{hint}`?" if hint else ""
-    return refusal(f"there is no page, rule or prefab `{words[:80]}`{question}; no topic lists the pages")
+    message = f"there is no page, rule or prefab `{words[:80]}`{did_you_mean(words, known)}"
+    return refusal(f"{message}; without a topic, the pages are listed")
 
 
 def _index() -> ToolAnswer:
@@ -78,7 +77,7 @@ def _index() -> ToolAnswer:
 
 @cache
 def _pages() -> tuple[Page, ...]:
-    """The reference, cut at its headings."""
+    """The reference, split at its headings."""
     text = _TABLE_RULE.sub("", _LINK.sub(r"\1", language_reference()))
     pages: list[Page] = []
     lines: list[str] = []
@@ -114,7 +113,7 @@ def _found(words: str) -> list[Page]:
     same = [page for page in _pages() if name in (page.name, page.title.lower().replace("`", ""))]
     if not same:
         same = [page for page in _pages() if len(name) > 3 and name in page.title.lower()]
-    if not above:  # parts share names with the shapes that they are like
+    if not above:  # parts have the names of similar shapes
         return [page for page in same if not page.path.startswith("parts of")] or same
     below = [page for page in same if any(above.rpartition("/")[2] in one for one in page.above)]
     return [page for page in below if page.path == f"{above}/{name}"] or below
@@ -137,7 +136,7 @@ def _rule(rule: Rule) -> str:
     text = f"{rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n\n{rule.example}"
     if rule.fix:
         text += f"\nInstead:\n\n{rule.fix}"
-    return f"{text}\nIf it is meant:\n\nwaive: {{{rule.id}: why it is meant}}\n"
+    return f"{text}\nIf it is intended:\n\nwaive: {{{rule.id}: why it is intended}}\n"
 
 
 @cache
@@ -148,7 +147,7 @@ def _prefab_names() -> tuple[str, ...]:
 
 
 def _prefab(name: str) -> str | None:
-    """All about a built-in prefab; None if there is none of that name."""
+    """Description of a built-in prefab; None if there is none of that name."""
     if name not in _prefab_names():
         return None
     from text2sim.spec_schema.reuse.catalogue import library, param_rows, parts_of, usage

@@ -1,4 +1,4 @@
-"""Pictures for an agent's eyes: small enough for a message."""
+"""Compression of pictures to a size that fits into a message."""
 
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ def compressed(png: bytes) -> tuple[bytes, str]:
 
 
 def jpeg(picture: "Image") -> bytes:
-    """Return a picture as a JPEG that is small enough: the quality goes down before the size does."""
+    """Return a picture as a JPEG of limited size; quality is reduced first, then resolution."""
     for quality in (88, 75, 60):
         stream = BytesIO()
         picture.save(stream, "JPEG", quality=quality, optimize=True)

@@ -1,4 +1,4 @@
-"""The tools that read a case: what is wrong with it, and what it comes to."""
+"""Tools that read a case: its problems and its contents."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from text2sim.mcp_server.answers import (
 )
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.service.examined import Examined, examine
-from text2sim.spec_schema.errors import Text2SimError, nearest
+from text2sim.spec_schema.errors import Text2SimError, did_you_mean
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.text.source import read_source
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
     from text2sim.compiler.explicit import Explicit
 
 PARTS = ("summary", "text", "resolved")
-"""What `show` can print besides a single body."""
+"""Parts that `show` can print besides single bodies."""
 
 
 def check(workspace: Workspace, case: str, overlay: CaseOverlay, *, settings: bool, offset: int) -> ToolAnswer:
-    """Find everything that is wrong with a case.
+    """Find all problems of a case.
 
     Args:
         workspace: The workspace.
         case: The case.
-        overlay: What is laid over it.
+        overlay: Its overlay.
         settings: Whether derived solver settings are listed, too.
         offset: Number of the first problem to list.
     """
@@ -40,7 +40,7 @@ def check(workspace: Workspace, case: str, overlay: CaseOverlay, *, settings: bo
 
 
 def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[str, Any]:
-    """Return what there is to say of a case that was examined.
+    """Return the result of examining a case.
 
     Args:
         row: The case.
@@ -65,21 +65,21 @@ def verdict(row: Examined, offset: int = 0, *, settings: bool = False) -> dict[s
 
 
 def show(workspace: Workspace, case: str, overlay: CaseOverlay, *, part: str, picture: bool, offset: int) -> ToolAnswer:
-    """Say what a case is, and draw how it starts.
+    """Describe a case, and draw its start.
 
     Args:
         workspace: The workspace.
         case: The case.
-        overlay: What is laid over it.
+        overlay: Its overlay.
         part: `summary`, `text`, `resolved`, or the name of a body.
-        picture: Whether a picture of the start is added.
+        picture: Whether to add a picture of the start.
         offset: Number of the first character of the page.
     """
     file = workspace.case_file(case)
     if part == "text":
         source = read_source(file)
-        piece, said = text_page(source.text, offset)
-        return ToolAnswer({"file": str(file), "digest": digest(source.text), **said}, piece)
+        piece, page = text_page(source.text, offset)
+        return ToolAnswer({"file": str(file), "digest": digest(source.text), **page}, piece)
     from text2sim.compiler.build import resolve_case
     from text2sim.compiler.explicit import explicit
 
@@ -100,27 +100,24 @@ def show(workspace: Workspace, case: str, overlay: CaseOverlay, *, part: str, pi
         if part != "resolved":
             known = [*found.data["scene"].get("statics", {}), *found.data["bodies"]]
             if part not in known:
-                hint = nearest(part, [*known, *PARTS])
-                question = f"; did you mean `{hint}`?" if hint else ""
-                return refusal(f"`part` is one of {', '.join(PARTS)}, or a body or static of the case{question}")
+                hint = did_you_mean(part, [*known, *PARTS])
+                return refusal(f"`part` is one of {', '.join(PARTS)}, or a body or static of the case{hint}")
             found = found.only(part)
-        answer.text, said = text_page(found.text(), offset)
-        document |= said
+        answer.text, page = text_page(found.text(), offset)
+        document |= page
     if picture:
         answer.picture, answer.media = _picture(resolution, overlay)
     return answer
 
 
 def _summary(resolution: "Resolution", found: "Explicit") -> dict[str, Any]:
-    """What a case holds, in a few lines: its names and kinds."""
+    """Names and kinds of the contents of a case."""
     case, plan, data = resolution.loaded.case, resolution.plan, found.data
     actions = data.get("actions", {})
-    bodies = {
-        name: " ".join(
-            filter(None, (body["kind"], _shape(body), f"×{count}" if (count := _copies(resolution, name)) > 1 else ""))
-        )
-        for name, body in data["bodies"].items()
-    }
+    bodies = {}
+    for name, body in data["bodies"].items():
+        copies = len(resolution.placed.get(name, ()))
+        bodies[name] = " ".join(filter(None, (body["kind"], _shape(body), f"×{copies}" if copies > 1 else "")))
     return {
         "prompt": clipped(case.prompt),
         "duration": case.scene.duration,
@@ -136,7 +133,7 @@ def _summary(resolution: "Resolution", found: "Explicit") -> dict[str, Any]:
         "cameras": clipped(list(data["render"].get("cameras", {}))),
         "variants": clipped(list(resolution.loaded.written.data.get("variants") or {})),
         "sweeps": clipped(list(resolution.loaded.written.data.get("sweeps") or {})),
-        "more": "part: text (as written), resolved (nothing left out), or the name of a body",
+        "more": "part: text (as written), resolved (with all defaults), or the name of a body",
     }
 
 
@@ -145,12 +142,8 @@ def _shape(body: dict[str, Any]) -> str:
     return str(shape.get("kind", "")) if isinstance(shape, dict) else ""
 
 
-def _copies(resolution: "Resolution", name: str) -> int:
-    return len(resolution.placed.get(name, ()))
-
-
 def _picture(resolution: "Resolution", overlay: CaseOverlay) -> tuple[bytes, str]:
-    """Return the page that shows how a case starts, and its type."""
+    """The picture of a case's start, and its type."""
     from text2sim.drawing.layout import layout
     from text2sim.mcp_server.pictures import compressed
 

@@ -1,4 +1,4 @@
-"""The tools that run a case and say what came of it."""
+"""Tools that run a case and report the result."""
 
 from functools import partial
 from typing import Any
@@ -17,24 +17,24 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 MAX_TIMEOUT = 3600.0
-"""Wall time [s] that a simulation may be given."""
+"""Largest time limit of a simulation [s]."""
 
 
 def start(
     workspace: Workspace, jobs: Jobs, case: str, overlay: CaseOverlay, *, timeout: float, film: bool
 ) -> ToolAnswer | BackgroundRun:
-    """Begin to run a case; the answer is that of `check` if it is not fit to be run.
+    """Start to run a case; the answer is that of `check` if it has errors.
 
     Args:
         workspace: The workspace.
-        jobs: Runs it.
+        jobs: The background runs.
         case: The case.
-        overlay: What is laid over it.
-        timeout: Limit of the run [s].
-        film: Whether it is filmed.
+        overlay: Its overlay.
+        timeout: Time limit of the simulation [s].
+        film: Whether to film it.
 
     Raises:
-        RunError: if something else runs.
+        RunError: if another run is in progress.
     """
     file = workspace.case_file(case)
     row = examine(file, overlay=overlay)
@@ -48,7 +48,7 @@ def start(
 def _run(
     workspace: Workspace, row: Examined, on_progress: OnProgress, stop: Stop, *, timeout: float, film: bool
 ) -> ToolAnswer:
-    """Run a case that was examined, to its end."""
+    """Run an examined case to its end."""
     assert row.loaded is not None
     try:
         result = run_case(
@@ -64,11 +64,11 @@ def _run(
         return ToolAnswer({"state": "not run", "problems": problem_rows(error.problems[:20], row.sources)}, failed=True)
     except (Text2SimError, OSError) as error:
         return refusal(reason(error), state="not run")
-    return ToolAnswer(_told(row, result), failed=result.state not in ("finished", "diverged", "interrupted"))
+    return ToolAnswer(_document(row, result), failed=result.state not in ("finished", "diverged", "interrupted"))
 
 
-def _told(row: Examined, result: RunResult) -> dict[str, Any]:
-    """What came of a run, in a few lines."""
+def _document(row: Examined, result: RunResult) -> dict[str, Any]:
+    """Summary of a run."""
     document: dict[str, Any] = {
         "run": result.folder.name,
         "state": result.state,
@@ -76,7 +76,7 @@ def _told(row: Examined, result: RunResult) -> dict[str, Any]:
         "summary": summary(result),
         "expect": clipped({name: expectation(found) for name, found in result.expectations.items()}),
         "suspicions": clipped((result.evidence or {}).get("suspicions", [])),
-        "film": str(result.film) if result.film else f"none: {result.film_message or 'none was asked for'}",
+        "film": str(result.film) if result.film else f"none: {result.film_message or 'none was requested'}",
         "warnings": clipped(problem_rows(row.problems, row.sources), 8),
     }
     if result.message:
@@ -90,6 +90,6 @@ def _told(row: Examined, result: RunResult) -> dict[str, Any]:
 
 
 def expectation(found: dict[str, Any]) -> str:
-    """Return one expectation in a line: whether it came true, what was wanted, what was found."""
+    """Return an expectation as a line: verdict, expected and found values."""
     mark = {True: "ok", False: "FAIL", None: "open"}[found.get("ok")]
     return f"{mark}: {found.get('wanted', '')}: {found.get('why', '')}"

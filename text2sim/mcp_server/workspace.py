@@ -1,4 +1,4 @@
-"""The folder that the tools may touch: names become paths below it, and no link leads out of it."""
+"""Workspace of the tools: names become paths below its folder, and links are refused."""
 
 import os
 import re
@@ -14,18 +14,18 @@ CASE_FILE = "case.yaml"
 RUNS = Path("runs")
 CASES = Path("cases")
 LONGEST = 300
-"""Characters of a path."""
+"""Largest length of a path [characters]."""
 _PART = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+=,@ -]{0,119}\Z")
-"""One step of a path: nothing hidden, nothing that a shell or a file system could take for something else."""
+"""A step of a path: not hidden, without characters that are special to a shell or a file system."""
 
 
 class Workspace:
     """Paths below the working directory of the server.
 
-    All paths are relative, so that messages name files as the agent does, and nobody learns where they lie.
+    All paths are relative, so that messages name files as the agent does, and do not reveal where the root is.
 
     Args:
-        root: The folder; the process works in it from now on.
+        root: The folder, which becomes the working directory of the process.
     """
 
     def __init__(self, root: Path) -> None:
@@ -34,23 +34,24 @@ class Workspace:
 
     @contextmanager
     def editing(self) -> Iterator[None]:
-        """While this lasts, no other tool writes: what was read is what will be replaced."""
+        """Keep other tools from writing, so that a text does not change between reading and replacing it."""
         with self._editing:
             yield
 
     def case_file(self, name: str) -> Path:
-        """Return the `case.yaml` that a name means, which is there: a folder, or one in `cases`.
+        """Return the `case.yaml` of a case, by its folder or the name of a folder in `cases`.
 
         Raises:
-            RunError: if it is not, or not below the root.
+            RunError: if it does not exist, or is not below the root.
         """
-        folder = self.case_folder(name)
-        file = folder / CASE_FILE
-        _check_ordinary(file, f"there is no case `{name}`: no file {file}")
+        file = self.case_folder(name) / CASE_FILE
+        _refuse_links(file)
+        if not file.is_file():
+            raise RunError(f"there is no case `{name}`: no file {file}")
         return file
 
     def case_folder(self, name: str) -> Path:
-        """Return the folder that a case has, or would have: as it was named, or in `cases` if it is one word.
+        """Return the folder of an existing or new case: the given one, or one in `cases` if the name is one word.
 
         Raises:
             RunError: if it is not below the root.
@@ -65,14 +66,14 @@ class Workspace:
         return path
 
     def refuse_runs(self, path: Path) -> None:
-        """Refuse to write where runs lie: what is there says what happened, and nobody else's word for it.
+        """Refuse to write to folders of runs, whose records must not be changed.
 
         Raises:
-            RunError: if the path lies in a run folder, or in the folder of all runs.
+            RunError: if the path is in a run folder, or in the folder of all runs.
         """
         inside = next((step for step in (path, *path.parents) if step == RUNS or (step / "run.json").exists()), None)
         if inside is not None:
-            raise RunError(f"{path} lies in {inside}, where runs are kept: tools only read there; write to {CASES}")
+            raise RunError(f"{path} is in {inside}, where runs are kept: tools only read there; write to {CASES}")
 
     def runs(self) -> Path:
         """Return the folder of run folders.
@@ -84,7 +85,7 @@ class Workspace:
         return RUNS
 
     def run_folder(self, name: str) -> Path:
-        """Return a run folder by its name, or the newest one of a case by the name of the case.
+        """Return a run folder by its name, or the newest run folder of a case.
 
         Raises:
             RunError: if there is none.
@@ -93,7 +94,7 @@ class Workspace:
         if len(parts) == 2 and parts[0] == RUNS.name:
             parts = parts[1:]
         if len(parts) != 1:
-            raise RunError(f"`{name}` is not the name of a run: one is like bounce-1a2b3c4d5e, a folder in {RUNS}")
+            raise RunError(f"`{name}` is not the name of a run, such as bounce-1a2b3c4d5e, a folder in {RUNS}")
         folder = self.runs() / parts[0]
         if not folder.is_dir():
             folder = self._newest(parts[0])
@@ -101,38 +102,38 @@ class Workspace:
         return folder
 
     def _newest(self, case: str) -> Path:
-        """The run folder of a case that was written last."""
+        """The newest run folder of a case."""
         found = [
             path
             for path in self.runs().glob(f"{case}-*")
             if (path / "run.json").is_file() and not path.is_symlink() and not path.name.endswith(".previous")
         ]
         if not found:
-            raise RunError(f"there is no run `{case}` in {RUNS}, and none of a case of that name")
+            raise RunError(f"there is no run `{case}` in {RUNS}, nor one of a case of that name")
         return max(found, key=lambda path: (path / "run.json").stat().st_mtime)
 
 
 def read_file(path: Path, limit: int) -> bytes | None:
-    """Return what a file of a run holds; None if there is none.
+    """Return the content of a file of a run; None if there is none.
 
     Raises:
-        RunError: if it is a link, no ordinary file, or larger than `limit` [bytes].
+        RunError: if it is a link, not an ordinary file, or larger than `limit` [bytes].
     """
     _refuse_links(path)
     try:
         with path.open("rb") as stream:
             if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-                raise RunError(f"{path} is no ordinary file")
+                raise RunError(f"{path} is not an ordinary file")
             data = stream.read(limit + 1)
     except OSError:
         return None
     if len(data) > limit:
-        raise RunError(f"{path} is larger than {limit // 1_000_000} MB, more than is read here")
+        raise RunError(f"{path} is larger than {limit // 1_000_000} MB, the limit for reading")
     return data
 
 
 def is_file(path: Path, limit: int) -> bool:
-    """Whether an ordinary file is there that may be opened.
+    """Whether there is an ordinary file that may be opened.
 
     Raises:
         RunError: if it is a link, or larger than `limit` [bytes].
@@ -141,7 +142,7 @@ def is_file(path: Path, limit: int) -> bool:
     if not path.is_file():
         return False
     if path.stat().st_size > limit:
-        raise RunError(f"{path} is larger than {limit // 1_000_000} MB, more than is read here")
+        raise RunError(f"{path} is larger than {limit // 1_000_000} MB, the limit for reading")
     return True
 
 
@@ -151,7 +152,7 @@ def _parts(name: str) -> list[str]:
     if len(text) > LONGEST or not all(_PART.match(part) for part in parts):
         shown = text if len(text) <= 80 else text[:80] + "…"
         raise RunError(
-            f"{shown!r} is not a path that is allowed here: name a folder below the root, such as cases/bounce, "
+            f"{shown!r} is not an allowed path: name a folder below the root, such as cases/bounce, "
             "without `..`, hidden folders or a leading slash"
         )
     return parts
@@ -161,10 +162,3 @@ def _refuse_links(path: Path) -> None:
     for step in (*reversed(path.parents), path):
         if step.is_symlink():
             raise RunError(f"{step} is a symbolic link, and links are not followed here")
-
-
-def _check_ordinary(file: Path, missing: str) -> None:
-    if file.is_symlink():
-        raise RunError(f"{file} is a symbolic link, and links are not followed here")
-    if not file.is_file():
-        raise RunError(missing)

@@ -1,4 +1,4 @@
-"""The tools that write a case: all that is written was checked before, and nobody else's change is lost."""
+"""Tools that write a case: texts are checked before they are written, and concurrent changes are not overwritten."""
 
 import json
 from pathlib import Path
@@ -20,9 +20,9 @@ from text2sim.spec_schema.text.source import MAX_BYTES, Source, check_source, re
 from text2sim.spec_schema.whole_files import write_atomically
 
 MAX_PATCH = 400_000
-"""Characters of a patch."""
+"""Largest length of a patch [characters]."""
 MAX_UNDO = 3_000
-"""Characters of the patch that leads back, which is left out where it is longer."""
+"""Largest length of the undo patch [characters]; a longer one is left out."""
 
 
 def new(workspace: Workspace, case: str, template: str) -> ToolAnswer:
@@ -42,13 +42,13 @@ def new(workspace: Workspace, case: str, template: str) -> ToolAnswer:
 
 
 def write(workspace: Workspace, case: str, text: str, replaces: str) -> ToolAnswer:
-    """Write a whole case, if there is nothing wrong with it.
+    """Write a whole case, if it has no errors.
 
     Args:
-        workspace: Where.
+        workspace: The workspace.
         case: Its folder.
         text: The case.
-        replaces: Digest of the text that is there; empty if there is none yet.
+        replaces: Digest of the existing text; empty if there is none.
     """
     if len(text) > MAX_BYTES:
         return refusal(f"the text has {len(text)} characters; a case has {MAX_BYTES} at most")
@@ -56,18 +56,18 @@ def write(workspace: Workspace, case: str, text: str, replaces: str) -> ToolAnsw
     workspace.refuse_runs(folder)
     file = folder / CASE_FILE
     with workspace.editing():
-        there = read_source(workspace.case_file(str(folder))) if file.exists() or file.is_symlink() else None
-        if there is None and replaces:
-            return refusal(f"{file} is not there: leave `replaces` out to write a new case")
-        if there is not None and replaces != digest(there.text):
-            why = "is not the one that you read" if replaces else "is there already"
+        old = read_source(workspace.case_file(str(folder))) if file.exists() or file.is_symlink() else None
+        if old is None and replaces:
+            return refusal(f"{file} does not exist: leave `replaces` out to write a new case")
+        if old is not None and replaces != digest(old.text):
+            why = "has changed since you read it" if replaces else "already exists"
             advice = "read it with `show`, part: text, and give its digest as `replaces`"
-            return refusal(f"{file} {why}; nothing was written: {advice}", digest=digest(there.text))
+            return refusal(f"{file} {why}; nothing was written: {advice}", digest=digest(old.text))
         row = _checked(text, file)
         if not row.ok:
             return ToolAnswer({"written": False, **verdict(row)}, failed=True)
-        if there is not None:
-            rewrite(file, there, text)
+        if old is not None:
+            rewrite(file, old, text)
         else:
             folder.mkdir(parents=True, exist_ok=True)
             write_atomically(file, text)
@@ -75,7 +75,7 @@ def write(workspace: Workspace, case: str, text: str, replaces: str) -> ToolAnsw
 
 
 def _checked(text: str, file: Path) -> Examined:
-    """Read, work out and lint a text as if it stood in a file; what is wrong ends up in `problems`."""
+    """Read, plan and lint a text as if it were in a file; the result has its problems."""
     row = Examined(file)
     try:
         check_source(Source(text, str(file)))
@@ -83,7 +83,7 @@ def _checked(text: str, file: Path) -> Examined:
         row.work_out()
     except (Text2SimError, OSError) as error:
         row.blame(error)
-    # What is on disk, if anything, is not what the problems are about.
+    # The problems are about this text, not about the file on disk.
     row.sources[str(file)] = text
     return row
 
@@ -97,8 +97,8 @@ def patch(
         workspace: The workspace.
         case: The case.
         operations: Operations of JSON Patch.
-        owner: The one section that may change; every section if empty.
-        dry_run: Whether the file stays as it is.
+        owner: The only section that may change; every section if empty.
+        dry_run: Do not write the file.
         replaces: Digest of the text that the caller has read; not compared if empty.
     """
     given = Source(json.dumps(operations, ensure_ascii=False), "operations")
@@ -121,7 +121,7 @@ def patch(
             return _refused(refused, file)
         except SpecError as error:
             return ToolAnswer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
-    return ToolAnswer(_said(revision, file, dry_run))
+    return ToolAnswer(_document(revision, file, dry_run))
 
 
 def _refused(refused: RefusedPatch, file: Path) -> ToolAnswer:
@@ -130,11 +130,11 @@ def _refused(refused: RefusedPatch, file: Path) -> ToolAnswer:
         row | ({"operation": index} if index is not None else {})
         for row, index in zip(rows, refused.blame, strict=True)
     ]
-    error = "the case would be wrong with this patch, and stays as it is"
+    error = "the case would be invalid with this patch, and is not changed"
     return refusal(error, file=str(file), problems=clipped(blamed, 20))
 
 
-def _said(revision: Revision, file: Path, dry_run: bool) -> dict[str, Any]:
+def _document(revision: Revision, file: Path, dry_run: bool) -> dict[str, Any]:
     document = {
         "ok": True,
         "file": str(file),

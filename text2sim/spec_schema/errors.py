@@ -101,6 +101,12 @@ def nearest(word: object, allowed: Iterable[str]) -> str | None:
     return found[0] if found and found[0] != word else None
 
 
+def did_you_mean(word: object, allowed: Iterable[str]) -> str:
+    """Return the end of a message that suggests the nearest allowed word, if there is one."""
+    hint = nearest(word, allowed)
+    return f"; did you mean `{hint}`?" if hint else ""
+
+
 def format_problems(problems: Iterable[Problem], source: Any = None) -> str:
     """Format problems for people: place, reason, the nearest right word, and the line with a caret.
 
