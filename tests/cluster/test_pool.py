@@ -38,7 +38,7 @@ def test_a_lost_worker_is_replaced_and_only_its_task_is_done_again(tmp_path):
     ]
     done = {id(one.task): one for one in run_local(tasks, 1, Stop(), warm=False)}
     assert (done[id(tasks[0])].tries, done[id(tasks[0])].result) == (3, {"deaths": 2})
-    assert done[id(tasks[1])].error == "its worker was lost 3 times (exit code -9)"
+    assert done[id(tasks[1])].error == "its worker died 3 times (exit code -9)"
     assert done[id(tasks[2])].tries == 1
 
 
@@ -69,7 +69,7 @@ def test_tasks_wait_for_memory(tmp_path):
 def test_only_functions_of_ours_are_called(tmp_path, monkeypatch):
     monkeypatch.undo()  # with the worker as it is
     (done,) = run_local([Task("os:getpid")], 1, Stop(), warm=False)
-    assert "os is no module of text2sim" in done.error
+    assert "os is not a module of text2sim" in done.error
 
 
 def test_an_estimate_is_the_mean_of_what_was_measured(tmp_path):
@@ -82,4 +82,4 @@ def test_an_estimate_is_the_mean_of_what_was_measured(tmp_path):
     words = in_words([Task("", needs=needs)] * 3 + [Task("")], 2)
     # 4 tasks of 60 s on 2 workers are 120 s; 240 s of a core are 1/15 h, at 0.05 USD an hour
     assert "about 2 min, 0.067 core hours, 0.0033 USD" in words
-    assert "1 were never measured" in words
+    assert "assumed for 1 unmeasured" in words

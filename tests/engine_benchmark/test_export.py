@@ -55,4 +55,4 @@ def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monk
 
 def test_a_folder_that_is_no_benchmark_is_told_so(tmp_path, monkeypatch, capsys):
     assert call(monkeypatch, "run", tmp_path) == 2
-    assert "is no benchmark: text2sim benchmark export CASE writes one" in capsys.readouterr().out
+    assert "is not a benchmark: text2sim benchmark export CASE writes one" in capsys.readouterr().out

@@ -1,1 +1,1 @@
-"""Many tasks on one machine or on many: a local pool of warm workers, or a Ray cluster."""
+"""Parallel tasks in a local pool of warm workers, or on a Ray cluster."""

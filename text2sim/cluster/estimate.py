@@ -1,4 +1,4 @@
-"""What tasks will take and cost, from what runs took before."""
+"""Estimates of time, memory and cost of tasks, from earlier runs."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 CORE_HOUR = 0.05
-"""Price [USD] of a core with 4 GB of memory for an hour, at the large clouds' list prices (0.04 to 0.05)."""
+"""Price [USD] of an hour of a core with 4 GB of memory; list prices of large clouds are 0.04 to 0.05."""
 GPU_HOUR = 3.0
-"""Price [USD] of a GPU of a data centre for an hour (2 to 4)."""
+"""Price [USD] of an hour of a data centre GPU (2 to 4)."""
 SPARE = 1.2
-"""Memory that is asked for, over what was seen."""
+"""Requested memory over the measured peak."""
 OWN = 500_000_000
-"""Memory [bytes] of a worker besides the engine: it judges and writes the report."""
+"""Memory [bytes] that a worker needs besides the engine, for evidence and report."""
 
 
 def measured(runs: Path) -> dict[str, Needs]:
-    """Return what runs that lie in a folder took, by case: the most memory, and the mean time."""
+    """Return the needs of the runs in a folder by case: largest memory, mean time."""
     found: dict[str, list[RunRecord]] = {}
     for path in runs.glob("*/run.json"):
         if (record := RunRecord.read(path.parent)) is not None and record.peak_memory:
@@ -38,12 +38,12 @@ def measured(runs: Path) -> dict[str, Needs]:
 
 
 def needs_of(loaded: "LoadedCase", known: dict[str, Needs], *, gpu: bool) -> Needs:
-    """Return what the simulation of a case occupies: as measured, or a guess.
+    """Return the needs of the simulation of a case, measured or by default.
 
     Args:
         loaded: The case.
-        known: What runs took before, by name of the case.
-        gpu: Whether a GPU was asked for.
+        known: Measured needs by name of the case.
+        gpu: Whether the user requested a GPU.
     """
     from text2sim.runtime.machine_check import needs_cuda
 
@@ -52,27 +52,23 @@ def needs_of(loaded: "LoadedCase", known: dict[str, Needs], *, gpu: bool) -> Nee
 
 
 def in_words(tasks: Sequence[Task], workers: int) -> str:
-    """Say how long tasks will take `workers` workers, and what that costs."""
+    """Return an estimate of time and cost of tasks for a number of workers, in words."""
     known = [task.needs.seconds for task in tasks if task.needs.seconds is not None]
     text = f"{len(tasks)} tasks, {workers} at once, up to {max(task.needs.memory for task in tasks) / 1e9:.1f} GB each"
     if not known:
-        return f"{text}; none was measured before, so nobody knows how long they take"
+        return f"{text}; time unknown, because none was measured before"
     mean = fmean(known)
     times = [mean if task.needs.seconds is None else task.needs.seconds for task in tasks]
     cores = sum(time * task.needs.cores for time, task in zip(times, tasks, strict=True)) / 3600
     gpus = sum(time * task.needs.gpu for time, task in zip(times, tasks, strict=True)) / 3600
     price = cores * CORE_HOUR + gpus * GPU_HOUR
     wall = max(sum(times) / workers, max(times))
-    some = "" if len(known) == len(tasks) else f"; {len(tasks) - len(known)} were never measured and taken as the mean"
+    some = "" if len(known) == len(tasks) else f"; the mean is assumed for {len(tasks) - len(known)} unmeasured ones"
     gpu = f" and {gpus:.2g} GPU hours" if gpus else ""
     return f"{text}: about {_time(wall)}, {cores:.2g} core hours{gpu}, {price:.2g} USD if rented{some}"
 
 
 def _time(seconds: float) -> str:
-    return (
-        f"{seconds:.0f} s"
-        if seconds < 120
-        else f"{seconds / 60:.0f} min"
-        if seconds < 7200
-        else f"{seconds / 3600:.1f} h"
-    )
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

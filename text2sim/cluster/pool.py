@@ -1,4 +1,4 @@
-"""Tasks in a pool of workers on this machine."""
+"""Pool of worker processes on this machine."""
 
 import queue
 import tempfile
@@ -22,7 +22,7 @@ FAREWELL = 15.0
 
 
 class _Member:
-    """A worker of the pool, and what it does."""
+    """A worker of the pool, and its current task."""
 
     def __init__(self, number: int, folder: Path, inbox: "queue.Queue[Any]", *, warm: bool) -> None:
         self.name = f"worker {number + 1}"
@@ -32,23 +32,22 @@ class _Member:
         self.log: Path = home / "worker.log"
         self.child: Child = self._start()
         self.job: tuple[int, float] | None = None
-        """Number of its task, and since when [s] it is at it."""
+        """Number of its task, and when it began [s]."""
 
-    def renew(self) -> None:
-        """Start it anew."""
+    def restart(self) -> None:
         self.child = self._start()
 
 
 def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
-    """Carry tasks out, and yield what comes of each as soon as it is known.
+    """Run tasks, and yield the result of each as soon as it is known.
 
-    A worker that dies is replaced, and its task is begun again, `TRIES` times in all. At the first request to stop, the
-    tasks that run are asked to stop and no other begins; at the second they are killed. Workers end with us, however we
-    end. No task begins while the memory that the others need leaves too little for it, unless it is alone.
+    A worker that dies is replaced, and its task is tried again, `TRIES` times in total. At the first request to stop,
+    running tasks are asked to stop and no others begin; at the second they are killed. Workers always end with this
+    process. A task waits until the memory needs of running tasks leave enough for it, unless it is the only one.
 
     Args:
-        tasks: What is to be done, in this order.
-        workers: How many at once.
+        tasks: The tasks, in order.
+        workers: Number of tasks at a time.
         stop: Requests to stop.
         warm: Whether each worker keeps an engine warm.
     """
@@ -85,7 +84,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                         continue
                     done = _heard(member, news.data, tasks, tries)
                     if "died" in news.data and ended < len(tasks) and not stop.count:
-                        member.renew()
+                        member.restart()
                     if isinstance(done, Done):
                         ended += 1
                         yield done
@@ -103,7 +102,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
 
 
 def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]) -> Done | int | None:
-    """What came of the task of a worker, or the number of the task that is to be done again."""
+    """The result of a worker's task, or the number of a task to retry; None if the message is about neither."""
     if member.job is None or not (data.get("order") == member.job[0] or "died" in data):
         return None
     (number, since), member.job = member.job, None
@@ -116,7 +115,7 @@ def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: 
     if tries[number] < TRIES:
         return number
     last = read_end(member.log).strip().rpartition("\n")[2].strip()
-    words = f"its worker was lost {TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
+    words = f"its worker died {TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
     return Done(tasks[number], None, words, tries[number], seconds, member.name)
 
 

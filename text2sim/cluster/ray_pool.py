@@ -1,4 +1,4 @@
-"""Tasks on a Ray cluster. What they read and write travels through a shared store."""
+"""Tasks on a Ray cluster, whose inputs and outputs go through a shared store."""
 
 import logging
 import os
@@ -19,24 +19,24 @@ from text2sim.spec_schema.errors import MachineError
 
 POLL = 0.5
 AHEAD = 4
-"""Tasks that are handed to Ray for each core of the cluster: Ray never waits for us, and holds little."""
+"""Tasks per core of the cluster that are submitted to Ray at a time: enough that Ray never waits for us."""
 PLACE = "text2sim-tasks"
-"""Folder for what tasks read and write, below the nodes' temporary folder."""
+"""Folder for inputs and outputs of tasks, below the nodes' temporary folder."""
 
 _worker: list[Worker] = []
-"""The worker of this process of Ray, which lives as long as the process: its engine stays warm between tasks."""
+"""The worker of this process of Ray, kept so that its engine stays warm between tasks."""
 
 
 def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
-    """Carry tasks out on a Ray cluster, and yield what comes of each as soon as it is known.
+    """Run tasks on a Ray cluster, and yield the result of each as soon as it is known.
 
-    What the store has already is not done again. A task whose worker or node is lost is begun again, `TRIES` times in
-    all. At a request to stop, what runs is killed. All nodes need the text2sim that we are.
+    Results in the store are reused. A task whose worker or node is lost is tried again, `TRIES` times in total. At a
+    request to stop, running tasks are killed. All nodes need the same version of text2sim.
 
     Args:
-        tasks: What is to be done.
-        address: Of the cluster, as `ray.init` takes it.
-        url: Of the store; all nodes must reach it.
+        tasks: The tasks.
+        address: Address of the cluster, for `ray.init`.
+        url: URL of the store, which all nodes must reach.
         stop: Requests to stop.
         warm: Whether workers keep an engine warm.
 
@@ -70,7 +70,7 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                     numbers = [*(number for number, _, _ in running.values()), *waiting]
                     yield from (Done(tasks[number], None, STOPPED, tries[number]) for number in numbers)
                     return
-                # Many at a time: to look through all that runs for each result would keep us busy with nothing else.
+                # All ready results at once: waiting for single ones would scan all running tasks for each.
                 ready, _ = ray.wait(list(running), num_returns=len(running), timeout=POLL) if running else ([], [])
                 for ref in ready:
                     number, key, since = running.pop(ref)
@@ -79,11 +79,11 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                         answer: dict[str, Any] = ray.get(ref)
                     except failures.RayTaskError as error:
                         answer = {"error": str(error.cause or error).splitlines()[-1]}
-                    except failures.RayError as error:  # its worker or its node is gone
+                    except failures.RayError as error:  # its worker or its node died
                         if tries[number] < TRIES:
                             waiting.appendleft(number)
                             continue
-                        answer = {"error": f"its worker was lost {TRIES} times ({type(error).__name__})"}
+                        answer = {"error": f"its worker died {TRIES} times ({type(error).__name__})"}
                     if "error" not in answer and (kept := store.kept(key)):
                         yield _fetched(store, task, kept, tries[number], seconds, answer["worker"])
                     else:
@@ -95,7 +95,7 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
 
 
 def connect(address: str) -> int:
-    """Connect to a Ray cluster, for as long as this process lives, and return how many cores it has.
+    """Connect this process to a Ray cluster, and return the number of its cores.
 
     Raises:
         MachineError: if there is no Ray, or no cluster.
@@ -127,11 +127,11 @@ def _fetched(
 
 
 def _on_node(order: dict[str, Any], key: str, url: str, code: str, warm: bool) -> dict[str, Any]:
-    """Carry a task out in a process of Ray: fetch what it reads, keep what came of it."""
+    """Run a task in a process of Ray: fetch its inputs, store its results."""
     import ray
 
     if code != package_code():
-        return {"error": "this node has another text2sim; install the same everywhere", "machine": True}
+        return {"error": "this node has another version of text2sim; install the same everywhere", "machine": True}
     store, home = Store(url), Path(tempfile.gettempdir()) / PLACE
     if not _worker:
         folder = home / f".staging-{os.getpid()}-engine"

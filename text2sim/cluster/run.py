@@ -1,4 +1,4 @@
-"""Where tasks run: the one way in, for whoever has some."""
+"""Entry point for running tasks, in a local pool or on a Ray cluster."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ class Where:
     """Where tasks run: in a pool on this machine, or on a Ray cluster if its address is given."""
 
     workers: int = 1
-    """Of the local pool."""
+    """Workers of the local pool."""
     ray: str = ""
-    """Address of a Ray cluster, as `ray.init` takes it."""
+    """Address of a Ray cluster, for `ray.init`."""
     store: str = ""
-    """What its nodes share: a folder, or a URL that fsspec knows."""
+    """Shared store of its nodes: a folder, or a URL that fsspec supports."""
     warm: bool = True
     """Whether workers keep their engines warm."""
 
 
 def slots(where: Where) -> int:
-    """Return how many tasks of one core run there at once.
+    """Return the number of one-core tasks that run at a time.
 
     Raises:
         MachineError: if there is no such cluster.
@@ -35,12 +35,12 @@ def slots(where: Where) -> int:
 
 
 def run_tasks(tasks: Sequence[Task], where: Where, stop: Stop) -> Iterator[Done]:
-    """Carry tasks out, and yield what comes of each as soon as it is known.
+    """Run tasks, and yield the result of each as soon as it is known.
 
     Args:
         tasks: The tasks.
         where: Where they run.
-        stop: Ends those in progress; no others begin.
+        stop: Requests to stop.
 
     Raises:
         RunError: if the store cannot be used.

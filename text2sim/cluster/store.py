@@ -1,7 +1,7 @@
-"""A shared store: files by the digest of their content, and lists of files by name.
+"""Shared store of files by the digest of their content, and of results of tasks.
 
-blobs/<sha256>       a file
-trees/<name>.json    what a task left: its result, and its files by path; written last
+blobs/<sha256>      a file
+trees/<key>.json    a task's result and its files by path; written last
 """
 
 import json
@@ -12,20 +12,21 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from hashlib import file_digest, sha256
+from hashlib import sha256
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from text2sim.recording.inventory import sha256_of
 from text2sim.spec_schema.errors import RunError
 
 SKIPPED = frozenset({"runs", "program", "__pycache__"})
-"""Folders of an input that stay where they are; those whose name begins with a dot do, too."""
+"""Folders of an input that are not stored, nor are hidden ones."""
 OBJECTS = frozenset({"s3", "s3a", "gs", "gcs", "abfs", "az"})
-"""Protocols of stores of objects, of which buckets are the top."""
+"""Protocols of object stores, whose top level are buckets."""
 MAX_FILES = 10_000
 TOGETHER = 16
-"""Files that are on their way at once: what takes time is the way, not the file."""
+"""Number of transfers at a time: latency dominates."""
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 Tree = dict[str, str]
 """Path below a folder → digest of the file."""
@@ -33,7 +34,7 @@ Tree = dict[str, str]
 
 @dataclass
 class Store:
-    """A folder, or any other place that fsspec can reach.
+    """A store in a folder, or in any file system of fsspec.
 
     Args:
         url: `folder`, `s3://bucket/path`, …
@@ -41,7 +42,7 @@ class Store:
 
     url: str
     _known: set[str] = field(default_factory=set)
-    """Blobs that are there for sure."""
+    """Blobs that are known to exist."""
 
     def __post_init__(self) -> None:
         import fsspec
@@ -49,11 +50,11 @@ class Store:
         with self._using():
             self._fs, root = fsspec.core.url_to_fs(self.url)
             self._root = str(root).rstrip("/")
-            told = self._fs.protocol
-            protocols = {told} if isinstance(told, str) else {*told}
+            protocol = self._fs.protocol
+            protocols = {protocol} if isinstance(protocol, str) else {*protocol}
             self._is_folder = "file" in protocols
             if protocols & OBJECTS:
-                # There are no folders, and to make one would be to make a bucket of a name that was misspelt.
+                # Object stores need no folders, and `makedirs` would create a bucket if its name is misspelt.
                 if not self._fs.exists(bucket := self._root.partition("/")[0]):
                     raise RunError(f"the store {self.url} cannot be used: there is no bucket {bucket}")
             else:
@@ -61,33 +62,33 @@ class Store:
                     self._fs.makedirs(f"{self._root}/{name}", exist_ok=True)
 
     def put_tree(self, folder: Path, *, skip: frozenset[str] = frozenset()) -> Tree:
-        """Put the files of a folder, or one file, into the store; return their digests. Links stay out.
+        """Store the files of a folder, or one file, without links; return their digests.
 
         Raises:
             RunError: if there are too many, or the store cannot be reached.
         """
         files = list(islice(_files(folder, skip), MAX_FILES + 1))
         if len(files) > MAX_FILES:
-            raise RunError(f"{folder} has more than {MAX_FILES:,} files; a task takes no more with it")
+            raise RunError(f"{folder} has more than {MAX_FILES:,} files, the limit for a task")
         with ThreadPoolExecutor(TOGETHER) as pool:
             return dict(zip((name for name, _ in files), pool.map(self._put, (path for _, path in files)), strict=True))
 
     def get_tree(self, tree: Tree, folder: Path) -> None:
-        """Fetch files that are not in a folder already, each in one motion.
+        """Fetch files that a folder does not have yet, each atomically.
 
         Raises:
-            RunError: if one leads out of the folder, is missing or damaged.
+            RunError: if a path leads out of the folder, or a file is missing or damaged.
         """
         with ThreadPoolExecutor(TOGETHER) as pool:
             list(pool.map(lambda name: self._get(name, tree[name], folder), tree))
 
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
-        """Write down what came of a task.
+        """Store the result of a task.
 
         Args:
             key: Key of the task.
-            result: What it returned, as JSON.
-            tree: Its files, by content.
+            result: Its result, as JSON.
+            tree: Digests of its files.
 
         Raises:
             RunError: if the store cannot be reached.
@@ -97,7 +98,7 @@ class Store:
             self._write(f"{self._root}/trees/{key}.json", lambda path: self._fs.pipe_file(path, text.encode()))
 
     def kept(self, key: str) -> tuple[dict[str, Any], Tree] | None:
-        """Return what came of a task, if it is known.
+        """Return the result of a task, if it is known.
 
         Raises:
             RunError: if the store cannot be reached.
@@ -113,15 +114,15 @@ class Store:
     def _get(self, name: str, digest: str, folder: Path) -> None:
         target = folder / name
         if os.path.isabs(name) or ".." in Path(name).parts or not _DIGEST.match(digest):
-            raise RunError(f"the store {self.url} names the file {name[:80]!r}, which is no place for one")
-        if target.is_file() and _digest(target) == digest:
+            raise RunError(f"the store {self.url} has an invalid path or digest: {name[:80]!r}")
+        if target.is_file() and sha256_of(target) == digest:
             return
         target.parent.mkdir(parents=True, exist_ok=True)
         part = target.with_name(f".{os.getpid()}-{target.name}.part")
         try:
             with self._using():
                 self._fs.get_file(self._blob(digest), str(part))
-            if _digest(part) != digest:
+            if sha256_of(part) != digest:
                 raise RunError(f"{name} is damaged in the store {self.url}")
             os.replace(part, target)
         except FileNotFoundError as error:
@@ -130,7 +131,7 @@ class Store:
             part.unlink(missing_ok=True)
 
     def _put(self, path: Path) -> str:
-        digest = _digest(path)
+        digest = sha256_of(path)
         target = self._blob(digest)
         with self._using():
             if digest not in self._known and not self._fs.exists(target):
@@ -140,10 +141,10 @@ class Store:
 
     @contextmanager
     def _using(self) -> Iterator[None]:
-        """Say of which store an error is. Each kind of store has errors of its own: `NoCredentialsError`, ….
+        """Turn errors, which each kind of store defines itself, into messages about this store.
 
         Raises:
-            RunError: in place of any error but a missing file.
+            RunError: in place of any error except a missing file.
         """
         try:
             yield
@@ -153,11 +154,11 @@ class Store:
             raise RunError(f"the store {self.url} cannot be used: {error}") from error
 
     def _blob(self, digest: str) -> str:
-        """Where a file lies. Object stores share the work out by the beginnings of names."""
+        """Path of a file. Object stores distribute load by prefixes of names."""
         return f"{self._root}/blobs/{digest[:2]}/{digest}"
 
     def _write(self, path: str, write: Callable[[str], Any]) -> None:
-        """Write a file that is there as a whole or not at all: an object store writes so by itself."""
+        """Write a file atomically, as object stores always do."""
         if not self._is_folder:
             write(path)
             return
@@ -187,8 +188,3 @@ def _files(folder: Path, skip: frozenset[str]) -> Iterator[tuple[str, Path]]:
             path = Path(root) / name
             if not name.startswith(".") and not path.is_symlink():
                 yield path.relative_to(folder).as_posix(), path
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return file_digest(file, "sha256").hexdigest()

@@ -1,4 +1,4 @@
-"""Tasks: what they are, what they need, and what came of them."""
+"""Tasks, their needs, and their results."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -15,37 +15,37 @@ if TYPE_CHECKING:
 
 STOPPED = "stopped on request"
 TRIES = 3
-"""How often a task is begun whose worker is lost."""
+"""Number of attempts at a task whose worker dies."""
 PACKAGE = "text2sim."
 
 
 @dataclass(frozen=True)
 class Needs:
-    """What a task occupies while it runs."""
+    """Resources that a task needs."""
 
     cores: float = 1.0
     memory: int = 1_500_000_000
     """Resident memory [bytes]."""
     gpu: float = 0.0
     seconds: float | None = None
-    """Wall time [s] that it will take, if that is known."""
+    """Expected wall time [s], if that is known."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """A function of ours that is called somewhere else, with a `TaskPlace` and with arguments."""
+    """A function of ours that a worker calls with a `TaskPlace` and arguments."""
 
     function: str
-    """`text2sim.folder.module:function`; it returns what JSON can hold. A result with `again: true` may come out
-    otherwise another time (a time limit, a request to stop), and is not kept."""
+    """`text2sim.folder.module:function`, which returns JSON data. A result with `again: true` is not reproducible,
+    because of a time limit or a request to stop, and is not reused."""
     arguments: Mapping[str, Any] = field(default_factory=dict)
-    """What JSON can hold."""
+    """JSON data."""
     label: str = ""
     needs: Needs = Needs()
     inputs: Mapping[str, Path] = field(default_factory=dict)
     """Files or folders that it reads, by name."""
     output: Path | None = None
-    """Folder into which it writes; what lies there already stays."""
+    """Folder that it writes to; existing files are kept."""
 
     def order(self, inputs: Mapping[str, Any], output: Any) -> dict[str, Any]:
         """Return the task as data for a worker."""
@@ -54,48 +54,48 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of a task."""
+    """Result of a task."""
 
     task: Task
     result: dict[str, Any] | None
-    """What its function returned; None if it failed."""
+    """Result of its function; None if it failed."""
     error: str = ""
     """Why it failed."""
     tries: int = 1
     seconds: float = 0.0
     """Wall time [s] of the last try."""
     worker: str = ""
-    """Where it ran; empty if its result was there already."""
+    """Name of its worker; empty if the result was reused."""
     machine: bool = False
-    """Whether it failed for want of something that the machine lacks."""
+    """Whether it failed because the machine lacks something."""
 
     @property
     def stopped(self) -> bool:
-        """Whether it did not run, or not to its end, because somebody asked to stop."""
+        """Whether it did not run to its end because the user asked to stop."""
         return self.error == STOPPED
 
 
 @dataclass
 class TaskPlace:
-    """What a function that runs as a task finds where it runs."""
+    """Environment of a function that runs as a task."""
 
     inputs: dict[str, Path]
     output: Path
     stop: Stop
-    """Counts requests to stop."""
+    """Requests to stop."""
     runner: "Runner"
-    """Runs programs, in an engine that stays warm if the worker has one."""
+    """Runs programs, in the worker's warm engine if it has one."""
 
 
 def call(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
     """Call the function of a task.
 
     Raises:
-        ValueError: if it is none of ours.
+        ValueError: if it is not ours.
     """
     module, _, name = str(order["function"]).partition(":")
     if not module.startswith(PACKAGE):
-        raise ValueError(f"{module} is no module of text2sim")
+        raise ValueError(f"{module} is not a module of text2sim")
     function: Callable[..., dict[str, Any]] = getattr(import_module(module), name)
     return function(place, **order["arguments"])
 
@@ -104,7 +104,7 @@ def key_of(order: Mapping[str, Any], code: str) -> str:
     """Return the digest of all that the result of a task depends on.
 
     Args:
-        order: The task; its inputs are digests.
+        order: The task, with digests as inputs.
         code: Digest of our own code.
     """
     parts = [order["function"], order["arguments"], order["inputs"], code]

@@ -1,4 +1,4 @@
-"""What tasks do: simulate a case, render a part of a film."""
+"""Functions of tasks: simulate a case, render a part of a film."""
 
 import os
 import shutil
@@ -20,16 +20,16 @@ def simulate(
     """Bring the run of a case up to date, in the folder `place.output`.
 
     Args:
-        place: With the folder of the case as input `case`, and the user's prefabs, if there are any, as `prefabs`.
+        place: Has the folder of the case as input `case`, and the user's prefabs, if any, as `prefabs`.
         file: Name of the case's file in it.
-        variants: As in `CaseOverlay`, and so are `sets` and `point`.
+        variants: As in `CaseOverlay`, like `sets` and `point`.
         sets: See there.
         point: See there.
-        lint: Findings to keep with the run.
-        options: As `run_case` takes them.
+        lint: Findings to record with the run.
+        options: Options of `run_case`.
 
     Returns:
-        The result as `RunResult.as_dict` has it.
+        The result, as in `RunResult.as_dict`.
     """
     from text2sim.harness.run import run_case
     from text2sim.recording.record import COMPLETE
@@ -58,17 +58,17 @@ def render(
     cores: int,
     file: str = "case.yaml",
 ) -> dict[str, Any]:
-    """Render a part of the films of a run into `place.output`, where its finished pictures lie.
+    """Render a part of the films of a run into `place.output`, which has the finished pictures.
 
     Args:
-        place: With the run folder as input `run`, and the case as `case` if it is to be filmed as that now says.
-        quality: As `Filming` takes it, and so are `size` and `fps`.
+        place: Has the run folder as input `run`, and the case as `case` to film it with its current settings.
+        quality: As for `Filming`, like `size` and `fps`.
         size: See there.
         fps: See there.
-        reels: As `Filming.reels` takes them.
+        reels: Arguments of `Filming.reels`.
         shard: Part, from 0, and number of parts.
-        format: Of the pictures.
-        cores: How many threads trace.
+        format: Format of the pictures.
+        cores: Number of threads.
         file: Name of the case's file.
     """
     from text2sim.compiler.build import plan_case
@@ -79,7 +79,7 @@ def render(
     from text2sim.spec_schema.load import load_case
 
     mitsuba()
-    import drjit  # not before, for Mitsuba says where its compiler lies
+    import drjit  # after `mitsuba`, which sets the path of its compiler
 
     drjit.set_thread_count(cores)
     plan = plan_case(load_case(place.inputs["case"] / file)) if "case" in place.inputs else None
@@ -96,7 +96,7 @@ def render(
             nonlocal traced
             traced += bool(progress.seconds)
             if place.stop.count:
-                raise RunError("stopped on request; finished pictures stay")
+                raise RunError("stopped on request; finished pictures are kept")
 
         for path in filming.render(reel, tell, shard=(shard[0], shard[1]), format=format):  # type: ignore[arg-type]
             names.append(path.name)

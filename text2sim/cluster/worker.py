@@ -1,7 +1,7 @@
-"""A worker: carries out one task after the other, with an engine that stays warm between them.
+"""Worker that runs one task after another, with an engine that stays warm between them.
 
-Every line of the standard input is an order, `{"order": 1, "function": …}`, or `{"cancel": 1}`, after which nothing is
-begun; the end of the input ends the process. Every line of the standard output is news.
+Each line of the standard input is an order, `{"order": 1, "function": …}`, or `{"cancel": 1}`, after which no task
+begins; the end of the input ends the process. Each line of the standard output is a message.
 """
 
 import json
@@ -19,15 +19,15 @@ from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 
 GRACE = 30.0
-"""Time [s] that a task has to end when the input has ended."""
+"""Time [s] that a task has to end after the end of the input."""
 
 
 class Worker:
-    """Carries out tasks.
+    """Runs tasks.
 
     Args:
-        folder: For the engine's log.
-        warm: Whether an engine is kept warm.
+        folder: Folder for the engine's log.
+        warm: Whether to keep an engine warm.
     """
 
     def __init__(self, folder: Path, *, warm: bool) -> None:
@@ -37,10 +37,10 @@ class Worker:
         self._warm = WarmRunner(folder) if warm else None
         self._runner = self._warm or run_program
         self.stop = Stop()
-        """Once it is asked to stop, it begins nothing any more."""
+        """Requests to stop, after which no task begins."""
 
     def perform(self, order: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what the function of a task returned, as `result`, or `error` with the reason."""
+        """Run a task, and return its `result`, or its `error`."""
         inputs = {name: Path(path) for name, path in order["inputs"].items()}
         try:
             place = TaskPlace(inputs, Path(order["output"] or "."), self.stop, self._runner)
@@ -58,7 +58,7 @@ class Worker:
 
 
 def main() -> None:
-    """Carry out orders until the input ends."""
+    """Run orders until the input ends."""
     news = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     orders: queue.Queue[dict[str, Any] | None] = queue.Queue()

@@ -1,1 +1,1 @@
-"""Cases as benchmarks for other simulators: neutral files with a reference, and the comparison of engines."""
+"""Benchmarks for other simulators: cases as neutral files with references, and comparisons of engines."""

@@ -1,4 +1,4 @@
-"""Runs a benchmark in another engine, and compares what it observes with the reference."""
+"""Runs of benchmarks in another engine, and comparison of the observables with the references."""
 
 import json
 import shutil
@@ -23,7 +23,7 @@ TIMEOUT = 1800.0
 
 @dataclass(frozen=True)
 class Compared:
-    """One observable in one engine."""
+    """An observable in another engine."""
 
     benchmark: str
     observable: str
@@ -32,17 +32,17 @@ class Compared:
     """analytic or converged."""
     tolerance: float
     until: float
-    """Compared up to this time [s]."""
+    """End of the comparison [s]."""
     ours: float
-    """Largest difference from the reference of Genesis at the case's own step."""
+    """Largest error of Genesis at the case's own step."""
     theirs: float
-    """The same of the other engine, at the same step."""
+    """Largest error of the other engine at the same step."""
     own_change: float
-    """Largest difference of the other engine from itself at half the step."""
+    """Largest change of the other engine's values when the step is halved."""
     seconds: tuple[float, float]
-    """Time [s] that Genesis and the other engine took."""
+    """Wall time [s] of Genesis and of the other engine."""
     memory: tuple[int, int]
-    """Most resident memory [bytes] of both."""
+    """Peak memory [bytes] of both."""
 
     @property
     def ok(self) -> bool:
@@ -50,12 +50,12 @@ class Compared:
         return self.theirs <= self.tolerance
 
     def as_dict(self) -> dict[str, Any]:
-        """For machines."""
+        """Return it as plain data."""
         return {**asdict(self), "ok": self.ok}
 
 
 def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
-    """Run a benchmark at its own time step and at half of it.
+    """Run a benchmark at its own time step and at half of that.
 
     Args:
         engine: `mujoco`, or `MODULE:FUNCTION`.
@@ -63,13 +63,13 @@ def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
         stop: Requests to stop.
 
     Raises:
-        RunError: if it is no benchmark, lacks files for the engine, or the engine fails.
+        RunError: if it is not a benchmark, lacks files for the engine, or the engine fails.
     """
     try:
         scene = json.loads((folder / "benchmark.json").read_text("utf-8"))
         name, step, complete = scene["name"], float(scene["step"]), scene["complete"]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RunError(f"{folder} is no benchmark: text2sim benchmark export CASE writes one") from error
+        raise RunError(f"{folder} is not a benchmark: text2sim benchmark export CASE writes one") from error
     if not complete:
         raise RunError(f"{folder} has no model of its scene, because of {', '.join(scene['left_out'])}")
     loaded, names = load_case(folder / "case.yaml"), list(scene["observables"])
@@ -84,19 +84,19 @@ def run(engine: str, folder: Path, stop: Stop) -> list[Compared]:
             found, _ = observed(out, loaded, names)
             values.append({key: row for key, (row, _) in found.items()})
             shutil.rmtree(out)
-    times, made = np.array(scene["times"]), []
+    times, rows = np.array(scene["times"]), []
     for key, row in scene["observables"].items():
         until = times <= row["until"] + 1e-9
         off = np.abs(values[0][key] - np.array(row["values"]))[until]
         change = np.abs(values[0][key] - values[1][key])[until]
-        made.append(
+        rows.append(
             Compared(
                 name, key, row["unit"], row["reference"], row["tolerance"], row["until"],
                 row["convergence"]["errors"][0], float(off.max(initial=0.0)), float(change.max(initial=0.0)),
                 (scene["ours"]["seconds"], seconds), (scene["ours"]["memory"], memory),
             )
         )  # fmt: skip
-    return made
+    return rows
 
 
 def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tuple[float, int]:
@@ -105,12 +105,12 @@ def _trial(engine: str, folder: Path, out: Path, step: float, stop: Stop) -> tup
     ended = run_child(
         command, folder=Path.cwd(), log=log, limits=Limits(timeout=TIMEOUT), stop=stop, on_poll=lambda: None
     )
-    said = read_end(log)
     if ended.cause != "ended" or ended.code:
-        why = ended.cause if ended.cause != "ended" else last_error(said) or said.strip().rpartition("\n")[2]
+        end = read_end(log)
+        why = ended.cause if ended.cause != "ended" else last_error(end) or end.strip().rpartition("\n")[2]
         raise RunError(f"{engine} did not finish {folder}: {why or f'exit code {ended.code}'}")
-    told = json.loads((out / "trial.json").read_text())
-    return float(told["seconds"]), int(told["memory"])
+    trial = json.loads((out / "trial.json").read_text())
+    return float(trial["seconds"]), int(trial["memory"])
 
 
 def table(rows: list[Compared], engine: str) -> str:

@@ -11,11 +11,10 @@ from text2sim.spec_schema.models.motion import Piecewise, Ramp, Sine, Steps
 
 
 def tables(plan: Plan) -> list[dict[str, Any]]:
-    """Return what each driven joint follows: mode, gains, and its target at every time step.
+    """Return mode, gains, and the target at every time step of each driven joint.
 
-    A joint that follows a position is pushed with stiffness (target - position) + damping (speed of the target -
-    velocity), one that follows a velocity with damping (target - velocity), at most `max_force`; one that follows a
-    force, with that.
+    The force of the motor is, by mode: position: stiffness (target - position) + damping (target velocity - velocity);
+    velocity: damping (target - velocity), both at most `max_force`; force: the target.
     """
     motors = {(motor.entity, motor.joint): motor for motor in plan.motors}
     times = [round(k * plan.dt, 9) for k in range(plan.steps + 1)]
@@ -41,7 +40,7 @@ def tables(plan: Plan) -> list[dict[str, Any]]:
 
 
 def _call(code: str) -> tuple[str, dict[str, Any]]:
-    """The constructor of a schedule, as the compiler writes it: name and arguments."""
+    """Name and arguments of a schedule's constructor in the code that the compiler writes."""
     node = ast.parse(code, mode="eval").body
     assert isinstance(node, ast.Call)
     assert isinstance(node.func, ast.Name)

@@ -1,9 +1,9 @@
-"""A case as files that any simulator can read.
+"""Export of a case to files that any simulator can read.
 
-benchmark.json   everything but the shapes: links, joints, start, controls, observables with their references
-scene.xml        MJCF; scene.usda OpenUSD with UsdPhysics: shapes, masses, joints, of rigid and articulated scenes
-meshes/          shapes that are no primitives
-case.yaml        the case, from which the measures are worked out
+benchmark.json   everything except shapes: links, joints, start, controls, observables with references
+scene.xml        shapes, masses and joints of rigid and articulated scenes as MJCF; scene.usda as OpenUSD (UsdPhysics)
+meshes/          shapes that are not primitives
+case.yaml        the case, which defines the measures
 """
 
 import json
@@ -31,20 +31,20 @@ JOINTS = ("hinge", "slider")
 
 
 def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> dict[str, Any]:
-    """Write the benchmark of a case into `out`, which takes the place of an older one.
+    """Write the benchmark of a case into a folder, replacing an older one.
 
     Args:
         loaded: The case.
         plan: Its plan.
         out: The folder.
-        done: What came of the runs of `reference.tasks_of`.
+        done: Results of the runs of `reference.tasks_of`.
 
     Returns:
-        What stands in `benchmark.json`.
+        The content of `benchmark.json`.
 
     Raises:
-        SpecError: if `benchmark.yaml` is wrong.
-        RunError: if a run does not finish, or `out` is something else.
+        SpecError: if `benchmark.yaml` is invalid.
+        RunError: if a run did not finish, or `out` is not a benchmark.
     """
     statement = read_statement(loaded)
     ran = collect(loaded, list(statement.observables), done)
@@ -95,7 +95,7 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
             _write_scene(plan, folder)
         if out.exists():
             if not (out / "benchmark.json").is_file():
-                raise RunError(f"{out} is there and is no benchmark; choose another folder")
+                raise RunError(f"{out} exists and is not a benchmark; choose another folder")
             shutil.rmtree(out)
         folder.rename(out.absolute())
     return scene

@@ -1,4 +1,4 @@
-"""The scene of a rigid case as one MJCF model."""
+"""Export of the scene of a rigid case as one MJCF model."""
 
 import io
 from typing import Any
@@ -11,8 +11,8 @@ from text2sim.engine_benchmark.mujoco_door import mujoco
 
 NOT_YET = {
     "prescribed": "driven bodies",
-    "welds": "welds that are made or undone on the way",
-    "removals": "bodies that leave the scene",
+    "welds": "welds that begin or end during the simulation",
+    "removals": "bodies that are removed",
     "fields": "fields",
     "watches": "releases on events",
     "holds": "held points",
@@ -23,20 +23,20 @@ NOT_YET = {
 
 
 def obstacles(plan: Plan) -> list[str]:
-    """Say what keeps a case from being written as one MJCF model; empty if nothing does."""
+    """Return what prevents exporting a case as one MJCF model, in words."""
     found = [words for name, words in NOT_YET.items() if getattr(plan, name)]
     entities = [entity for group in (*plan.statics, *plan.bodies) for entity in group.entities]
     found += sorted({f"bodies of the family {entity.family}" for entity in entities if entity.family != "rigid"})
     if any(entity.morph == "URDF" for entity in entities):
         found.append("URDF files")
     if any(entity.options.get("contact") == "decompose" for entity in entities):
-        found.append("shapes that are taken apart")
+        found.append("decomposed shapes")
     if any(entity.options.get("contact") == "exact" for entity in entities):
-        found.append("meshes that touch by their surface")
+        found.append("meshes with exact contact")
     if any(drive.later or len({segment.mode for segment in drive.segments}) > 1 for drive in plan.drives):
-        found.append("drives that wait for events or change what they follow")
+        found.append("drives that wait for events or change their mode")
     if any(wrench.point is not None or wrench.local for wrench in plan.wrenches):
-        found.append("forces that turn with a body, or act beside its centre")
+        found.append("forces that rotate with a body, or act beside its centre")
     if any(wrench.scale is not None for wrench in plan.wrenches):
         found.append("forces that change with time")
     return found
@@ -45,8 +45,8 @@ def obstacles(plan: Plan) -> list[str]:
 def build(plan: Plan) -> Any:
     """Return the scene as an `MjSpec`.
 
-    A copy of a body is a body of its name; a link of a mechanism is `COPY/LINK`, its joint `COPY/JOINT`, and the motor
-    of a joint is called like the joint. What pushes a motor is its `ctrl`: stiffness x target + damping x its speed.
+    Bodies have the names of the copies; a link of a mechanism is `COPY/LINK`, its joint `COPY/JOINT`, and a motor has
+    the name of its joint. The `ctrl` of a motor is stiffness x target + damping x target velocity.
     """
     mj = mujoco()
     spec = mj.MjSpec()
@@ -104,7 +104,7 @@ def _add(spec: Any, plan: Plan, entity: EntityPlan, *, fixed: bool) -> None:
 
 
 def _attach(spec: Any, plan: Plan, entity: EntityPlan) -> None:
-    """Add a mechanism; its collision masks, which count within one model only, become pairs that are left out."""
+    """Add a mechanism; its collision masks, which only apply within one model, become excluded pairs."""
     mj = mujoco()
     file = str(entity.options["file"])
     folder = file.rpartition("/")[0]

@@ -1,9 +1,9 @@
-"""MuJoCo, behind one door: it tells type checkers nothing."""
+"""Untyped access to MuJoCo, whose stubs are incomplete."""
 
 from importlib import import_module
 from typing import Any
 
 
 def mujoco() -> Any:
-    """Return the module."""
+    """Return the module `mujoco`."""
     return import_module("mujoco")

@@ -1,4 +1,4 @@
-"""References of observables: an equation, or the same case at shorter and shorter time steps."""
+"""References of observables: an equation, or the same case at shorter time steps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,10 +20,11 @@ from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 
 HALVINGS = (0, 1, 2)
-"""How often the time step is halved; the last is the reference where there is no equation."""
+"""Numbers of halvings of the time step; the last run is the reference without an equation."""
 SHARE = 0.02
-"""Tolerance where none is stated, as a part of the observable's range; and no less than this by unit:"""
+"""Default tolerance, as a part of the observable's range."""
 LEAST = {"m": 1e-3, "rad": 0.01, "deg": 1.0, "m/s": 0.01, "rad/s": 0.05}
+"""Smallest default tolerance by unit."""
 Array = NDArray[np.floating]
 
 
@@ -33,21 +34,21 @@ class Runs:
 
     folders: list[Path]
     times: Array
-    """Of the frames [s]."""
+    """Times of the frames [s]."""
     values: list[dict[str, Array]]
-    """Of every observable, at `times`, for each run."""
+    """Values of every observable at `times`, for each run."""
     units: dict[str, str]
     records: list[RunRecord]
 
 
 def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]) -> list[Task]:
-    """Return the runs of a case at its own time step, and at halved steps; `known` is what such runs took before.
+    """Return the runs of a case at its own time step and at halved steps, as tasks.
 
     Args:
         loaded: The case.
         plan: Its plan.
         runs: Folder of runs.
-        known: What runs took before, by name of the case.
+        known: Measured needs by name of the case.
     """
     over, tasks = loaded.overlay, []
     for halvings in HALVINGS:
@@ -61,11 +62,11 @@ def tasks_of(loaded: LoadedCase, plan: Plan, runs: Path, known: dict[str, Needs]
 
 
 def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
-    """Read what came of the runs of `tasks_of`, in that order.
+    """Read the results of the runs of `tasks_of`, in that order.
 
     Args:
         loaded: The case.
-        names: Names of the measures that serve as observables.
+        names: Names of the observables.
         done: Finished tasks, the longest time step first.
 
     Raises:
@@ -93,7 +94,7 @@ def observed(folder: Path, loaded: LoadedCase, names: list[str]) -> tuple[dict[s
     Args:
         folder: The run folder.
         loaded: The case.
-        names: Names of the measures that serve as observables.
+        names: Names of the observables.
 
     Raises:
         RunError: if one has no value.
@@ -102,18 +103,18 @@ def observed(folder: Path, loaded: LoadedCase, names: list[str]) -> tuple[dict[s
     series = evaluate(recording)
     for name in names:
         if series[name].problem or not np.isfinite(series[name].values).all():
-            raise RunError(f"{folder}: {name} has no value: {series[name].problem or 'it is not always a number'}")
+            raise RunError(f"{folder}: {name} has no value: {series[name].problem or 'it is not finite'}")
     return {name: (series[name].values, series[name].unit) for name in names}, recording.states.time.astype(float)
 
 
 def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
-    """Return for each observable: reference, tolerance, convergence, and up to which time it can be compared.
+    """Return for each observable: reference, tolerance, convergence, and the end of the comparison.
 
-    `changes` are the largest differences between a run and the next, at half its step. A reference without an equation
-    ends where the last two runs differ by more than half of the tolerance: beyond that the reference is not known so
-    well, for the motion may be such that no step is short enough.
+    `changes` are the largest differences between a run and the next one, at half its step. A reference without an
+    equation ends where the last two runs differ by more than half of the tolerance: chaotic motion may not converge at
+    any step.
     """
-    made = {}
+    found = {}
     for name, stated in statement.observables.items():
         rows = [values[name] for values in runs.values]
         if stated.analytic is not None:
@@ -127,7 +128,7 @@ def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
             known = np.abs(rows[-1] - rows[-2]) <= tolerance / 2
             until &= np.cumprod(known).astype(bool)
         changes = [float(np.abs(a - b)[until].max(initial=0.0)) for a, b in zip(rows, rows[1:], strict=False)]
-        made[name] = {
+        found[name] = {
             "unit": runs.units[name],
             "reference": "analytic" if stated.analytic is not None else "converged",
             "analytic": stated.analytic,
@@ -140,4 +141,4 @@ def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
             },
             "values": [float(f"{value:.9g}") for value in reference],
         }
-    return made
+    return found

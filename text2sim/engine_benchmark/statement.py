@@ -1,4 +1,4 @@
-"""What a case's `benchmark.yaml` may say: observables, their tolerances, and how they go by an equation."""
+"""Model of a case's `benchmark.yaml`: observables, tolerances, and analytic solutions."""
 
 from typing import Annotated
 
@@ -19,7 +19,7 @@ FROM_POSES = frozenset(
     "position velocity speed angular_speed angular_velocity turns displacement tilt joint_position joint_velocity "
     "distance energy momentum angular_momentum count_in".split()
 )
-"""Kinds of measures that poses, velocities and joint positions are enough for."""
+"""Kinds of measures that only need poses, velocities and joint positions."""
 
 
 class Observable(Model):
@@ -36,22 +36,22 @@ class Statement(Model):
 
     observables: dict[str, Observable]
     until: Positive | None = None
-    """Compared up to this time [s]; all of it if left out."""
+    """End of the comparison [s]; that of the simulation if left out."""
     about: Annotated[str, Field(max_length=2000)] = ""
-    """Where the equations come from, and what is known about disagreements."""
+    """Sources of the equations, and known disagreements."""
 
 
 def read_statement(loaded: LoadedCase) -> Statement:
-    """Return what the case's `benchmark.yaml` says; without one, all measures that poses are enough for.
+    """Read the case's `benchmark.yaml`; without one, all measures that other engines can give are observables.
 
     Raises:
-        SpecError: with all that is wrong with the file, and where; or if there is nothing to observe.
+        SpecError: with all problems of the file and their places, or if there is nothing to observe.
     """
     measures, path = loaded.case.actions.measures, loaded.folder / FILE
     able = [name for name, measure in measures.items() if observable(measure)]
     if not path.is_file():
         if not able:
-            message = "it has no measure that other engines could be compared by: position, joint_position, energy, …"
+            message = "it has no measure that other engines can give: position, joint_position, energy, …"
             raise SpecError([loaded.problem(("actions",), message, rule="no-observable")])
         return Statement(observables={name: Observable() for name in able})
     document = parse_document(read_source(path))
@@ -76,5 +76,5 @@ def read_statement(loaded: LoadedCase) -> Statement:
 
 
 def observable(measure: Measure) -> bool:
-    """Whether poses and joint positions are enough for a measure."""
+    """Whether a measure only needs poses, velocities and joint positions."""
     return measure.kind in FROM_POSES and getattr(measure, "at", None) is None

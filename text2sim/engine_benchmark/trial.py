@@ -1,4 +1,4 @@
-"""One benchmark in one engine, in a process of its own: `python -m …trial ENGINE FOLDER OUT STEP`."""
+"""Runs a benchmark in an engine, as a process: `python -m …trial ENGINE FOLDER OUT STEP`."""
 
 import importlib
 import json
@@ -16,45 +16,42 @@ ENGINES = {"mujoco": "text2sim.engine_benchmark.mujoco_engine:simulate"}
 Adapter = Callable[[Path, dict[str, Any], list[float], float], dict[str, NDArray[np.floating]]]
 """Simulates a benchmark.
 
-Args: the folder; what stands in its `benchmark.json`; the times [s] at which states are wanted; the time step [s].
+Args: the folder; the content of its `benchmark.json`; the times [s] of the wanted states; the time step [s].
 
 Returns, for each of these times (F) and each of the L links and J joints in the order of `benchmark.json`:
 `pos` (F, L, 3) [m] and `quat` (F, L, 4) (w, x, y, z) of the link's frame; `vel` (F, L, 3) [m/s] of its centre of mass;
-`ang` (F, L, 3) [rad/s], in the world; `joint_pos` and `joint_vel` (F, J) [rad or m, a second] of hinges and sliders.
+`ang` (F, L, 3) [rad/s] in the world frame; `joint_pos` (F, J) [rad or m] and `joint_vel` (F, J) [rad/s or m/s] of
+hinges and sliders.
 """
 
 
 def adapter_of(engine: str) -> Adapter:
-    """Return the function of an engine: `mujoco`, or `MODULE:FUNCTION` of whoever asks."""
+    """Return the adapter of an engine: `mujoco`, or `MODULE:FUNCTION`."""
     module, _, name = ENGINES.get(engine, engine).partition(":")
     return getattr(importlib.import_module(module), name)
 
 
 def main() -> None:
-    """Simulate, and write the states as a run would have recorded them."""
+    """Simulate, and write the states in the form of a recording."""
     engine, folder, out, step = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), float(sys.argv[4])
     scene = json.loads((folder / "benchmark.json").read_text("utf-8"))
     adapter, begun = adapter_of(engine), perf_counter()
-    made = adapter(folder, scene, scene["times"], step)
+    states = adapter(folder, scene, scene["times"], step)
     seconds = perf_counter() - begun
-    frames, links, joints = len(scene["times"]), len(scene["links"]), len(scene["joints"])
-    shapes = {
-        "pos": (frames, links, 3),
-        "quat": (frames, links, 4),
-        "vel": (frames, links, 3),
-        "ang": (frames, links, 3),
-    }
-    for name, shape in (shapes | {"joint_pos": (frames, joints), "joint_vel": (frames, joints)}).items():
-        if np.shape(made[name]) != shape:
-            sys.exit(f"the adapter's `{name}` has the shape {np.shape(made[name])}, not {shape}")
-    _write_states(out, scene, made)
+    links, joints = (len(scene["links"]),), (len(scene["joints"]),)
+    shapes = {"pos": (*links, 3), "quat": (*links, 4), "vel": (*links, 3), "ang": (*links, 3)}
+    for name, shape in (shapes | {"joint_pos": joints, "joint_vel": joints}).items():
+        wanted = (len(scene["times"]), *shape)
+        if np.shape(states[name]) != wanted:
+            sys.exit(f"the adapter's `{name}` has the shape {np.shape(states[name])}, not {wanted}")
+    _write_states(out, scene, states)
     unit = 1 if sys.platform == "darwin" else 1024
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
     (out / "trial.json").write_text(json.dumps({"seconds": seconds, "memory": memory}))
 
 
-def _write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> None:
-    """Write states in the form of a recording, so that measures are worked out as of any run."""
+def _write_states(out: Path, scene: dict[str, Any], states: dict[str, Any]) -> None:
+    """Write states in the form of a recording, so that measures are evaluated as for any run."""
     (out / "states").mkdir(parents=True, exist_ok=True)
     (out / "geometry").mkdir(exist_ok=True)
     (out / "geometry/index.json").write_text("{}")
@@ -64,15 +61,15 @@ def _write_states(out: Path, scene: dict[str, Any], made: dict[str, Any]) -> Non
     qpos, speeds = np.zeros((frames, last["q"][1])), np.zeros((frames, last["dofs"][1]))
     for k, row in enumerate(layout["joints"]):
         if row["kind"] in ("hinge", "slider"):
-            qpos[:, row["q"][0]], speeds[:, row["dofs"][0]] = made["joint_pos"][:, k], made["joint_vel"][:, k]
+            qpos[:, row["q"][0]], speeds[:, row["dofs"][0]] = states["joint_pos"][:, k], states["joint_vel"][:, k]
     none = {
         "contact_step": np.zeros(0, np.int32), "contact_links": np.zeros((0, 2), np.int32),
         "contact_force": np.zeros((0, 3)), "contact_pos": np.zeros((0, 3)),
         "contact_penetration": np.zeros(0), "contact_normal_force": np.zeros(0), "contact_count": np.zeros(0, np.int32),
     }  # fmt: skip
     np.savez(
-        out / "states/chunk_00000.npz", time=np.array(scene["times"]), links_pos=made["pos"], links_quat=made["quat"],
-        links_vel=made["vel"], links_ang=made["ang"], qpos=qpos, dofs_velocity=speeds,
+        out / "states/chunk_00000.npz", time=np.array(scene["times"]), links_pos=states["pos"],
+        links_quat=states["quat"], links_vel=states["vel"], links_ang=states["ang"], qpos=qpos, dofs_velocity=speeds,
         dofs_control_force=np.zeros_like(speeds), **none,
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""A compiled MJCF model as a stage of OpenUSD with UsdPhysics."""
+"""Writer of a compiled MJCF model as an OpenUSD stage with UsdPhysics."""
 
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,10 @@ ROOT = "/benchmark"
 
 
 def write_usd(model: Any, plan: Plan, path: Path) -> None:
-    """Write bodies, shapes, masses, joints, limits, motors and gravity of a model, as it stands at its start.
+    """Write bodies, shapes, masses, joints, limits, motors and gravity of a model at its start.
 
     Args:
-        model: The model, as MuJoCo has it.
+        model: The model of MuJoCo.
         plan: The plan of the case.
         path: The file.
     """
@@ -129,11 +129,11 @@ class _Stage:
             name = usd.Tf.MakeValidIdentifier(model.joint(joint).name)
             axis = None if kind == kinds.mjJNT_BALL else model.jnt_axis[joint]
             made = self._joint(shape, f"{ROOT}/joint_{name}", parent, body, model.jnt_pos[joint], axis)
-            if model.body_weldid[parent] == 0:  # of an articulation that is fixed, the root is this joint
+            if model.body_weldid[parent] == 0:  # the root of a fixed articulation is this joint
                 usd.UsdPhysics.ArticulationRootAPI.Apply(made.GetPrim())
             if axis is None:
                 continue
-            # UsdPhysics tells angles in degrees.
+            # UsdPhysics has angles in degrees.
             unit = 180 / np.pi if kind == kinds.mjJNT_HINGE else 1.0
             if model.jnt_limited[joint]:
                 low, high = (float(x * unit) for x in model.jnt_range[joint])
@@ -155,7 +155,7 @@ class _Stage:
             made.CreateExcludeFromArticulationAttr(True)
 
     def _joint(self, shape: Any, path: str, parent: int, body: int, anchor: Any, axis: Any) -> Any:
-        """Define a joint at a point of a body; its axis, if it has one, is the joint's x axis."""
+        """Define a joint at a point of a body; its axis, if any, is the joint's x axis."""
         usd, mj, data = self.usd, self.mj, self.data
         made = shape.Define(self.stage, path)
         made.CreateBody0Rel().SetTargets([self.paths[parent]])
@@ -164,7 +164,7 @@ class _Stage:
         if axis is not None:
             made.CreateAxisAttr("X")
             mj.mju_quatZ2Vec(turn, np.array(axis, float))
-            side = np.array([np.sqrt(0.5), 0, -np.sqrt(0.5), 0])  # takes x to z
+            side = np.array([np.sqrt(0.5), 0, -np.sqrt(0.5), 0])  # rotates x to z
             mj.mju_mulQuat(turn, turn.copy(), side)
         point, world, back = np.zeros(3), np.zeros(3), np.zeros(4)
         mj.mju_rotVecQuat(point, np.array(anchor, float), data.xquat[body])

@@ -1,1 +1,1 @@
-"""Recorded runs in formats that other programs read: USD and glTF."""
+"""Export of recorded runs to formats of other programs: USD and glTF."""

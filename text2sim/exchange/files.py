@@ -1,4 +1,4 @@
-"""Files that come into being whole or not at all."""
+"""Atomic writes of exported files, and conversion of their pictures."""
 
 import os
 import shutil
@@ -10,16 +10,16 @@ from pathlib import Path
 from text2sim.spec_schema.errors import RunError
 
 MOST_TEXELS = 4096
-"""Largest side of a picture that is passed on; larger ones are made smaller."""
+"""Largest side of an exported picture [pixels]; larger ones are scaled down."""
 
 
 @contextmanager
 def workplace(path: Path) -> Iterator[Path]:
-    """A folder beside a file that is to be written, on the same disk; gone afterwards.
+    """Make a temporary folder beside a file that will be written.
 
     Raises:
         RunError: if nothing can be written there.
-        OSError: From the body of the `with`; a file in the folder has the name that it would get.
+        OSError: from the body of the `with`; for files in the folder, with the path of the file to write.
     """
     try:
         folder = Path(tempfile.mkdtemp(prefix=".text2sim-", dir=path.parent))
@@ -37,36 +37,36 @@ def workplace(path: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def put(made: Path, path: Path) -> None:
-    """Move a file to its place in one step.
+def put(finished: Path, path: Path) -> None:
+    """Move a finished file to its place atomically.
 
     Raises:
-        RunError: if there is a folder of this name.
+        RunError: if its place is a folder.
     """
     if path.is_dir():
         raise RunError(f"{path} is a folder; name a file")
-    os.replace(made, path)
+    os.replace(finished, path)
 
 
 def save_picture(source: Path, path: Path, largest: int = MOST_TEXELS) -> bool:
-    """Write a picture of a run as a PNG of at most `largest` pixels on each side; return whether it has holes.
+    """Write a picture of a run as a PNG of limited size; return whether parts of it are transparent.
 
     Args:
         source: The picture.
         path: The file to write.
-        largest: Largest length of a side [pixels].
+        largest: Largest side [pixels].
 
     Raises:
-        RunError: if it is no picture, or one that is far too large.
+        RunError: if it is not a picture, or far too large.
     """
     from PIL import Image
 
     try:
         with Image.open(source) as picture:
             picture.draft("RGB", (largest, largest))
-            made = picture.convert("RGBA" if "A" in picture.getbands() else "RGB")
-        made.thumbnail((largest, largest))
-        made.save(path, format="PNG")
-        return made.mode == "RGBA" and made.getchannel("A").getextrema() != (255, 255)
+            image = picture.convert("RGBA" if "A" in picture.getbands() else "RGB")
+        image.thumbnail((largest, largest))
+        image.save(path, format="PNG")
+        return image.mode == "RGBA" and image.getchannel("A").getextrema() != (255, 255)
     except (OSError, ValueError, Image.DecompressionBombError) as error:
-        raise RunError(f"{source}: not a picture that can be passed on ({error})") from error
+        raise RunError(f"{source}: not a picture that can be exported ({error})") from error

@@ -1,4 +1,4 @@
-"""The container of binary glTF: a document, and one buffer that its accessors point into."""
+"""Writer of binary glTF: a JSON document, and one buffer for its accessors."""
 
 import json
 import struct
@@ -18,14 +18,14 @@ FLOAT, SHORT, INT = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 LARGEST = 2**32 - 1
-"""Bytes of a file, which its header can tell."""
+"""Largest size of a file [bytes], which its header limits."""
 
 
 class Glb:
-    """A file in the making.
+    """Builds a file.
 
     Attributes:
-        document: What its JSON says; lists of things begin empty and are left out if they stay so.
+        document: Its JSON document.
     """
 
     def __init__(self) -> None:
@@ -39,23 +39,23 @@ class Glb:
         self._seen: dict[tuple[Any, ...], int] = {}
 
     def add(self, kind: str, row: dict[str, Any]) -> int:
-        """Add a row to a list of the document; return its number."""
+        """Add a row to a list of the document; return its index."""
         rows = self.document.setdefault(kind, [])
         rows.append(row)
         return len(rows) - 1
 
     def use(self, extension: str) -> None:
-        """Say that an extension is used."""
+        """Declare an extension."""
         used = self.document.setdefault("extensionsUsed", [])
         if extension not in used:
             used.append(extension)
 
     def floats(self, values: Array, *, bounds: bool = False, vertices: bool = False) -> int:
-        """Return the accessor of rows of floats, (n,) or (n, k); equal ones are kept once.
+        """Return the accessor of rows of floats, (n,) or (n, k); equal data is stored once.
 
         Args:
             values: The rows.
-            bounds: Whether glTF wants to know their smallest and largest.
+            bounds: Whether glTF requires their minimum and maximum.
             vertices: Whether they are attributes of vertices.
         """
         rows = np.ascontiguousarray(values, np.float32)
@@ -71,7 +71,7 @@ class Glb:
         return self._seen[key]
 
     def indices(self, values: Array) -> int:
-        """Return the accessor of corners of triangles."""
+        """Return the accessor of vertex indices of triangles."""
         flat = np.ascontiguousarray(values).ravel()
         small = not len(flat) or flat.max() < 65535
         rows = flat.astype(np.uint16 if small else np.uint32)
@@ -80,7 +80,7 @@ class Glb:
         return self.add("accessors", row)
 
     def view(self, data: bytes, target: int | None = None) -> int:
-        """Put bytes into the buffer; return their view."""
+        """Add bytes to the buffer; return their view."""
         row: dict[str, Any] = {"buffer": 0, "byteOffset": self._size, "byteLength": len(data)}
         if target is not None:
             row["target"] = target
@@ -93,7 +93,7 @@ class Glb:
         """Write the file.
 
         Raises:
-            RunError: if it is larger than such a file can be.
+            RunError: if it is larger than the format allows.
         """
         text = json.dumps(
             self.document | {"buffers": [{"byteLength": self._size}]}, separators=(",", ":"), allow_nan=False
@@ -101,9 +101,7 @@ class Glb:
         text += b" " * (-len(text) % 4)
         total = 12 + 8 + len(text) + 8 + self._size
         if total > LARGEST:
-            raise RunError(
-                f"{path}: {total / 1e9:.1f} GB, more than glTF can hold; write USD, or fewer frames (--every)"
-            )
+            raise RunError(f"{path}: {total / 1e9:.1f} GB, more than glTF allows; write USD, or fewer frames (--every)")
         with path.open("wb") as file:
             file.write(struct.pack("<4sII", b"glTF", 2, total))
             file.write(struct.pack("<I4s", len(text), b"JSON") + text)

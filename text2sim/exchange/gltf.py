@@ -1,4 +1,4 @@
-"""A recorded run as binary glTF: links are nodes that move, what deforms is morphed from frame to frame."""
+"""Export of a recorded run as binary glTF: links are animated nodes, deformable bodies have morph targets."""
 
 import math
 from pathlib import Path
@@ -17,32 +17,32 @@ from text2sim.spec_schema.errors import RunError
 Array = NDArray[np.floating]
 
 MOST_TARGETS = 256
-"""Frames in which a body may deform: each is a morph target, and weights are told of every pair of them."""
+"""Largest number of frames with deformable bodies: each is a morph target, and each has weights for all of them."""
 MOST_MORPHED = 4_000_000
-"""Points of such bodies, times frames: 24 bytes each."""
+"""Largest number of points of such bodies, times frames: 24 bytes each."""
 POINTS = 0
 """Mode of a primitive."""
 CORNERS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], np.float32)
-"""Of an octahedron."""
+"""Corners of an octahedron."""
 SIDES = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
-"""Of it, over its corners."""
+"""Triangles of the octahedron."""
 UPRIGHT = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]
-"""Turns z up into y up."""
+"""Rotation from z up to y up."""
 
 
 def write_gltf(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
-    """Write a recorded run as a .glb file, with its pictures in it.
+    """Write a recorded run as a .glb file with embedded pictures.
 
     Args:
-        folder: Of the run, which is only read.
+        folder: The run folder.
         path: The file.
-        every: Every so many recorded frames are written, and the last.
+        every: Write every N-th recorded frame, and the last.
 
     Returns:
-        How many bodies, frames and pictures there are.
+        The numbers of bodies, frames and pictures.
 
     Raises:
-        RunError: if nothing is recorded, bodies deform more than glTF can tell, or the file cannot be written.
+        RunError: if nothing is recorded, deformable bodies have too many points, or the file cannot be written.
     """
     if path.suffix != ".glb":
         raise RunError(f"{path}: a binary glTF file ends in .glb")
@@ -57,7 +57,7 @@ def write_gltf(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
 
 
 def _check(scenery: Scenery, path: Path, every: int) -> None:
-    """Refuse what would only make a file that no viewer opens."""
+    """Refuse recordings whose files no viewer would open."""
     if not scenery.figures:
         return
     count = len(scenery.frames)
@@ -65,8 +65,8 @@ def _check(scenery: Scenery, path: Path, every: int) -> None:
     factor = max(count / MOST_TARGETS, total / MOST_MORPHED)
     if factor > 1:
         raise RunError(
-            f"{path}: bodies that deform have {total // count} points in {count} frames, and glTF takes at most "
-            f"{MOST_TARGETS} frames and {MOST_MORPHED} points of all frames; write USD (--usd), or fewer frames "
+            f"{path}: deformable bodies have {total // count} points in {count} frames, and glTF allows at most "
+            f"{MOST_TARGETS} frames and {MOST_MORPHED} points in all frames; write USD (--usd), or fewer frames "
             f"(--every {math.ceil(every * factor * 1.02)})"
         )
 
@@ -97,7 +97,7 @@ class _Writer:
         bodies = {link.body for link in scenery.links if link.pieces} | {figure.body for figure in scenery.figures}
         return {"bodies": len(bodies), "frames": len(scenery.frames), "pictures": len(self._textures)}
 
-    # --- what there is ---------------------------------------------------------------
+    # --- contents --------------------------------------------------------------------
 
     def _add_link(self, link: SceneryLink, one_of_several: bool) -> int:
         name = f"{link.body}.{link.name}" if one_of_several else link.body
@@ -132,7 +132,7 @@ class _Writer:
             "POSITION": self.glb.floats(vertices, bounds=True, vertices=True),
             "NORMAL": self.glb.floats(_unit(normals), vertices=True),
         }
-        if uvs is not None:  # pictures begin at the upper left here
+        if uvs is not None:  # glTF has the origin of pictures at the upper left
             attributes["TEXCOORD_0"] = self.glb.floats(uvs * (1, -1) + (0, 1), vertices=True)
         return {"attributes": attributes, "indices": self.glb.indices(faces)}
 
@@ -147,7 +147,7 @@ class _Writer:
         node = {"name": figure.body, "mesh": self.glb.add("meshes", mesh), "extras": {"body": figure.body}}
         number = self.glb.add("nodes", node)
         if targets:
-            # The first frame is the mesh itself; then each target in its turn, mixed in between.
+            # The first frame is the mesh itself; each other frame has its target, blended in between.
             weights = np.eye(len(frames), dtype=np.float32)[:, 1:]
             self._channel(number, "weights", self._scenery.times, weights.ravel())
         return number
@@ -164,7 +164,7 @@ class _Writer:
         return self._primitive(first, figure.faces, lying, figure.uvs), targets
 
     def _grains(self, figure: Figure, frames: list[int]) -> tuple[dict[str, Any], list[dict[str, int]]]:
-        """Show particles as octahedra, for viewers draw points a pixel wide; as points where they are too many."""
+        """Particles as octahedra, because viewers draw points one pixel wide; as points if there are too many."""
         first, many = figure.points(frames[0]), len(CORNERS)
         if figure.size * many * len(frames) > MOST_MORPHED:
             attributes = {"POSITION": self.glb.floats(first, bounds=True, vertices=True)}
@@ -188,7 +188,7 @@ class _Writer:
         self._animate(number, node, track.times, *track.poses())
         return number
 
-    # --- how it is written ------------------------------------------------------------
+    # --- writing ----------------------------------------------------------------------
 
     def _animate(self, number: int, node: dict[str, Any], times: Array, pos: Array, quat: Array) -> None:
         node["translation"], node["rotation"] = pos[0].tolist(), _turn(quat[0])
@@ -244,5 +244,5 @@ def _unit(vectors: Array) -> Array:
 
 
 def _turn(quat: Array) -> list[float]:
-    """Return an orientation (w, x, y, z) in the order of glTF."""
+    """An orientation (w, x, y, z) in the order of glTF."""
     return np.roll(_unit(quat), -1).tolist()

@@ -1,4 +1,4 @@
-"""Surfaces in the terms that exchange formats share: colour, roughness, metal, opacity, a picture."""
+"""Materials in terms that exchange formats share: colour, roughness, metallic, opacity, texture."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,35 +10,35 @@ from text2sim.rendering.finishes import MILKY, finish_of
 from text2sim.rendering.tone import linear
 
 CLEAR = 0.18
-"""Opacity of clear glass: these formats say either how much light a surface lets through, or what it mirrors."""
+"""Opacity of clear glass: in these formats, a surface either transmits or reflects light."""
 SMOOTHEST = 0.03
-"""Roughness below which viewers show glints as single pixels."""
+"""Smallest roughness: below, viewers show highlights as single pixels."""
 
 Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class ExportMaterial:
-    """A surface; equal ones are one material in a file."""
+    """A material; equal ones are stored once in a file."""
 
     color: Rgb
-    """Linear Rec. 709, 0 to 1; white under a picture."""
+    """Linear Rec. 709, 0 to 1; white with a picture."""
     roughness: float
     metallic: float
     opacity: float
     clearcoat: float
     two_sided: bool
     picture: Path | None
-    """sRGB, instead of the colour."""
+    """Texture (sRGB) in place of the colour."""
 
 
 def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> ExportMaterial:
-    """Return the surface of a body.
+    """Return the material of a body.
 
     Args:
-        look: As the recording has it.
-        two_sided: Whether its back is seen as well.
-        has_uvs: Whether it has texture coordinates, without which a picture cannot be laid on it.
+        look: Its look in the recording.
+        two_sided: Whether its back is visible, too.
+        has_uvs: Whether it has texture coordinates, which a picture needs.
     """
     finish = finish_of(look.finish)
     picture = look.picture if has_uvs else None

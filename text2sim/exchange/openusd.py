@@ -1,4 +1,4 @@
-"""OpenUSD, behind one door: it is heavy, comes with an extra, and tells type checkers nothing."""
+"""Untyped access to OpenUSD, an optional dependency that is slow to import and has no stubs."""
 
 from functools import cache
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ from text2sim.spec_schema.errors import MachineError
 
 @cache
 def openusd() -> Any:
-    """Return the modules of OpenUSD, by their names.
+    """Return the modules of OpenUSD by name.
 
     Raises:
         MachineError: if it is not installed.

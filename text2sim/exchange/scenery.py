@@ -1,4 +1,4 @@
-"""Scenery of a recorded run, without a renderer: links with their meshes, bodies that deform, over time."""
+"""Scenery of a recorded run for export: links with meshes and deformable bodies over time."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,44 +19,44 @@ Indices = NDArray[np.integer]
 
 @dataclass(frozen=True)
 class SceneryPiece:
-    """A mesh that a link wears."""
+    """A mesh of a link."""
 
     mesh: Path
     pos: tuple[float, ...]
-    """In the link's frame [m]."""
+    """Position in the link's frame [m]."""
     quat: tuple[float, ...]
-    """(w, x, y, z)"""
+    """Orientation in the link's frame (w, x, y, z)."""
     material: ExportMaterial
 
 
 @dataclass(frozen=True)
 class SceneryLink:
-    """A rigid thing that moves as one."""
+    """A rigid link."""
 
     row: int
-    """Of its poses."""
+    """Index of its poses."""
     body: str
-    """The copy it belongs to, such as `brick[3]`."""
+    """Copy of a body that it belongs to, such as `brick[3]`."""
     name: str
     fixed: bool
-    """Whether the world holds it."""
+    """Whether it is fixed to the world."""
     mass: float
-    """[kg]"""
+    """Mass [kg]."""
     com: tuple[float, ...]
     """Centre of mass in its frame [m]."""
     pieces: list[SceneryPiece]
 
 
 class Figure:
-    """A body that deforms.
+    """A deformable body.
 
     Attributes:
         body: The copy.
         kind: soft, cloth, granular, liquid or snow.
-        faces: Triangles, shape (f, 3); None of particles.
+        faces: Triangles, shape (f, 3); None for particles.
         uvs: Texture coordinates of the vertices, shape (n, 2), or None.
         spacing: Distance of neighbouring particles [m].
-        material: Its surface.
+        material: Its material.
     """
 
     def __init__(self, part: SoftPart, recording: FilmRecord):
@@ -82,7 +82,7 @@ class Figure:
 
     @property
     def size(self) -> int:
-        """How many vertices or particles it has."""
+        """Number of vertices or particles."""
         return self._columns.stop - self._columns.start if self._shell is None else len(self._shell.worn)
 
     def points(self, frame: int) -> Array:
@@ -100,15 +100,15 @@ class Figure:
 
 
 class Scenery:
-    """Everything that is seen of a run, frame by frame.
+    """Everything visible of a run, frame by frame.
 
     Args:
-        folder: Of the run.
-        every: Every so many recorded frames are taken, and the last.
-        detailed: Whether meshes get the round edges that films show.
+        folder: The run folder.
+        every: Use every N-th recorded frame, and the last.
+        detailed: Whether meshes get the rounded edges that films show.
 
     Raises:
-        RunError: if nothing, or something broken, is recorded there.
+        RunError: if nothing is recorded, or the recording is damaged.
     """
 
     def __init__(self, folder: Path, *, every: int = 1, detailed: bool = True):
@@ -119,13 +119,13 @@ class Scenery:
         if not count:
             raise RunError(f"{folder}: no frame was recorded")
         self.frames: Indices = np.unique([*range(0, count, every), count - 1])
-        """Numbers of the frames."""
+        """Indices of the frames."""
         self.times: Array = self.recording.states.time[self.frames].astype(float)
-        """Of the frames [s]."""
+        """Times of the frames [s]."""
         self.poses: tuple[Array, Array] = self._poses()
         """Positions [m], shape (F, L, 3), and orientations (w, x, y, z), shape (F, L, 4), of the links' frames.
 
-        Orientations that follow each other are on the same side, so that readers that mix them go the short way.
+        Signs of successive orientations are such that interpolation takes the short way.
         """
         try:
             self.links = self._links()
@@ -150,10 +150,10 @@ class Scenery:
         made = [self.recording.states.poses(float(t)) for t in self.times]
         pos, quat = np.array([row[0] for row in made]), np.array([row[1] for row in made])
         sound = np.isfinite(pos).all(axis=(1, 2)) & np.isfinite(quat).all(axis=(1, 2))
-        if not sound.all():  # a run that diverged is shown up to there
+        if not sound.all():  # a run that diverged is exported up to that frame
             end = int(sound.argmin())
             if not end:
-                raise RunError(f"{self.recording.folder}: no frame holds numbers")
+                raise RunError(f"{self.recording.folder}: no frame has finite poses")
             self.frames, self.times, pos, quat = self.frames[:end], self.times[:end], pos[:end], quat[:end]
         turned = (quat[1:] * quat[:-1]).sum(axis=-1) < 0
         quat[1:] *= np.cumprod(np.where(turned, -1.0, 1.0), axis=0)[..., None]
@@ -180,7 +180,7 @@ class Scenery:
 
 
 def keys(values: Array) -> Indices:
-    """Return which rows of a track (n, ...) have to be kept, so that between them it is the same on a straight line."""
+    """Return the rows of a track (n, ...) that are needed to restore the others by linear interpolation."""
     if len(values) < 3:
         return np.arange(len(values))
     changed = (values[1:] != values[:-1]).reshape(len(values) - 1, -1).any(axis=1)
@@ -202,7 +202,7 @@ def _plain_mesh(path: Path) -> RenderMesh:
 
 
 def _opened(folder: Path) -> FilmRecord:
-    """Read a recording of which nothing lies outside its folder: it may come from somebody else."""
+    """Read an untrusted recording, none of whose files may be outside of its folder."""
     try:
         recording = read_recording(folder)
     except DAMAGED as error:

@@ -1,4 +1,4 @@
-"""A recorded run as a USD stage: z up, metres, every recorded pose as a time sample."""
+"""Export of a recorded run as a USD stage: z up, metres, a time sample for every recorded pose."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -26,19 +26,19 @@ ROOT = "/run"
 APERTURE = 24.0
 """Height of a picture on 35 mm film [mm], to which focal lengths refer."""
 TENTHS = 0.01
-"""A millimetre in tenths of the stage's unit (a metre), the unit of lenses:
+"""A millimetre in tenths of the stage's unit (a metre), the unit of camera lenses in USD:
 https://openusd.org/release/api/class_usd_geom_camera.html."""
 
 
 def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
     """Write a recorded run as USD.
 
-    Pictures go into the archive of a .usdz; beside a .usdc or .usda they lie in `<name>_textures/`.
+    Pictures go into the archive of a .usdz, or into `<name>_textures/` beside a .usdc or .usda.
 
     Args:
-        folder: Of the run, which is only read.
-        path: The file; its ending says which kind.
-        every: Every so many recorded frames become time samples, and the last.
+        folder: The run folder.
+        path: The file, whose suffix selects the kind.
+        every: Write every N-th recorded frame as a time sample, and the last.
 
     Returns:
         The numbers of bodies, frames and pictures.
@@ -59,7 +59,7 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
         if path.suffix == ".usdz":
             archive = place / path.name
             if not usd.UsdUtils.CreateNewUsdzPackage(str(flat), str(archive)):
-                raise RunError(f"{path}: OpenUSD made no archive of it")
+                raise RunError(f"{path}: OpenUSD could not make the archive")
             put(archive, path)
         else:
             if textures.is_dir():
@@ -73,12 +73,12 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
 
 @contextmanager
 def _refusals(path: Path) -> Iterator[None]:
-    """Report what OpenUSD cannot write: on a full disk it does not raise an `OSError`."""
+    """Report errors of OpenUSD in writing: on a full disk it does not raise an `OSError`."""
     try:
         yield
     except openusd().Tf.ErrorException as error:
-        said = str(error).strip().partition("\n")[0].rpartition(" : ")[2].strip("'")
-        raise MachineError(f"{path}: OpenUSD cannot write it: {said}") from error
+        message = str(error).strip().partition("\n")[0].rpartition(" : ")[2].strip("'")
+        raise MachineError(f"{path}: OpenUSD cannot write it: {message}") from error
 
 
 class _Writer:
@@ -140,7 +140,7 @@ class _Writer:
         pos, quat = (values[:, link.row] for values in self._scenery.poses)
         self._animate(self._usd.UsdGeom.Xformable(prim), self._codes(self._scenery.times), pos, quat)
         if link.mass > 0:
-            # Mass alone: a solver would move a rigid body of UsdPhysics, against the recorded poses.
+            # Only the mass: a solver would move a rigid body of UsdPhysics away from the recorded poses.
             mass = self._usd.UsdPhysics.MassAPI.Apply(prim)
             mass.CreateMassAttr(link.mass)
             mass.CreateCenterOfMassAttr(self._usd.Gf.Vec3f(*link.com))
@@ -161,9 +161,9 @@ class _Writer:
             made.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
 
     def _dress(self, mesh: Path, material: ExportMaterial) -> str:
-        """Return the path of the class of which all copies of a shape in one material are instances.
+        """The path of the class whose instances are all copies of a shape with one material.
 
-        The material is bound within it: not every reader looks for a material at an instance.
+        The material is bound inside the class, because not every reader supports materials of instances.
         """
         key = mesh, material
         if key not in self._dressed:
@@ -177,7 +177,7 @@ class _Writer:
         return self._dressed[key]
 
     def _shape(self, mesh: Path, two_sided: bool) -> str:
-        """Return the path of the class with a mesh, which the file holds once."""
+        """The path of the class with a mesh, which is stored once."""
         key = mesh, two_sided
         if key not in self._shapes:
             self._stage.CreateClassPrim(f"{ROOT}/shapes")
@@ -255,25 +255,25 @@ class _Writer:
         return [float(round(t * self._rate, 9)) for t in times]
 
     def _animate(self, made: Any, codes: list[float], pos: Array, quat: Array) -> None:
-        """Give a prim its poses, without the samples during which it stands still."""
+        """Set the poses of a prim, without samples while it is at rest."""
         vector, turn = self._usd.Gf.Vec3d, self._usd.Gf.Quatf
         self._set(made.AddTranslateOp().GetAttr(), codes, pos, lambda row: vector(*row))
         self._set(made.AddOrientOp().GetAttr(), codes, quat, lambda row: turn(*row))
 
     def _set(self, attribute: Any, codes: list[float], values: Array, made_of: Callable[[Any], Any]) -> None:
-        """Give an attribute its values (n, ...), or a single one if it never changes."""
+        """Set the values of an attribute (n, ...), or a single one if it never changes."""
         rows = values.tolist()
         if not (values != values[0]).any():
             attribute.Set(made_of(rows[0]))
             return
-        # Into the layer: a stage recomposes itself after every value.
+        # Written to the layer, because a stage recomposes after every value.
         layer, path = self._stage.GetRootLayer(), attribute.GetPath()
         with self._usd.Sdf.ChangeBlock():
             for k in keys(values):
                 layer.SetTimeSample(path, codes[k], made_of(rows[k]))
 
     def _body_path(self, body: str, held: bool) -> str:
-        """Return the path of a copy: below its body, if that has copies."""
+        """The path of a copy, below its body if that has copies."""
         base, bracket, _ = body.partition("[")
         path = f"{ROOT}/{'statics' if held else 'bodies'}/{self._name_of(base)}"
         if not bracket:

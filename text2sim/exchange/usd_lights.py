@@ -1,4 +1,4 @@
-"""Lights of the film as those of USD, so bright that a white sheet is white without an exposure."""
+"""Export of the film's lights to USD, scaled such that a white sheet is white without exposure."""
 
 from math import degrees, pi
 from typing import Any
@@ -11,17 +11,17 @@ from text2sim.rendering.lights import CLEAR, box_irradiance
 from text2sim.rendering.tone import linear
 
 POINT = 0.01
-"""Radius of what a spot shines from [m]."""
+"""Radius of the source of a spot light [m]."""
 
 
 def add_lights(stage: Any, at: str, film: dict[str, Any], name_of: Any) -> None:
-    """Put the lights of a film on a stage.
+    """Add the lights of a film to a stage.
 
     Args:
         stage: The stage.
-        at: Path of the prim below which they go.
-        film: What the run's `render.py` says.
-        name_of: Turns a name into one that USD allows.
+        at: Path of the parent prim.
+        film: The film description of the run's `render.py`.
+        name_of: Converts a name to one that USD allows.
     """
     gain = float(film.get("gain", 1.0))
     for name, light in film["lights"].items():
@@ -46,7 +46,7 @@ def add_lights(stage: Any, at: str, film: dict[str, Any], name_of: Any) -> None:
 def _sun(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
     made = openusd().UsdLux.DistantLight.Define(stage, path)
     _common(made, color, strength)
-    made.CreateNormalizeAttr(True)  # then its intensity is the irradiance of what faces it
+    made.CreateNormalizeAttr(True)  # its intensity is then the irradiance of a surface that faces it
     made.CreateAngleAttr(degrees(light["angle"]))
     _place(made, (0, 0, 0), light["direction"])
 
@@ -56,9 +56,9 @@ def _softbox(stage: Any, path: str, light: dict[str, Any], color: Any, strength:
     _common(made, color, strength / box_irradiance(light["size"], light["distance"]))
     made.CreateWidthAttr(light["size"])
     made.CreateHeightAttr(light["size"])
-    way = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
-    pos = np.asarray(light["at"], float) - light["distance"] * way
-    _place(made, pos, way)
+    direction = np.asarray(light["direction"], float) / np.linalg.norm(light["direction"])
+    pos = np.asarray(light["at"], float) - light["distance"] * direction
+    _place(made, pos, direction)
 
 
 def _lamp(stage: Any, path: str, light: dict[str, Any], color: Any, strength: float) -> None:
@@ -66,13 +66,13 @@ def _lamp(stage: Any, path: str, light: dict[str, Any], color: Any, strength: fl
     radius = POINT if light["kind"] == "spot" else float(light["radius"])
     _common(made, color, strength / (pi * radius**2))
     made.CreateRadiusAttr(radius)
-    way = (0, 0, -1)
+    direction = (0, 0, -1)
     if light["kind"] == "spot":
         shaping = openusd().UsdLux.ShapingAPI.Apply(made.GetPrim())
         shaping.CreateShapingConeAngleAttr(degrees(light["angle"]) / 2)
         shaping.CreateShapingConeSoftnessAttr(float(light["blur"]))
-        way = np.subtract(light["look_at"], light["pos"])
-    _place(made, light["pos"], way)
+        direction = np.subtract(light["look_at"], light["pos"])
+    _place(made, light["pos"], direction)
 
 
 def _common(made: Any, color: Any, intensity: float) -> None:
@@ -80,9 +80,9 @@ def _common(made: Any, color: Any, intensity: float) -> None:
     made.CreateIntensityAttr(float(intensity))
 
 
-def _place(made: Any, pos: Any, way: Any) -> None:
+def _place(made: Any, pos: Any, direction: Any) -> None:
     start = np.asarray(pos, float)
-    turn = facing(start, start + np.asarray(way, float))
+    turn = facing(start, start + np.asarray(direction, float))
     ops = openusd().UsdGeom.Xformable(made)
     ops.AddTranslateOp().Set(openusd().Gf.Vec3d(*start.tolist()))
     ops.AddOrientOp().Set(openusd().Gf.Quatf(*turn.tolist()))

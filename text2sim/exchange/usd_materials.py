@@ -1,4 +1,4 @@
-"""Surfaces as materials of USD: UsdPreviewSurface, which every application reads."""
+"""Export of materials to USD as UsdPreviewSurface, which every application supports."""
 
 from pathlib import Path
 from typing import Any
@@ -9,15 +9,15 @@ from text2sim.exchange.openusd import openusd
 
 
 class UsdMaterials:
-    """The materials of a stage, each made once.
+    """The materials of a stage, each defined once.
 
     Args:
         stage: The stage.
-        at: Path of the prim below which they go.
-        textures: Folder for pictures, which is made when the first is needed.
+        at: Path of the parent prim.
+        textures: Folder for pictures, made when the first is written.
 
     Attributes:
-        pictures: What each picture is called in the stage.
+        pictures: Path of each picture in the stage.
     """
 
     def __init__(self, stage: Any, at: str, textures: Path):
@@ -27,7 +27,7 @@ class UsdMaterials:
         self.pictures: dict[Path, str] = {}
 
     def bind(self, prim: Any, material: ExportMaterial) -> None:
-        """Give a prim a material."""
+        """Bind a material to a prim."""
         if material not in self._made:
             self._made[material] = self._make(f"{self._at}/material_{len(self._made)}", material)
         openusd().UsdShade.MaterialBindingAPI.Apply(prim).Bind(self._made[material])

@@ -1,4 +1,4 @@
-"""The film's cameras as tracks: where each stands over simulated time."""
+"""Tracks of the film's cameras: their poses over simulated time."""
 
 from dataclasses import dataclass
 
@@ -12,21 +12,21 @@ from text2sim.templates.cameras import Cameras, View, basis
 Array = NDArray[np.floating]
 
 MOST = 400
-"""Moments of a camera."""
+"""Largest number of poses of a camera."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """A camera over time; one moment if it never moves."""
+    """A camera over time; a single pose if it never moves."""
 
     times: Array
-    """Simulated times [s], growing, shape (n,)."""
+    """Simulated times [s], increasing, shape (n,)."""
     views: list[View]
 
     def poses(self) -> tuple[Array, Array]:
         """Return positions [m], shape (n, 3), and orientations (w, x, y, z), shape (n, 4).
 
-        It looks along -z, and +y is up in the picture.
+        The camera looks along -z, with +y up.
         """
         turns = np.array([facing(view.pos, view.look_at, view.up) for view in self.views])
         for before, after in zip(turns, turns[1:], strict=False):
@@ -36,9 +36,9 @@ class Track:
 
 
 def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
-    """Return the cameras of a recording's films by name, each over the time that its shots show.
+    """Return the cameras of a recording's films by name, each over the time of its shots.
 
-    Of a moment that is shown twice, as in a replay in slow motion, the first time counts.
+    If a time is shown twice, as in a slow-motion replay, its first occurrence is used.
     """
     film, cameras = recording.film, Cameras(recording.film, recording.states)
     seen: dict[str, dict[float, float]] = {}
@@ -58,15 +58,15 @@ def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
 
 
 def facing(pos: Array, target: Array, up: Array | tuple[float, float, float] = (0.0, 0.0, 1.0)) -> Array:
-    """Return the orientation (w, x, y, z) of something that looks from a place to another along its -z.
+    """Return the orientation (w, x, y, z) whose -z axis points from one point to another.
 
     Args:
-        pos: Its position, shape (3,) [m].
-        target: Point that it looks at, shape (3,) [m].
-        up: Direction that is up, shape (3,).
+        pos: The first point, shape (3,) [m].
+        target: The second point, shape (3,) [m].
+        up: Up direction, shape (3,).
     """
     from scipy.spatial.transform import Rotation
 
-    right, upwards, ahead = (np.asarray(way) for way in basis(pos, target, up))
+    right, upwards, ahead = (np.asarray(axis) for axis in basis(pos, target, up))
     x, y, z, w = Rotation.from_matrix(np.stack([right, upwards, -ahead], axis=1)).as_quat()
     return np.array([w, x, y, z])
