@@ -150,7 +150,7 @@ def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytes
     figures = pack_figures(scenery, blob, Pictures(notes), notes)
     assert all(figure["frames"] <= 60 for figure in figures)
     assert notes == ["rigid bodies are shown in 41 of 200 recorded frames",
-                     "bodies that deform are shown in 51 of 200 recorded frames"]  # fmt: skip
+                     "deformable bodies are shown in 51 of 200 recorded frames"]  # fmt: skip
     contacts = pack_contacts(tmp_path / "run", scenery, taken, blob, notes)
     assert contacts is not None
     assert contacts["force"]["count"] == 3, "none is lost between two frames"
@@ -163,7 +163,7 @@ def test_too_many_particles_are_sampled(tmp_path: Path, monkeypatch: pytest.Monk
     (sand,) = pack_figures(scenery, Blob(), Pictures(notes), notes)
     assert sand["count"] == 4
     assert sand["radius"] == pytest.approx(0.01 * 2 ** (1 / 3)), "as much volume as before"
-    assert notes == ["one of 2 particles is shown, and larger"]
+    assert notes == ["one of 2 particles is shown, enlarged"]
 
 
 def test_a_surface_that_finds_no_room_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

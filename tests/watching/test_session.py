@@ -155,7 +155,7 @@ def test_a_simulation_that_does_not_stop_is_killed(watch, monkeypatch):
     said = len(watched.said)
     watched.save(("A ball falls.", "A ball hangs."), HIGHER)
     assert "did not stop" in watched.wait("trouble", said)[0]
-    assert watched.wait("status", said) == "a fresh engine is being started"
+    assert watched.wait("status", said) == "the engine is restarted"
     said = len(watched.said)
     watched.save(("A ball hangs.", "A ball falls."), ("1.7]", "1.8]"))
     while (done := watched.wait("done", said))["take"] != 3:
@@ -240,7 +240,7 @@ def test_another_precision_takes_another_process(watch):
     cube = "cube: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [1, 0, 0.2]}}"
     watched.save(("bodies:\n", f"bodies:\n  {cube}\n"))
     assert watched.wait("done", said)["state"] == "finished"
-    assert ("status", "a fresh engine is being started, for another precision of numbers") in watched.said[said:]
+    assert ("status", "the engine is restarted, for another numeric precision") in watched.said[said:]
     said = len(watched.said)
     watched.save(("size: [0.1, 0.1, 0.1]", "size: [0.2, 0.1, 0.1]"))
     assert watched.wait("done", said)["state"] == "finished"

@@ -1,5 +1,5 @@
-"""Pictures of a case before it is run: made with arrays alone, without the engine and without OpenGL.
+"""Pictures of a case before it is run, drawn with numpy, without the engine and without OpenGL.
 
-`stage` puts everything where it starts, `raster` turns triangles into pixels, `layout` makes the page that
-`text2sim show` writes, `portrait` the pictures of the gallery, and `views` says what a camera sees.
+`stage` collects the triangles of a case at its start, `raster` turns triangles into pixels, `layout` makes the page of
+`text2sim show`, `portrait` the pictures of the gallery, and `views` has the views of a case's cameras.
 """

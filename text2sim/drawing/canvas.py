@@ -1,4 +1,4 @@
-"""Lines and letters on a picture, drawn twice as large and then made smaller, so that they are smooth."""
+"""Antialiased lines and text on a picture, drawn at double size and scaled down."""
 
 import importlib.util
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont
 Point = Sequence[float]
 Color = tuple[int, int, int] | tuple[int, int, int, int]
 Box = tuple[float, float, float, float]
-"""Left, upper, right and lower end [pixels]."""
+"""Left, upper, right and lower edge [pixels]."""
 
 FINE = 2
 INK: Color = (38, 44, 52)
@@ -22,7 +22,7 @@ FAINT: Color = (120, 128, 138)
 
 @cache
 def font(size: float, bold: bool = False) -> Any:
-    """Return a font: DejaVu, which comes with matplotlib and has the letters of most languages, or Pillow's own."""
+    """Return a font: DejaVu, which matplotlib includes and which supports most languages, or Pillow's default."""
     found = importlib.util.find_spec("matplotlib")
     if found is not None and found.origin is not None:
         name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
@@ -33,10 +33,10 @@ def font(size: float, bold: bool = False) -> Any:
 
 
 class Canvas:
-    """A picture that is drawn on; all lengths are pixels of the finished one."""
+    """A picture to draw on; all lengths are pixels of the finished picture."""
 
     def __init__(self, pixels: np.ndarray) -> None:
-        """Begin with a picture (height, width, 3), float in 0..1."""
+        """Start with a picture (height, width, 3), float in 0..1."""
         coarse = (np.clip(pixels, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
         height, width = coarse.shape[:2]
         self.image = Image.fromarray(coarse).resize((width * FINE, height * FINE), Image.Resampling.NEAREST)
@@ -54,13 +54,13 @@ class Canvas:
         dashes: Sequence[float] = (),
         clip: Box | None = None,
     ) -> None:
-        """Draw straight lines from point to point, as far as they lie in `clip`.
+        """Draw a polyline.
 
         Args:
-            points: Corners [pixels].
-            color: Of the line.
-            width: [pixels]
-            dashes: Lengths of strokes and gaps [pixels]; none for a full line.
+            points: Vertices [pixels].
+            color: Colour of the line.
+            width: Width of the line [pixels].
+            dashes: Lengths of dashes and gaps [pixels]; none for a solid line.
             clip: Box outside of which nothing is drawn [pixels].
         """
         for a, b in zip(points, points[1:], strict=False):
@@ -79,9 +79,9 @@ class Canvas:
 
         Args:
             box: Left, upper, right and lower edge [pixels].
-            fill: Its colour; empty if None.
-            outline: Colour of its edge; none if None.
-            radius: Radius of its corners [pixels].
+            fill: Colour of the inside; not filled if None.
+            outline: Colour of the outline; none if None.
+            radius: Radius of the corners [pixels].
         """
         corners = tuple(value * FINE for value in box)
         self._draw.rounded_rectangle(corners, radius * FINE, fill=fill, outline=outline, width=FINE)
@@ -90,25 +90,25 @@ class Canvas:
         """Draw a circle.
 
         Args:
-            center: [pixels]
-            radius: [pixels]
-            color: Of the line.
-            width: Of the line [pixels].
-            fill: Colour of the inside, if it has one.
+            center: Centre [pixels].
+            radius: Radius [pixels].
+            color: Colour of the line.
+            width: Width of the line [pixels].
+            fill: Colour of the inside; not filled if None.
         """
         x, y = _fine(center)
         r = radius * FINE
         self._draw.ellipse((x - r, y - r, x + r, y + r), fill=fill, outline=color, width=round(width * FINE))
 
     def arrow(self, start: Point, end: Point, color: Color, width: float = 2.5, both: bool = False) -> None:
-        """Draw an arrow, white around it so that it is seen on everything.
+        """Draw an arrow with a white outline, so that it is visible on any background.
 
         Args:
-            start: [pixels]
-            end: Where its head is [pixels].
-            color: Of the arrow.
-            width: [pixels]
-            both: Whether it has a head at either end.
+            start: Its start [pixels].
+            end: Its tip [pixels].
+            color: Colour of the arrow.
+            width: Width of the line [pixels].
+            both: Whether both ends have heads.
         """
         length = hypot(end[0] - start[0], end[1] - start[1])
         if length < 1e-6:
@@ -123,39 +123,39 @@ class Canvas:
             if both:
                 self._head(start, (-ux, -uy), head + more, ink)
 
-    def turn(self, center: Point, radius: float, color: Color, way: int) -> None:
-        """Draw three quarters of a circle that end in an arrow; `way` 1 is anticlockwise, -1 clockwise.
+    def turn(self, center: Point, radius: float, color: Color, sign: int) -> None:
+        """Draw a circular arrow over three quarters of a circle.
 
         Args:
             center: Centre of the circle [pixels].
             radius: Its radius [pixels].
             color: Its colour.
-            way: 1 is anticlockwise, -1 clockwise.
+            sign: 1 for counterclockwise, -1 for clockwise.
         """
         angles = [0.1 * k for k in range(48)]
-        points = [(center[0] + radius * cos(a), center[1] - way * radius * sin(a)) for a in angles]
-        ahead = (-sin(angles[-1]), -way * cos(angles[-1]))
+        points = [(center[0] + radius * cos(a), center[1] - sign * radius * sin(a)) for a in angles]
+        ahead = (-sin(angles[-1]), -sign * cos(angles[-1]))
         for more, ink in ((2.0, (255, 255, 255, 210)), (0.0, color)):
             self.line(points, ink, 1.6 + more)
             self._head((points[-1][0] + 5 * ahead[0], points[-1][1] + 5 * ahead[1]), ahead, 7 + more, ink)
 
-    def _head(self, tip: Point, way: Point, size: float, color: Color) -> None:
-        angle = atan2(way[1], way[0])
+    def _head(self, tip: Point, direction: Point, size: float, color: Color) -> None:
+        angle = atan2(direction[1], direction[0])
         back = [(tip[0] - size * cos(angle + a), tip[1] - size * sin(angle + a)) for a in (-0.4, 0.4)]
         self.polygon([tip, *back], color)
 
     def text(
         self, place: Point, text: str, size: float = 14, color: Color = INK, bold: bool = False, anchor: str = "la"
     ) -> None:
-        """Write a line; `anchor` is that of Pillow: `la` has its upper left corner at the place.
+        """Write a line of text.
 
         Args:
-            place: Where the anchor lies [pixels].
+            place: Position of the anchor [pixels].
             text: The line.
             size: Size of the font [pixels].
             color: Its colour.
             bold: Whether it is bold.
-            anchor: Which point of the text lies there, as in Pillow: `la` is its upper left corner.
+            anchor: Anchor of the text, as in Pillow: `la` is its upper left corner.
         """
         self._draw.text(_fine(place), text, fill=color, font=font(size, bold), anchor=anchor)
 
@@ -172,11 +172,11 @@ def text_width(text: str, size: float = 14, bold: bool = False) -> float:
 
 
 def shortened(text: str, width: float, size: float = 14) -> str:
-    """Return as much of a text as fits.
+    """Return a text that is cut to fit.
 
     Args:
-        text: The text; runs of blanks become one.
-        width: What it may take [pixels].
+        text: The text; each run of whitespace becomes a blank.
+        width: Available width [pixels].
         size: Size of the font [pixels].
     """
     text = " ".join(text.split())
@@ -190,7 +190,7 @@ def shortened(text: str, width: float, size: float = 14) -> str:
 
 
 def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
-    """Return the part of a line that lies in a box, None if there is none (Liang and Barsky).
+    """Return the part of a line inside a box, None if there is none (Liang and Barsky).
 
     Args:
         a: One end of the line.
@@ -201,18 +201,21 @@ def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
         return None
     first, last = 0.0, 1.0
     for axis in (0, 1):
-        start, way = a[axis], b[axis] - a[axis]
+        start, length = a[axis], b[axis] - a[axis]
         low, high = box[axis] - start, box[axis + 2] - start
-        if abs(way) < 1e-12:
+        if abs(length) < 1e-12:
             if low > 0 or high < 0:
                 return None
             continue
-        enter, leave = sorted((low / way, high / way))
+        enter, leave = sorted((low / length, high / length))
         first, last = max(first, enter), min(last, leave)
     if first > last:
         return None
-    ways = (b[0] - a[0], b[1] - a[1])
-    return (a[0] + first * ways[0], a[1] + first * ways[1]), (a[0] + last * ways[0], a[1] + last * ways[1])
+    return _between(a, b, first), _between(a, b, last)
+
+
+def _between(a: Point, b: Point, part: float) -> tuple[float, float]:
+    return (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
 
 
 def _fine(point: Point) -> tuple[float, float]:
@@ -228,8 +231,6 @@ def _dashed(a: Point, b: Point, dashes: Sequence[float]) -> list[tuple[Point, Po
     for k in range(len(dashes) * ceil(length / whole)):
         end = min(at + dashes[k % len(dashes)], length)
         if k % 2 == 0 and end > at:
-            parts.append(
-                tuple((a[0] + (b[0] - a[0]) * s / length, a[1] + (b[1] - a[1]) * s / length) for s in (at, end))
-            )
+            parts.append((_between(a, b, at / length), _between(a, b, end / length)))
         at = end
     return parts

@@ -1,4 +1,4 @@
-"""Sheets as they are drawn: a net that is fine enough for the picture on it."""
+"""Surfaces of sheets for drawing, with a mesh that is fine enough for the picture on them."""
 
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,11 @@ from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.shapes import Sheet
 
 NETS = 48
-"""Cells along the longer side of a sheet with a picture, as every triangle has one colour, or one that is bent."""
+"""Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the surface of a sheet, with its picture if it has one; None of any other shape.
+    """Return the surface of a sheet, with its picture if it has one; None for other shapes.
 
     Raises:
         AssetError: if the picture cannot be used.
@@ -30,6 +30,6 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
 
 
 def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    from trimesh import Trimesh  # takes longer than a check that has no bent sheet
+    from trimesh import Trimesh  # slow to import, and only needed for bent sheets
 
     return Trimesh(vertices, faces, process=False).vertex_normals

@@ -1,4 +1,4 @@
-"""Framing of a picture: everything that moves, and what stands near it."""
+"""Framing of a picture: moving bodies and the statics near them."""
 
 from collections.abc import Sequence
 
@@ -7,21 +7,20 @@ import numpy as np
 from text2sim.drawing.prop import Prop
 
 AROUND = 3.0
-"""How far from what is shown a static may stand to be shown as well, as a multiple of the size of the larger one."""
+"""Distance below which a static belongs to the subject, in sizes of the larger of static and subject."""
 LARGE, LEVEL = 40.0, 2.0
-"""A static that is larger than this many times all that is shown, or that lies flat and is larger than this many,"""
+"""Size of a static, in sizes of the subject, above which it is shown in part: any static, and one that is flat."""
 FLAT = 0.15
-"""which means that it is less high than this part of its length,"""
+"""Height of a static over its length below which it is flat."""
 RIM = 0.15
-"""is shown only as far as this beyond the rest, as a part of its size."""
+"""Part of the subject's size by which large statics are shown beyond it."""
 
 
 def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners (3,) [m] of an upright box around what a picture has to show.
+    """Return the bounds, each (3,) [m], of what a picture has to show.
 
-    That is all bodies, and statics that stand near them, or near such statics: ramps, bins and targets whole, even
-    where a marble is all that moves, but a floor that is much larger than the rest only in part. A ground without end
-    does not count.
+    That is all bodies, and the statics near them or near such statics: ramps, bins and targets completely, even if
+    only a marble moves, but a floor that is much larger than the rest only in part. Infinite grounds do not count.
     """
     solid = [prop for prop in props if not prop.plane and prop.opacity > 0.0]
     low, high = box_of([prop for prop in solid if not prop.static] or solid)
@@ -54,7 +53,7 @@ def _near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarra
 
 
 def box_of(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners (3,) [m] of an upright box around props; around the origin if there are none."""
+    """Return the bounds, each (3,) [m], of props; a box around the origin if there are none."""
     props = [prop for prop in props if len(prop.triangles)]
     if not props:
         return np.array((-1.0, -1.0, -1.0)), np.array((1.0, 1.0, 1.0))

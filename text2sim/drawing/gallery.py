@@ -1,6 +1,6 @@
-"""The gallery of the built-in prefabs, `docs/prefabs.md`: their parameters, how they are used, and a picture of each.
+"""Generator of the gallery of built-in prefabs, `docs/prefabs.md`, with parameters, examples and pictures.
 
-Write it with `python -m text2sim.drawing.gallery docs`.
+Run `python -m text2sim.drawing.gallery docs`.
 """
 
 import sys
@@ -15,34 +15,34 @@ COMMAND = "python -m text2sim.drawing.gallery docs"
 SIZE = (480, 360)
 """Width and height of a picture [pixels]."""
 COLORS = (160, 96, 64, 48, 32)
-"""As many colours has a picture, the fewer the larger it would be."""
+"""Numbers of colours that are tried until a picture is small enough."""
 LARGEST = 40_000
-"""Bytes of a picture."""
+"""Largest size of a picture [bytes]."""
 IN_A_ROW = 4
 KEY = "prefab"
-"""Under this, a picture holds the digest of what it shows."""
+"""Key of the PNG text with the digest of what a picture shows."""
 
 _INTRODUCTION = f"""\
 <!-- Made by `{COMMAND}`: change the prefabs or their examples, not this page. -->
 # Prefabs
 
-What is used again and again is there already, with real dimensions, masses and friction. A body or a static is made
-of a prefab by `use`; `with` gives its parameters. Whatever else stands there is laid over the prefab's body: where it
-is, how often, its look, its material, its mount (`null` takes something away).
+Prefabs are ready-made bodies with real dimensions, masses and friction. `use` makes a body or a static from a prefab;
+`with` gives its parameters. All other keys override those of the prefab's body: place, copies, look, material, mount
+(`null` removes a key).
 
 ```yaml
 bodies:
   glass: {{use: wine_glass, with: {{height: 0.24}}, place: {{on: table}}, look: {{color: lightblue}}}}
 ```
 
-Some prefabs are several bodies. They are called `NAME_PART`, take their place by a parameter, and what is laid over
-them goes by the name of the part: `rail: {{use: curtain_rod, hook: {{look: {{color: gold}}}}}}`.
+Some prefabs have several bodies. They are named `NAME_PART`, a parameter places them, and overrides are given by the
+name of the part: `rail: {{use: curtain_rod, hook: {{look: {{color: gold}}}}}}`.
 
-A case can have prefabs of its own, in its section `prefabs` or in a file `prefabs/NAME.yaml` beside it; those are found
-first. `text2sim prefabs` lists what there is, `text2sim prefabs NAME` says what stands here, and `text2sim show CASE`
-what a case becomes.
+A case can have its own prefabs, in its section `prefabs` or in a file `prefabs/NAME.yaml` beside it; those take
+precedence. `text2sim prefabs` lists all prefabs, `text2sim prefabs NAME` describes one as here, and
+`text2sim show CASE` prints a case with its prefabs expanded.
 
-Each picture shows how its example starts; a floor at `z = 0` is understood.
+Each picture shows the start of the example; a floor at `z = 0` is implied.
 """
 
 
@@ -52,7 +52,7 @@ def page() -> str:
 
 
 def picture(name: str) -> bytes:
-    """Return the picture of a prefab, a small PNG that knows what it shows."""
+    """Return the picture of a prefab, a small PNG with the digest of what it shows."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
@@ -63,32 +63,32 @@ def picture(name: str) -> bytes:
     drawn = portrait(resolve_case(load_text(example_case(examples()[name]))), SIZE)
     info = PngInfo()
     info.add_text(KEY, digest(name))
-    made = b""
+    content = b""
     for colors in COLORS:
         stream = BytesIO()
         few = Image.open(BytesIO(drawn)).convert("RGB").quantize(colors, dither=Image.Dither.NONE)
         few.save(stream, "PNG", optimize=True, pnginfo=info)
-        made = stream.getvalue()
-        if len(made) <= LARGEST:
+        content = stream.getvalue()
+        if len(content) <= LARGEST:
             break
-    return made
+    return content
 
 
 def digest(name: str) -> str:
-    """Return a digest of what a picture shows: of the prefab and its example."""
+    """Return the digest of a prefab and its example."""
     prefab = (BUILT_IN / f"{name}.yaml").read_bytes()
     return sha256(prefab + examples()[name].encode()).hexdigest()[:16]
 
 
 def digest_of(png: bytes) -> str:
-    """Return the digest that a picture holds; empty if it has none."""
+    """Return the digest in a picture; empty if it has none."""
     from PIL import Image
 
     return Image.open(BytesIO(png)).info.get(KEY, "")
 
 
 def write(docs: Path) -> list[Path]:
-    """Write the page, and those pictures that are not fresh, into the folder of the documentation.
+    """Write the page, and pictures that are not up to date, into the folder of the documentation.
 
     Returns:
         The files that changed.

@@ -1,4 +1,4 @@
-"""Names beside what they name: near it, on free ground if there is any, and never on each other."""
+"""Placement of labels: near their things, on free background if possible, without overlaps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,23 +8,23 @@ import numpy as np
 from text2sim.drawing.canvas import Box
 
 STEP = 8
-"""Distance [pixels] of the places that are tried."""
+"""Grid of candidate positions [pixels]."""
 CROWDED = 150.0
-"""Pixels that a name is rather moved away than that it lies wholly on other things."""
+"""Cost of a label that covers other things completely, as a distance [pixels]."""
 SMALL = 16_000
-"""Pixels of what is hidden as readily as anything."""
+"""Area of a thing [pixels] below which covering it costs more."""
 SAMPLES = 48
 GAP = 3.0
 
 
 @dataclass(frozen=True)
 class PlacedLabel:
-    """A name that has found its place."""
+    """A label at its position."""
 
     text: str
     box: Box
     target: tuple[float, float]
-    """The point of the thing that it belongs to [pixels]."""
+    """Point of the labelled thing [pixels]."""
     key: str
 
 
@@ -36,18 +36,18 @@ def place_labels(
     blocked: np.ndarray,
     taken: Sequence[Box] = (),
 ) -> list[PlacedLabel]:
-    """Find places for names.
+    """Find positions for labels.
 
     Args:
         wanted: Key, text and width [pixels] of each.
-        seen: (h, w) int: number of the key of what is seen at each pixel, -1 for none.
-        keys: Keys by number.
-        height: Of a line [pixels].
-        blocked: (h, w) bool: where lines are drawn, which names should rather not hide.
-        taken: Where something is written already.
+        seen: (h, w) int: index of the key that each pixel shows, -1 for none.
+        keys: The keys.
+        height: Height of a label [pixels].
+        blocked: (h, w) bool: pixels of lines, which labels should not cover.
+        taken: Boxes of other texts.
     """
     rows, columns = seen.shape
-    # What is small should rather not be hidden than what is large.
+    # Covering small things costs more.
     areas = np.bincount(seen[seen >= 0], minlength=len(keys))
     worth = np.append(np.clip(np.sqrt(SMALL / np.maximum(areas, 1)), 1.0, 4.0), 0.0)
     busy = np.maximum(worth[seen], _grown((seen >= 0) | blocked))
@@ -57,7 +57,7 @@ def place_labels(
     for key, _, _ in wanted:
         spots[key] = np.argwhere(seen == keys.index(key))[:, ::-1]
     placed: list[PlacedLabel] = []
-    # What is small has few good places.
+    # Small things come first, because they have few good positions.
     for key, text, width in sorted(wanted, key=lambda one: len(spots[one[0]])):
         points = spots[key]
         if len(points):
@@ -94,7 +94,7 @@ def _best(
     x1, y1 = x0 + int(width), y0 + int(height)
     covered = filled[y1, x1] - filled[y0, x1] - filled[y1, x0] + filled[y0, x0]
     covered = covered / max(width * height, 1.0)
-    # Distance from the nearest point of the thing to the nearest of the label.
+    # Distance between the nearest points of thing and label.
     dx = np.maximum(np.maximum(left[:, None] - points[:, 0], points[:, 0] - left[:, None] - width), 0.0)
     dy = np.maximum(np.maximum(top[:, None] - points[:, 1], points[:, 1] - top[:, None] - height), 0.0)
     away = np.hypot(dx, dy)
@@ -112,7 +112,7 @@ def _best(
 
 
 def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: PlacedLabel) -> np.ndarray:
-    """Whether lines from (x, y) to `ends` cross that of another label."""
+    """Whether lines from (x, y) to `ends` cross the line of another label."""
     ox, oy = (other.box[0] + other.box[2]) / 2, (other.box[1] + other.box[3]) / 2
     tx, ty = other.target
 
@@ -126,7 +126,7 @@ def _crossing(x: np.ndarray, y: np.ndarray, ends: np.ndarray, other: PlacedLabel
 
 
 def _grown(mask: np.ndarray) -> np.ndarray:
-    """The mask, three pixels wider."""
+    """A mask grown by three pixels."""
     grown = mask.copy()
     for shift in (1, 2, 3):
         grown[shift:] |= mask[:-shift]

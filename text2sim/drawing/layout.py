@@ -1,4 +1,4 @@
-"""The page that shows how a case starts: from above, from the front, from the side, and through its camera."""
+"""Page that shows the start of a case from above, from the front, from the side, and through its camera."""
 
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
@@ -18,7 +18,7 @@ from text2sim.drawing.prop import Stage
 from text2sim.drawing.signs import SignMarks, draw_legend, draw_marks
 from text2sim.drawing.stage import stage
 from text2sim.drawing.view import PictureView
-from text2sim.drawing.views import camera_pose, cameras, field_of_view, film_view
+from text2sim.drawing.views import camera_pose, cameras, film_view
 from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
 SIZE = (1600, 1200)
 HEAD, FOOT = 66, 34
 LEFT, RIGHT, ABOVE, BELOW = 56, 14, 26, 42
-"""Room around a panel for its axes and title [pixels]."""
+"""Margins of a panel for its axes and title [pixels]."""
 CELLS = {"top": (0, 0), "front": (0, 1), "side": (1, 1)}
-"""Column and row of each panel; the camera has the one that is left."""
+"""Column and row of each panel; the camera has the remaining cell."""
 TITLES = {"top": "from above", "front": "from the front (−y)", "side": "from the side (+x)"}
 LONGEST = 170
-"""Pixels of a name in a label."""
+"""Largest width of a label [pixels]."""
 THREADS = 2
 CROWD = 40_000
-"""Triangles from which on there are fewer shadows, so that a large case does not take long."""
+"""Number of triangles above which there are fewer shadows, to save time."""
 
 
 def layout(resolution: "Resolution", variant: str = "") -> bytes:
     """Return the page as a PNG.
 
     Args:
-        resolution: The case, worked out.
-        variant: What was chosen of the case, to be said in the title.
+        resolution: The resolved case.
+        variant: Description of the overlay, for the title.
     """
     props = stage(resolution)
     bounds = subject_bounds(props)
@@ -58,11 +58,11 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
         light = light_up(props, _lamps(resolution, bounds, len(props.triangles)), 0.1, bounds)
         return paint(props, film, light, _film_style(resolution, film, bounds))
 
-    # Arrays are worked on without holding up other threads. What takes longest begins first.
+    # numpy releases the lock of the interpreter. The slowest picture starts first.
     with ThreadPoolExecutor(THREADS) as pool:
-        coming = pool.submit(paint_film)
+        future = pool.submit(paint_film)
         pictures = list(pool.map(lambda panel: paint(props, panel.view, _headlight(panel.view), flat), shown))
-        seen = coming.result()
+        seen = future.result()
     for panel, picture in zip(shown, pictures, strict=True):
         x0, y0, x1, y1 = (int(value) for value in panel.box)
         page[y0:y1, x0:x1] = composed(picture, ground(panel, picture.pixels, props))
@@ -94,12 +94,12 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
 
 
 def write_layout(resolution: "Resolution", path: Path, variant: str = "") -> None:
-    """Write the page into a file, and the folder that it is to be in if need be; see `layout`.
+    """Write the page of `layout` to a file, whose folder is made if necessary.
 
     Args:
         resolution: The resolved case.
         path: The file.
-        variant: What was chosen of the case, to be said in the title.
+        variant: Description of the overlay, for the title.
     """
     content = layout(resolution, variant)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -113,28 +113,30 @@ def _cell(column: int, row: int) -> tuple[int, int, int, int]:
 
 
 def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[ParallelLight]:
-    """The brightest light of the case, though not a very low one, and a sky."""
+    """The brightest light of the case, raised if it is very low, and a sky."""
     lights = [light for light in resolution.plan.render["lights"].values() if "direction" in light or "pos" in light]
     brightest = max(lights, key=lambda light: light["strength"], default={"direction": (0.3, 0.5, -1.0)})
     if "direction" in brightest:
-        way = -np.array(brightest["direction"], float)
+        direction = -np.array(brightest["direction"], float)
     else:
-        way = np.array(brightest["pos"], float) - (bounds[0] + bounds[1]) / 2
-    way /= max(float(np.linalg.norm(way)), 1e-9)
-    way[2] = max(way[2], 0.35)
+        direction = np.array(brightest["pos"], float) - (bounds[0] + bounds[1]) / 2
+    direction /= max(float(np.linalg.norm(direction)), 1e-9)
+    direction[2] = max(direction[2], 0.35)
     count = 7 if triangles < CROWD else 3
-    return soft_lamp(way.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(count, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32))
+    return soft_lamp(direction.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(
+        count, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32)
+    )
 
 
 def _headlight(view: PictureView) -> Light:
-    """Light for a view in parallel projection: from over the shoulder, without shadows, which look like things."""
+    """Light for a parallel view: from behind the viewer, without shadows, which could be mistaken for things."""
     right, up, back = view.axes
     lamps = soft_lamp((back + 0.45 * up - 0.35 * right).tolist(), (0.62, 0.62, 0.62), 1, 0.0)
     return Light([*lamps, *sky(1, (0.22, 0.22, 0.24), (0.22, 0.22, 0.24))], 0.24)
 
 
 def _film_panel(resolution: "Resolution", name: str) -> tuple[PictureView, tuple[int, int, int, int]]:
-    """Return a camera's view, and its box in its corner of the page."""
+    """A camera's view, and its box on the page."""
     left, upper, right, lower = _cell(1, 0)
     left -= LEFT - RIGHT
     lower += BELOW - 12
@@ -157,11 +159,11 @@ def _camera_title(resolution: "Resolution", name: str) -> str:
     x, y, z = camera_pose(resolution, name).pos
     several = f", first of {len(known)}" if len(known) > 1 else ""
     where = ", ".join(f"{round(value, 3) + 0.0:.4g}" for value in (x, y, z)).replace("-", "−")
-    return f"camera {name} ({kind}{several}) at {where}, fov {field_of_view(camera):g}°"
+    return f"camera {name} ({kind}{several}) at {where}, fov {camera['fov']:g}°"
 
 
 def _texts(resolution: "Resolution", props: Stage) -> dict[str, str]:
-    """What each body and static is labelled with; a ground is not."""
+    """Labels of bodies and statics, except grounds."""
     planes = {prop.body for prop in props if prop.plane}
     return {
         name: shortened(name, LONGEST, 13) + (f" ×{len(copies)}" if len(copies) > 1 else "")

@@ -1,6 +1,6 @@
-"""Light on surfaces: lamps far away, each with a map of what it reaches, made by the same rasteriser.
+"""Distant lamps with shadow maps that are made by the rasteriser.
 
-A soft lamp is several of them side by side, and so is the sky: what few of them reach lies in the shade.
+Soft lamps and the sky consist of several of them: what only a few of them reach is in partial shadow.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from text2sim.drawing.view import look, parallel
 
 GOLDEN = pi * (3 - sqrt(5))
 GLASS_SHADE = 0.15
-"""Part of the light that glass keeps away, besides its opacity."""
+"""Part of the light that glass blocks, in addition to its opacity."""
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,15 @@ class ParallelLight:
     """Parallel light."""
 
     direction: tuple[float, float, float]
-    """Unit vector towards it."""
+    """Unit vector towards the lamp."""
     color: tuple[float, float, float]
-    """Light that a surface sends back that faces it and is white; linear."""
+    """Light that a white surface reflects if it faces the lamp; linear."""
     glossy: bool = False
-    """Whether it is seen in smooth surfaces."""
+    """Whether smooth surfaces have highlights of it."""
 
 
 class ShadowMap:
-    """What a lamp reaches first."""
+    """Depth map of a scene from a lamp."""
 
     def __init__(
         self,
@@ -41,14 +41,14 @@ class ShadowMap:
         bounds: tuple[np.ndarray, np.ndarray],
         size: int,
     ) -> None:
-        """Draw the scene as the lamp sees it.
+        """Draw the scene from the lamp.
 
         Args:
-            triangles: (n, 3, 3) float [m]: what throws shadows.
-            culled: (n,) bool: seen from outside only.
+            triangles: (n, 3, 3) float [m]: triangles that cast shadows.
+            culled: (n,) bool: triangles that are only visible from outside.
             lamp: The lamp.
-            bounds: Lowest and highest corner (3,) [m] of what may throw shadows.
-            size: Pixels of the map's side.
+            bounds: Lower and upper bounds (3,) [m] of what casts shadows.
+            size: Side of the map [pixels].
         """
         axes = look(lamp.direction, (0.0, 0.0, 0.0))
         low, high = bounds
@@ -60,15 +60,15 @@ class ShadowMap:
         view = parallel(axes, center.tolist(), size / width, (size, size))
         self.raster = Raster(triangles, view, culled)
         self.raster.draw()
-        # With a margin, so that what falls beside the map finds nothing in its way.
+        # With an empty margin, so that points beside the map are lit.
         self._flat = np.pad(self.raster.nearness, 1).ravel()
 
     def reached(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Return how much (n,) of the lamp points see, from 0 to 1.
+        """Return which part (n,) of the lamp's light reaches points, from 0 to 1.
 
         Args:
-            points: (3, n) float32 [m]
-            normals: (3, n) or (3, 1) float32: of their surfaces, so that a surface throws no shadow on itself.
+            points: (3, n) float32 [m].
+            normals: (3, n) or (3, 1) float32: normals of their surfaces, for an offset that avoids self-shadowing.
         """
         raster = self.raster
         view, axes = raster.view, raster.view.axes.astype(np.float32)
@@ -77,9 +77,9 @@ class ShadowMap:
         local = axes @ points - (axes @ view.origin.astype(np.float32))[:, None] + shift
         scale = 0.75 / raster.span
         nearness = local[2] * np.float32(scale) + np.float32(0.25 + (0.5 * self.texel - raster.lowest) * scale)
-        # Nothing is drawn where the map has zero, and nothing lies behind that.
+        # The map is zero where nothing is drawn: clamped, all points there are lit.
         np.maximum(nearness, 0.0, out=nearness)
-        # In the map with its margin, as numbers of pixels whose centres are whole.
+        # Coordinates in the map with its margin, in pixels with centres at integers.
         last = np.float32(view.width + 0.999)
         x = local[0] * np.float32(view.focal) + np.float32(0.5 * view.width + 0.5)
         y = np.float32(0.5 * view.height + 0.5) - local[1] * np.float32(view.focal)
@@ -102,27 +102,26 @@ class ShadowMap:
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """Lamps, and what each of them reaches: the same for all pictures of a stage."""
+    """Lamps and their shadow maps, for all pictures of a stage."""
 
     lamps: Sequence[ParallelLight]
     ambient: float
-    """Light that reaches everything."""
+    """Ambient light."""
     maps: Sequence[ShadowMap | None] = ()
-    """One for each lamp, None where nothing is in its way; empty if nothing throws shadows."""
+    """A map for each lamp, None if nothing blocks it; empty if nothing casts shadows."""
 
 
 def light_up(
     props: Stage, lamps: Sequence[ParallelLight], ambient: float, bounds: tuple[np.ndarray, np.ndarray], size: int = 512
 ) -> Light:
-    """Find what lamps reach.
+    """Make the shadow maps of lamps.
 
     Args:
-        props: What there is.
-        lamps: What shines on it.
-        ambient: Light that reaches everything.
-        bounds: Corners (3,) [m] of the space in which things throw shadows.
-        size: Pixels of the side of a glossy lamp's shadow map; the others, which are there for soft shade, have a
-            quarter as many.
+        props: The stage.
+        lamps: The lamps.
+        ambient: Ambient light.
+        bounds: Lower and upper bounds (3,) [m] of the space in which things cast shadows.
+        size: Side of a glossy lamp's shadow map [pixels]; that of the others, for soft shadows, is a quarter.
     """
     low, high = bounds
     triangles = props.triangles
@@ -131,7 +130,7 @@ def light_up(
     opacity = np.array([prop.opacity for prop in props])[props.owner]
     maps: list[ShadowMap | None] = []
     for number, lamp in enumerate(lamps):
-        # What is clear is in the way of some lamps only.
+        # Transparent props block only some of the lamps.
         alike = [k for k, other in enumerate(lamps) if other.glossy == lamp.glossy]
         needed = (alike.index(number) + 0.5) / len(alike)
         chosen = np.flatnonzero(near & (opacity + GLASS_SHADE * (opacity > 0) >= needed))
@@ -144,34 +143,34 @@ def light_up(
 
 
 def soft_lamp(direction: Sequence[float], color: Sequence[float], count: int, spread: float) -> list[ParallelLight]:
-    """Return a lamp that fills a small part of the sky.
+    """Return a lamp that covers a small part of the sky.
 
     Args:
-        direction: Towards its middle.
-        color: Of all of it.
-        count: How many lamps it is made of.
+        direction: Direction to its centre.
+        color: Total light.
+        count: Number of lamps that it consists of.
         spread: Half its width [rad].
     """
     axes = look(direction, (0.0, 0.0, 0.0))
     lamps = []
     for k in range(count):
         radius, angle = spread * sqrt((k + 0.5) / count) if count > 1 else 0.0, GOLDEN * k
-        way = axes[2] + radius * (cos(angle) * axes[0] + sin(angle) * axes[1])
-        lamps.append(_lamp(way, np.asarray(color) / count, glossy=True))
+        towards = axes[2] + radius * (cos(angle) * axes[0] + sin(angle) * axes[1])
+        lamps.append(_lamp(towards, np.asarray(color) / count, glossy=True))
     return lamps
 
 
 def sky(count: int, top: Sequence[float], rim: Sequence[float]) -> list[ParallelLight]:
-    """Return light from all over the sky, more of it from above.
+    """Return lamps all over the sky, most of them near the zenith.
 
     Args:
-        count: How many lamps it is made of.
-        top: Colour of all light that reaches a surface that faces up, if it came from above.
-        rim: The same, if it came from the horizon.
+        count: Number of lamps.
+        top: Light on a horizontal surface if all of the sky were like its zenith.
+        rim: Light on a horizontal surface if all of the sky were like its horizon.
     """
     lamps = []
     for k in range(count):
-        # Evenly by the cosine, so that all lamps give a level surface the same light.
+        # Evenly by the cosine, so that all lamps contribute the same light to a horizontal surface.
         up = sqrt(1 - (k + 0.5) / count)
         out, angle = sqrt(1 - up * up), GOLDEN * k
         color = (np.asarray(top) * up + np.asarray(rim) * (1 - up)) / count / max(up, 0.2)
@@ -179,7 +178,7 @@ def sky(count: int, top: Sequence[float], rim: Sequence[float]) -> list[Parallel
     return lamps
 
 
-def _lamp(way: np.ndarray, color: np.ndarray, *, glossy: bool = False) -> ParallelLight:
-    x, y, z = (way / np.linalg.norm(way)).tolist()
+def _lamp(direction: np.ndarray, color: np.ndarray, *, glossy: bool = False) -> ParallelLight:
+    x, y, z = (direction / np.linalg.norm(direction)).tolist()
     red, green, blue = color.tolist()
     return ParallelLight((x, y, z), (red, green, blue), glossy)

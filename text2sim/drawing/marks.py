@@ -1,4 +1,4 @@
-"""Marks in a picture of the start: axes of joints, start velocities, forces, cameras."""
+"""Marks for a picture of the start: joint axes, initial velocities, forces, cameras."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
 MOST = 300
-"""Most joints, and most arrows of one control, that are drawn."""
+"""Largest numbers of joints, and of arrows of a control, that are drawn."""
 UNITS = {"velocity": "m/s", "spin": "rad/s", "force": "N", "torque": "N m", "impulse": "N s"}
 
 
 @dataclass(frozen=True)
 class JointMark:
-    """A joint that the case describes."""
+    """A joint of the case."""
 
     kind: str
-    """hinge, slider, ball, or path: the way of a driven body."""
+    """hinge, slider, ball, or path (of a driven body)."""
     points: tuple[Vec, ...]
-    """[m]: from end to end of its axis, or along its way; of a ball, its middle."""
+    """Ends of its axis, points of the path, or the centre of a ball joint [m]."""
     body: str
     """Name of the body."""
 
@@ -43,26 +43,26 @@ class ArrowMark:
     kind: str
     """velocity, spin, force, torque or impulse."""
     start: Vec
-    """[m]"""
+    """Start of the arrow [m]."""
     vector: Vec
-    """In its own unit."""
+    """The vector, in its own unit."""
     text: str
-    """What is written beside it; nothing where another one says it."""
+    """Text beside it; empty if another arrow has it."""
 
 
 @dataclass(frozen=True)
 class CameraMark:
-    """A camera of the case, and how far it sees."""
+    """A camera of the case, and its field of view."""
 
     name: str
     eye: Vec
     target: Vec
     corners: tuple[Vec, ...]
-    """Of its picture, as far away as what it looks at [m]."""
+    """Corners of the field of view at the distance of the target [m]."""
 
 
 def joint_marks(resolution: "Resolution") -> list[JointMark]:
-    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and dolls are plain."""
+    """Return the joints of mounted, driven and articulated bodies; those of chains, nets and dolls are obvious."""
     found: list[JointMark] = []
     for copy in _copies(resolution):
         tree = resolution.lowering.trees.get(copy.name)
@@ -86,19 +86,19 @@ def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
     anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
     if joint.kind == "ball":
         return JointMark("ball", (anchor,), body)
-    way, back = joint.axis, (-joint.axis[0], -joint.axis[1], -joint.axis[2])
-    level = sum(a * b for a, b in zip(joint.anchor, way, strict=True))
+    axis, back = joint.axis, (-joint.axis[0], -joint.axis[1], -joint.axis[2])
+    level = sum(a * b for a, b in zip(joint.anchor, axis, strict=True))
     pieces = [geom.piece for geom in standing.link.geoms]
     low = min((-piece_reach(piece, back) - level for piece in pieces), default=0.0)
-    high = max((piece_reach(piece, way) - level for piece in pieces), default=0.0)
-    way = quat_rotate(standing.quat, way)
+    high = max((piece_reach(piece, axis) - level for piece in pieces), default=0.0)
+    axis = quat_rotate(standing.quat, axis)
     if joint.kind == "slider" and joint.range is not None:
         low, high = joint.range
-    return JointMark(joint.kind, (_along(anchor, way, min(low, 0.0)), _along(anchor, way, max(high, 0.0))), body)
+    return JointMark(joint.kind, (_along(anchor, axis, min(low, 0.0)), _along(anchor, axis, max(high, 0.0))), body)
 
 
 def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMark]:
-    """Return start velocities, and forces, torques and blows at any time."""
+    """Return initial velocities, and forces, torques and impulses at any time."""
     centers = _centers(props)
     copies = {copy.name: copy for copy in _copies(resolution)}
     rows: dict[tuple[str, str], list[tuple[Vec, Vec]]] = {}
@@ -127,15 +127,15 @@ def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMa
         sizes = [hypot(*vector) for _, vector in arrows]
         low, high = f"{min(sizes):.3g}", f"{max(sizes):.3g}"
         text = f"{low if low == high else f'{low} to {high}'} {UNITS[kind]}{notes[kind, control]}"
-        for number, (start, vector) in enumerate(arrows[:: len(arrows) // MOST + 1]):
-            # Written once, beside the middle one.
-            said = text if number == len(arrows[:: len(arrows) // MOST + 1]) // 2 else ""
-            found.append(ArrowMark(kind, start, vector, said))
+        drawn = arrows[:: len(arrows) // MOST + 1]
+        for number, (start, vector) in enumerate(drawn):
+            # The text is only beside the middle arrow.
+            found.append(ArrowMark(kind, start, vector, text if number == len(drawn) // 2 else ""))
     return found
 
 
 def camera_marks(resolution: "Resolution") -> list[CameraMark]:
-    """Return the cameras of the case where they start; not one that nobody placed."""
+    """Return the cameras of the case at the start; none if the camera is derived."""
     if not resolution.loaded.case.render.cameras:
         return []
     found = []
@@ -145,8 +145,8 @@ def camera_marks(resolution: "Resolution") -> list[CameraMark]:
         reach = max(-float(view.local(np.asarray(target))[2]), view.near)
         corners = []
         for x, y in ((0, 0), (view.width, 0), (view.width, view.height), (0, view.height)):
-            start, way = view.sight(np.array([x], float), np.array([y], float))
-            corners.append(_vec(start[:, 0] + reach * way[:, 0]))
+            start, ray = view.sight(np.array([x], float), np.array([y], float))
+            corners.append(_vec(start[:, 0] + reach * ray[:, 0]))
         found.append(CameraMark(name, _vec(view.origin), target, tuple(corners)))
     return found
 
@@ -167,7 +167,7 @@ def _copies(resolution: "Resolution") -> Iterator[Copy]:
 
 
 def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
-    """The middle [m] of what is seen of each copy."""
+    """Centre [m] of the bounding box of each copy's triangles."""
     return {
         prop.name: _vec((points.min(axis=0) + points.max(axis=0)) / 2)
         for prop in props
@@ -175,8 +175,8 @@ def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
     }
 
 
-def _along(point: Vec, way: Vec, length: float) -> Vec:
-    return (point[0] + length * way[0], point[1] + length * way[1], point[2] + length * way[2])
+def _along(point: Vec, axis: Vec, length: float) -> Vec:
+    return (point[0] + length * axis[0], point[1] + length * axis[1], point[2] + length * axis[2])
 
 
 def _vec(values: np.ndarray) -> Vec:

@@ -1,4 +1,4 @@
-"""Triangles of what things are made of, in frames of their own, with as much detail as there is room for."""
+"""Triangles of pieces and surfaces in their own frames, with limited detail."""
 
 import math
 from typing import NamedTuple
@@ -9,18 +9,18 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh
 
 SHARP = 0.5
-"""Normals of neighbours that differ more than this stay apart when a surface is made simpler."""
+"""Difference of normals above which neighbours stay apart when a surface is simplified."""
 
 
 class Triangles(NamedTuple):
     """A surface."""
 
     corners: np.ndarray
-    """(n, 3, 3) float [m], counterclockwise from outside"""
+    """Corners [m], counterclockwise from outside, (n, 3, 3) float."""
     normals: np.ndarray
-    """(n, 3, 3) float: unit normals at the corners"""
+    """Unit normals at the corners, (n, 3, 3) float."""
     colors: np.ndarray | None = None
-    """(n, 3) float, each channel in 0..1: colour of each triangle, where the surface has a picture."""
+    """Colours of the triangles in 0..1, (n, 3) float, if the surface has a picture."""
 
 
 def box() -> Triangles:
@@ -43,12 +43,12 @@ def square() -> Triangles:
 
 
 def lathe(profile: list[tuple[float, float]], slopes: list[tuple[float, float]], sides: int) -> Triangles:
-    """Turn a profile about z.
+    """Revolve a profile about z.
 
     Args:
-        profile: Radius and height [m] of its points, from the bottom to the top, the solid on the left.
-        slopes: Normal of each point: outwards and upwards.
-        sides: How many.
+        profile: Radius and height [m] of its points, from bottom to top, with the solid on the left.
+        slopes: Normal of each point: radial and vertical component.
+        sides: Number of sides.
     """
     angles = 2 * math.pi * np.arange(sides + 1) / sides
     turn = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -67,7 +67,7 @@ def lathe(profile: list[tuple[float, float]], slopes: list[tuple[float, float]],
     def quads(grid: np.ndarray) -> np.ndarray:
         a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
         lower, upper = np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)
-        # At a pole one of the two has no area.
+        # At a pole, one of the two triangles is degenerate.
         wide_low, wide_high = radius[:-1] > 0, radius[1:] > 0
         return np.concatenate([lower[wide_low].reshape(-1, 3, 3), upper[wide_high].reshape(-1, 3, 3)])
 
@@ -107,7 +107,7 @@ def _without_slivers(mesh: Triangles) -> Triangles:
 
 
 def solid(piece: Piece, sides: int) -> Triangles:
-    """Return the surface of a convex piece in its own frame; see `unit` for what is only scaled."""
+    """Return the surface of a convex piece in its own frame; for kinds that scale, see `unit`."""
     if piece.kind == "capsule":
         return _capsule(piece.size[0], piece.size[1], sides)
     corners = np.array(piece.vertices, float)
@@ -127,7 +127,7 @@ def solid(piece: Piece, sides: int) -> Triangles:
 
 
 def flat(corners: np.ndarray) -> Triangles:
-    """Return triangles (n, 3, 3) with normals of their own."""
+    """Return triangles (n, 3, 3) with flat normals."""
     a, b, c = corners.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
@@ -135,12 +135,12 @@ def flat(corners: np.ndarray) -> Triangles:
 
 
 def unit(kind: str, sides: int) -> Triangles:
-    """Return what becomes a box, sphere, ellipsoid or cylinder by scaling alone."""
+    """Return the unit shape that scales to a box, sphere, ellipsoid or cylinder."""
     return box() if kind == "box" else cylinder(sides) if kind == "cylinder" else ball(sides)
 
 
 def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] | None:
-    """Return how `unit` is scaled to a piece; None for kinds that have no such form."""
+    """Return the scale from `unit` to a piece; None for kinds without a unit shape."""
     if kind in ("box", "ellipsoid"):
         return (size[0], size[1], size[2])
     if kind == "sphere":
@@ -149,12 +149,12 @@ def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] |
 
 
 def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
-    """Return a surface of the compiler with at most some `most` triangles.
+    """Return a surface of the compiler with limited detail.
 
     Args:
         mesh: The surface.
-        most: Number of triangles from which on it is simplified.
-        picture: Whether it is coloured by its picture, if it has one.
+        most: Number of triangles above which it is simplified.
+        picture: Whether to take colours from its picture, if it has one.
     """
     vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
     uvs = mesh.uvs if picture and mesh.picture is not None else None
@@ -167,16 +167,17 @@ def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
 def _simplified(
     vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, most: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """Melt vertices that are near each other and face the same way, until few enough triangles are left."""
+    """Merge near vertices with similar normals until the number of triangles is small enough."""
     low = vertices.min(axis=0)
     size = float((vertices.max(axis=0) - low).max())
     cells = max(int(math.sqrt(most / 6)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, place, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
-        # Vertices of one cell go to one place, so that no cracks open; those that face another way stay apart.
-        way = np.round(normals / SHARP / 2).astype(np.int64) + 1
-        _, first, melted = np.unique(cell.reshape(-1) * 27 + way @ (1, 3, 9), return_index=True, return_inverse=True)
+        # Vertices of a cell get one position, so that no cracks open, but those with other normals stay apart.
+        facing = np.round(normals / SHARP / 2).astype(np.int64) + 1
+        keys = cell.reshape(-1) * 27 + facing @ (1, 3, 9)
+        _, first, merged = np.unique(keys, return_index=True, return_inverse=True)
         corners = cell.reshape(-1)[faces]
         a, b, c = corners.T
         left = (a != b) & (b != c) & (c != a)
@@ -184,11 +185,11 @@ def _simplified(
             break
         cells = max(int(cells * 0.7), 2)
     moved = vertices[place][cell.reshape(-1)[first]]
-    return moved, normals[first], melted.reshape(-1)[faces[left]], None if uvs is None else uvs[first]
+    return moved, normals[first], merged.reshape(-1)[faces[left]], None if uvs is None else uvs[first]
 
 
 def _sampled(picture: bytes, uvs: np.ndarray) -> np.ndarray:
-    """Return the colours (n, 3) of a picture at places (n, 2)."""
+    """The colours (n, 3) of a picture at texture coordinates (n, 2)."""
     from io import BytesIO
 
     from PIL import Image

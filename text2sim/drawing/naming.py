@@ -1,4 +1,4 @@
-"""Names of bodies, written into a panel."""
+"""Labels of bodies in a panel."""
 
 import numpy as np
 
@@ -16,20 +16,20 @@ LABELS = 14
 def draw_labels(
     canvas: Canvas, panel: Panel, picture: Picture, props: Stage, texts: dict[str, str]
 ) -> list[PlacedLabel]:
-    """Name what is seen in a panel; return the labels.
+    """Label the visible bodies of a panel; return the labels.
 
     Args:
         canvas: The page.
         panel: The panel.
-        picture: What the panel shows.
-        props: What was drawn, in the order of the picture's owners.
-        texts: Texts by body; others are not named.
+        picture: The picture of the panel.
+        props: The stage of the picture.
+        texts: Texts of labels by body; other bodies have none.
     """
     names = list(texts)
     body_of = np.array([names.index(prop.body) if prop.body in texts else -1 for prop in props] + [-1])
     seen, through = body_of[picture.owner], body_of[picture.glazed]
     counts = np.bincount(seen[seen >= 0], minlength=len(names))
-    # Glass is named where nothing else of it is seen.
+    # A glass body is labelled at its transparent pixels if it has no opaque ones.
     unseen = np.append(counts == 0, False)[through]
     seen = np.where(unseen, through, seen)
     counts = np.bincount(seen[seen >= 0], minlength=len(names))
@@ -59,7 +59,7 @@ def draw_labels(
 
 
 def _swatches(props: Stage, body: str) -> list[Color]:
-    """At most four clearly different colours of a body."""
+    """Up to four clearly different colours of a body."""
     found: list[Color] = []
     for prop in props:
         red, green, blue = (int(255 * c) for c in prop.rgb)

@@ -1,4 +1,4 @@
-"""Panels of a layout: views in parallel projection, with axes in metres."""
+"""Panels of a layout: parallel views with axes in metres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -19,12 +19,12 @@ AXES: dict[str, np.ndarray] = {
 """Right, up and back of each view: from above, from -y, from +x."""
 NAMES = {"top": "xy", "front": "xz", "side": "yz"}
 MARGIN = 0.08
-"""Part of a panel that stays free on each side."""
+"""Margin on each side, as a part of the panel."""
 
 
 @dataclass
 class Panel:
-    """A view in parallel projection, at its place on the page."""
+    """A parallel view at a position on the page."""
 
     name: str
     """top, front or side."""
@@ -32,26 +32,26 @@ class Panel:
     left: int
     upper: int
     blocked: np.ndarray = field(init=False)
-    """(height, width) bool: where lines were drawn."""
+    """(height, width) bool: pixels of lines."""
     notes: list[Box] = field(default_factory=list)
-    """Where something is written, on the page."""
+    """Boxes of texts on the page."""
 
     def __post_init__(self) -> None:
-        """Begin with nothing drawn."""
+        """Start without lines."""
         self.blocked = np.zeros((self.view.height, self.view.width), bool)
 
     @property
     def box(self) -> Box:
-        """Its place on the page."""
+        """Its box on the page."""
         return (self.left, self.upper, self.left + self.view.width, self.upper + self.view.height)
 
     def at(self, point: Sequence[float]) -> tuple[float, float]:
-        """Return where a point [m] of the world falls on the page."""
+        """Return the position on the page of a point [m] of the world."""
         x, y = self.view.pixels(point)
         return (self.left + float(x), self.upper + float(y))
 
     def block(self, a: Sequence[float], b: Sequence[float]) -> None:
-        """Remember a line on the page."""
+        """Mark the pixels of a line on the page."""
         part = clipped(a, b, self.box)
         if part is None:
             return
@@ -62,12 +62,12 @@ class Panel:
         self.blocked[y, x] = True
 
     def write(self, canvas: Canvas, place: tuple[float, float], text: str, color: Color, *, bold: bool = False) -> None:
-        """Write a short note, or near by if the place is taken; nothing else is written over it.
+        """Write a short text, moved up or down if other texts are in the way.
 
         Args:
             canvas: The page.
             place: Upper left corner of the text [pixels].
-            text: The note.
+            text: The text.
             color: Its colour.
             bold: Whether it is bold.
         """
@@ -78,26 +78,26 @@ class Panel:
             away = (number + 1) // 2 * (17 if number % 2 else -17)
             y = min(max(place[1] + away, self.upper + 4), self.box[3] - 19)
             box = (x - 3, y - 1, x + width + 3, y + height)
-            if not any(overlap(box, other) for other in self.notes):
+            if not any(_overlap(box, other) for other in self.notes):
                 break
         canvas.box(box, fill=(255, 255, 255, 215), radius=3)
         canvas.text((x, y), text, 12, color, bold=bold)
         self.notes.append(box)
 
     def span(self, axis: int) -> tuple[float, float]:
-        """Return the lowest and highest coordinate [m] along the picture: axis 0 to the right, 1 upwards."""
+        """Return the lowest and highest coordinate [m] of the view along axis 0 (right) or 1 (up)."""
         middle = float(self.view.axes[axis] @ self.view.origin)
         half = (self.view.width, self.view.height)[axis] / 2 / self.view.focal
         return middle - half, middle + half
 
 
 def fitted(name: str, bounds: tuple[np.ndarray, np.ndarray], box: tuple[int, int, int, int]) -> Panel:
-    """Return a panel in which everything within bounds is seen.
+    """Return a panel that shows everything within bounds.
 
     Args:
-        name: Of the panel: `top`, `front` or `side`.
-        bounds: Lowest and highest corner, each (3,) [m].
-        box: Left, upper, right and lower edge in the page [pixels].
+        name: Name of the panel: `top`, `front` or `side`.
+        bounds: Lower and upper bounds, each (3,) [m].
+        box: Left, upper, right and lower edge on the page [pixels].
     """
     axes, (low, high) = AXES[name], bounds
     width, height = box[2] - box[0], box[3] - box[1]
@@ -108,30 +108,30 @@ def fitted(name: str, bounds: tuple[np.ndarray, np.ndarray], box: tuple[int, int
 
 
 def nice_step(span: float, most: int) -> float:
-    """Return the smallest of 1, 2, 5, 10, … that divides a span into at most so many."""
+    """Return the smallest step of 1, 2, 5, 10, … that divides a span into at most this many parts."""
     power = 10.0 ** floor(log10(max(span, 1e-12) / most))
     return next(power * k for k in (1, 2, 5, 10, 20) if span / (power * k) <= most)
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers between two others.
+    """Return round numbers in an interval.
 
     Args:
-        low: The lower number.
-        high: The upper number.
-        most: How many there may be, about.
+        low: Lower end.
+        high: Upper end.
+        most: Largest number of steps.
     """
     step = nice_step(high - low, most)
     return [k * step for k in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
 
 
 def ground(panel: Panel, pixels: np.ndarray, props: Stage) -> np.ndarray:
-    """Return the background (height, width, 3) of a panel: white, a tint where there is a ground, and lines.
+    """Return the background (height, width, 3) of a panel: white, tinted where there is a ground, with grid lines.
 
     Args:
         panel: The panel.
         pixels: Its picture, shape (height, width, …).
-        props: What there is to draw.
+        props: The stage.
     """
     height, width = pixels.shape[:2]
     back = np.full((height, width, 3), 1.0, np.float32)
@@ -142,8 +142,8 @@ def ground(panel: Panel, pixels: np.ndarray, props: Stage) -> np.ndarray:
             x1, y1 = np.clip(np.ceil(high - 0.5), 0, (width, height)).astype(int)
             back[y0:y1, x0:x1] = 0.86 + 0.14 * np.array(prop.rgb)
     for axis, length in ((0, width), (1, height)):
-        for value in ticks(*panel.span(axis), ticks_along(length)):
-            low, high = panel.span(axis)
+        low, high = panel.span(axis)
+        for value in ticks(low, high, _tick_count(length)):
             part = (value - low) / (high - low)
             place = min(int((part if axis == 0 else 1 - part) * length), length - 1)
             strong = 0.88 if abs(value) < 1e-9 else 0.955
@@ -155,7 +155,7 @@ def ground(panel: Panel, pixels: np.ndarray, props: Stage) -> np.ndarray:
 
 
 def composed(picture: Picture, back: np.ndarray) -> np.ndarray:
-    """Return a picture that was painted on white, on another background."""
+    """Return a picture with a white background on another background."""
     return picture.pixels + (1.0 - picture.coverage[:, :, None]) * (back - 1.0)
 
 
@@ -171,8 +171,7 @@ def draw_frame(canvas: Canvas, panel: Panel, title: str) -> None:
     canvas.box((left - 0.5, upper - 0.5, right + 0.5, lower + 0.5), outline=(150, 156, 164))
     for axis, length in ((0, right - left), (1, lower - upper)):
         low, high = panel.span(axis)
-        values = ticks(low, high, ticks_along(length))
-        for value in values:
+        for value in ticks(low, high, _tick_count(length)):
             part = (value - low) / (high - low)
             text = f"{value:.6g}".replace("-", "−") if abs(value) > 1e-12 else "0"
             if axis == 0:
@@ -191,7 +190,7 @@ def draw_frame(canvas: Canvas, panel: Panel, title: str) -> None:
 
 
 def _scale_length(panel: Panel) -> float:
-    """Length [m] of the scale."""
+    """Length [m] of the scale bar."""
     return nice_step(panel.view.width / panel.view.focal, 8)
 
 
@@ -201,7 +200,7 @@ def _scale_box(panel: Panel) -> Box:
 
 
 def draw_scale(canvas: Canvas, panel: Panel) -> None:
-    """Draw the scale; `draw_frame` has kept its place free."""
+    """Draw the scale bar, for which `draw_frame` has reserved space."""
     metres, box = _scale_length(panel), _scale_box(panel)
     text = f"{metres:g} m" if metres >= 1 else f"{metres * 100:g} cm" if metres >= 0.01 else f"{metres * 1000:g} mm"
     x0, x1, y = box[0] + 8, box[2] - 8, box[3] - 8
@@ -213,12 +212,12 @@ def draw_scale(canvas: Canvas, panel: Panel) -> None:
 
 
 def draw_ground_lines(canvas: Canvas, panel: Panel, props: Stage) -> None:
-    """Draw every ground that is seen from its edge, hatched below.
+    """Draw every ground that is seen edge-on, hatched below.
 
     Args:
         canvas: The page.
         panel: The panel.
-        props: What there is to draw.
+        props: The stage.
     """
     for prop in (prop for prop in props if prop.plane):
         normal = panel.view.axes @ _normal(prop.triangles)
@@ -242,13 +241,12 @@ def draw_ground_lines(canvas: Canvas, panel: Panel, props: Stage) -> None:
             canvas.line([(x, y), end], (*color, 130), 1, clip=panel.box)  # type: ignore[arg-type]
 
 
-def ticks_along(length: float) -> int:
-    """Return how many ticks there is room for on so many pixels."""
+def _tick_count(length: float) -> int:
+    """Number of ticks that fit on a length [pixels]."""
     return max(int(length / 62), 2)
 
 
-def overlap(a: Box, b: Box) -> bool:
-    """Whether two boxes have some place in common."""
+def _overlap(a: Box, b: Box) -> bool:
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 

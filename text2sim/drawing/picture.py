@@ -1,7 +1,7 @@
-"""Pictures of a stage: which triangle is seen where, then light on what is seen.
+"""Painter of a stage: rasterises triangles, then shades the visible ones.
 
-A picture is rasterised with twice as many pixels each way. A pixel that shows one triangle is lit once, one that shows
-several is lit four times: edges are smooth at little more than the price of a single pixel.
+A picture is rasterised at double resolution. A pixel with one triangle is shaded once, one with several is shaded four
+times: this gives smooth edges at little extra cost.
 """
 
 from dataclasses import dataclass
@@ -17,49 +17,49 @@ from text2sim.drawing.view import PictureView
 Rgb = tuple[float, float, float]
 
 STEEP = 6.0
-"""Change of depth from pixel to pixel, in pixels, that is drawn as a line in a parallel view."""
+"""Change of depth between pixels, in pixels, above which a parallel view has a line."""
 LAYERS = 8
-"""Most surfaces one sees through at a pixel."""
+"""Largest number of transparent surfaces at a pixel."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a picture looks."""
+    """Style of a picture."""
 
     background: Rgb
-    """sRGB"""
+    """Colour of the background, sRGB."""
     outline: float = 0.0
-    """How dark the line between two things is, from 0 to 1."""
+    """Darkness of lines between things, from 0 to 1."""
     planes: bool = True
     """Whether grounds are drawn."""
     grid: float = 0.0
-    """Distance [m] of the lines on a ground, of which those at whole metres, or at tens, are strong; 0 for none."""
+    """Distance [m] of grid lines on a ground, with strong lines at metres or at tens of it; 0 for none."""
     haze: float = 0.0
-    """Distance [m] at which a ground has faded into the background by two thirds; 0 for never."""
+    """Distance [m] at which a ground fades into the background by 1 - 1/e; 0 for never."""
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A picture, and what is seen in it."""
+    """A picture with its visible props."""
 
     pixels: np.ndarray
-    """(height, width, 3) float32, sRGB in 0..1"""
+    """Colours, sRGB in 0..1, (height, width, 3) float32."""
     coverage: np.ndarray
-    """(height, width) float32: how much of a pixel is not background"""
+    """Part of each pixel that is not background, (height, width) float32."""
     owner: np.ndarray
-    """(height, width) int32: number of the prop that is seen, -1 for none"""
+    """Index of the visible opaque prop, -1 for none, (height, width) int32."""
     glazed: np.ndarray
-    """(height, width) int32: number of the prop that one sees through first, -1 for none"""
+    """Index of the nearest transparent prop, -1 for none, (height, width) int32."""
 
 
 def paint(props: Stage, view: PictureView, light: Light, style: Style) -> Picture:
-    """Draw a stage as a camera sees it.
+    """Draw a stage from a camera.
 
     Args:
-        props: What is drawn.
+        props: The stage.
         view: The camera.
-        light: What lights it.
-        style: How it looks.
+        light: The light.
+        style: The style.
     """
     return _Painter(props, view, light, style).paint()
 
@@ -74,7 +74,7 @@ class _Painter:
         self.opacity = np.array([prop.opacity for prop in props], np.float32)
         self.plane = np.array([prop.plane for prop in props], bool)
         self.owners = np.append(props.owner, np.int32(-1))
-        """Number of the prop by number of the triangle; the last is for nothing, number -1."""
+        """Index of the prop of each triangle; the last is for background, triangle -1."""
 
     def paint(self) -> Picture:
         """Draw everything."""
@@ -96,7 +96,7 @@ class _Painter:
         colors[:] = decoded(self.style.background)
         there = np.flatnonzero(parts >= 0)
         colors[there] = self.shade(parts[there], x[there], y[there])
-        # Mixed as sRGB would be: edges of bright things against dark ones are smoother so.
+        # Averaged in sRGB, which gives smoother edges between bright and dark things.
         light[mixed] = decoded(encoded(colors).reshape(-1, 4, 3).mean(axis=1))
         coverage = (ids >= 0).mean(axis=1, dtype=np.float32)
         owner = self.owners[ids[:, 0]]
@@ -108,10 +108,10 @@ class _Painter:
         pixels = encoded(light).reshape(h, w, 3)
         return Picture(pixels, coverage.reshape(h, w), owner.reshape(h, w).astype(np.int32), glazed.reshape(h, w))
 
-    # --- light on surfaces -------------------------------------------------------------------------------------
+    # --- shading -----------------------------------------------------------------------------------------------
 
     def shade(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return the light (n, 3) that comes from triangles at points of the picture [fine pixels]."""
+        """Return the light (n, 3) from triangles at points of the picture [fine pixels]."""
         owner = self.props.owner[triangle]
         light = np.empty((len(triangle), 3), np.float32)
         grounds = self.plane[owner]
@@ -127,7 +127,7 @@ class _Painter:
         return lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
 
     def _spots(self, triangle: np.ndarray, owner: np.ndarray, x: np.ndarray, y: np.ndarray) -> Spots:
-        start, way = self.fine.sight(x, y)
+        start, ray = self.fine.sight(x, y)
         shares, depth = self.raster.shares(triangle, x, y)
         corners = self.props.normals[triangle]
         normals = np.empty_like(shares)
@@ -135,23 +135,23 @@ class _Painter:
             normals[axis] = (
                 shares[0] * corners[:, 0, axis] + shares[1] * corners[:, 1, axis] + shares[2] * corners[:, 2, axis]
             )
-        eye = np.broadcast_to(-way, shares.shape) / np.sqrt(dot(way, way))
+        eye = np.broadcast_to(-ray, shares.shape) / np.sqrt(dot(ray, ray))
         unit_columns(normals)
         normals *= np.where(dot(normals, eye) < 0, np.float32(-1), np.float32(1))
-        return Spots(start + way * depth, normals, eye, self.albedo[triangle].T, self.gloss[owner].T)
+        return Spots(start + ray * depth, normals, eye, self.albedo[triangle].T, self.gloss[owner].T)
 
     def _ground(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        start, way = self.fine.sight(x, y)
+        start, ray = self.fine.sight(x, y)
         _, depth = self.raster.shares(triangle, x, y)
-        points = start + way * depth
-        length = np.sqrt(dot(way, way))
+        points = start + ray * depth
+        length = np.sqrt(dot(ray, ray))
         normal = self.props.normals[triangle[0], 0][:, None]
-        slant = dot(normal, way) / length
+        slant = dot(normal, ray) / length
         normal = -normal if slant[len(slant) // 2] > 0 else normal
         albedo = self.albedo[triangle].T
         if self.style.grid:
             albedo = albedo * self._grid(points, depth * length, np.abs(slant))
-        spots = Spots(points, normal, way, albedo, np.zeros((3, 1), np.float32))
+        spots = Spots(points, normal, ray, albedo, np.zeros((3, 1), np.float32))
         light = lit(spots, self.light.lamps, self.light.maps, self.light.ambient)
         if self.style.haze:
             clear = np.exp(-((depth * length / np.float32(self.style.haze)) ** 2))
@@ -159,7 +159,7 @@ class _Painter:
         return light
 
     def _grid(self, points: np.ndarray, away: np.ndarray, slant: np.ndarray) -> np.ndarray:
-        """How much of its light a ground keeps."""
+        """Factor of the grid lines on the light of a ground."""
         step = np.float32(self.style.grid)
         pixel = (1.0 if self.view.parallel else away) / np.float32(self.view.focal)
         foot = pixel / np.maximum(slant, np.float32(0.05))
@@ -172,10 +172,10 @@ class _Painter:
                 kept *= 1.0 - fading * np.clip(1.2 - off / foot, 0.0, 1.0)
         return kept
 
-    # --- what one sees through, and lines ----------------------------------------------------------------------
+    # --- transparent surfaces and lines ------------------------------------------------------------------------
 
     def _glaze(self, light: np.ndarray, coverage: np.ndarray, glazed: np.ndarray) -> None:
-        """Lay what is not opaque over the picture, from the back to the front."""
+        """Blend transparent surfaces over the picture, from back to front."""
         clear = (self.opacity < 1.0) & (self.opacity > 0.0) & ~self.plane
         parts = list(self.raster.fragments(np.flatnonzero(clear[self.props.owner])))
         if not parts:
@@ -184,10 +184,10 @@ class _Painter:
         ahead = np.flatnonzero(nearness > self.raster.nearness.ravel()[pixel])
         if not len(ahead):
             return
-        # From the back to the front at each fine pixel.
+        # From back to front at each fine pixel.
         order = ahead[np.lexsort((nearness[ahead], pixel[ahead]))]
         pixel, triangle, nearness = pixel[order], triangle[order], nearness[order]
-        # On the edge between two triangles, both of them cover a pixel.
+        # Both triangles at an edge may cover the same pixel.
         twice = np.zeros(len(pixel), bool)
         twice[1:] = (pixel[1:] == pixel[:-1]) & (nearness[1:] <= nearness[:-1] * np.float32(1 + 1e-6))
         twice[1:] &= self.props.owner[triangle[1:]] == self.props.owner[triangle[:-1]]
@@ -214,9 +214,9 @@ class _Painter:
         return (pixel // self.fine.width // 2) * self.view.width + pixel % self.fine.width // 2
 
     def _glass(self, pixel: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return light (m, 3) and opacity (m,) of what one sees through, and which of them each fragment (n,) is.
+        """Light (m, 3) and opacity (m,) of transparent surfaces, and the index into them of each fragment (n,).
 
-        What one triangle covers of a pixel is lit once.
+        Each triangle is shaded once per pixel.
         """
         keys = self._coarse(pixel) * len(self.props.owner) + triangle
         _, first, group, count = np.unique(keys, return_index=True, return_inverse=True, return_counts=True)
@@ -224,19 +224,19 @@ class _Painter:
         y = np.bincount(group, pixel // self.fine.width) / count + 0.5
         owner = self.props.owner[triangle[first]]
         spots = self._spots(triangle[first], owner, x, y)
-        # Thin walls would only throw shadows on themselves.
+        # Without shadows: thin walls would only shadow themselves.
         color = lit(spots, self.light.lamps, (), self.light.ambient).T
-        # Glass is seen by what it mirrors, most of all where it is seen at a slant.
+        # Glass is visible by its reflections, most of all at grazing angles.
         slant = (1 - np.abs(dot(spots.normals, spots.eye))) ** 3
         mirrors = self.gloss[owner, 0] * (0.2 * color.mean(axis=1) + 0.45 * slant)
         return color, np.clip(self.opacity[owner] + mirrors, 0.0, 1.0).astype(np.float32), group
 
     def _edges(self, ids: np.ndarray, mixed: np.ndarray) -> np.ndarray:
-        """How much of each pixel is a line between two things.
+        """Strength of lines between things at each pixel.
 
         Args:
             ids: (n, 4): triangles of each pixel.
-            mixed: Pixels that show more than one.
+            mixed: Pixels with more than one triangle.
         """
         h, w = self.view.height, self.view.width
         first = self.owners[ids[:, 0]].reshape(h, w)
@@ -250,7 +250,7 @@ class _Painter:
         return edge.ravel()
 
     def _add_steps(self, edge: np.ndarray) -> None:
-        """Add lines where a thing lies much deeper in one pixel than in the next, as at the rim of a cup."""
+        """Add lines where depth jumps between pixels, as at the rim of a cup."""
         depth = self.raster.depth(self.raster.nearness[::2, ::2]).astype(np.float32)
         steep = np.float32(STEEP / self.view.focal)
         edge[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > steep] = 0.35

@@ -1,4 +1,4 @@
-"""A picture of a body for a gallery: at an angle from above, on light ground that has no end."""
+"""Picture of a body for the gallery: from above at an angle, on an infinite light ground."""
 
 from dataclasses import replace
 from io import BytesIO
@@ -23,15 +23,15 @@ FROM = (0.62, -1.0, 0.58)
 """Direction from the thing to the camera."""
 FOV = 24.0
 FILLED = 0.8
-"""Part of the picture's width or height that the thing takes."""
+"""Part of the picture's width or height that the thing fills."""
 AMBIENT = 0.06
 
 
 def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> bytes:
-    """Return a picture of everything in a case but its ground, as a PNG.
+    """Return a picture of everything in a case except its ground, as a PNG.
 
     Args:
-        resolution: The case, worked out: a body or two, on a plane or in the air.
+        resolution: The resolved case, with few bodies, on a plane or in the air.
         size: Width and height [pixels].
     """
     from PIL import Image
@@ -52,15 +52,15 @@ def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> by
 
 
 def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[ParallelLight]) -> Stage:
-    """Put everything on a ground that looks like the background where no shadow lies."""
+    """The props on a ground that has the colour of the background outside of shadows."""
     low, high = bounds
     size = float((high - low).max())
     levels = [prop.triangles[0, 0, 2] for prop in props if prop.plane and np.ptp(prop.triangles[:, :, 2]) < 1e-9]
     heights = [float(level) for level in levels if low[2] - size < level < low[2] + 1e-6]
-    # What hangs in the air stays there.
+    # Without a ground near, the thing stays in the air.
     ground = max(heights) if heights else float(low[2]) - 0.1 * size
-    shining = AMBIENT + sum(lamp.direction[2] * np.array(lamp.color) for lamp in lamps)
-    color = (decoded(BACKGROUND) / shining) ** (1 / 2.2)
+    light = AMBIENT + sum(lamp.direction[2] * np.array(lamp.color) for lamp in lamps)
+    color = (decoded(BACKGROUND) / light) ** (1 / 2.2)
     square = np.array([(-1.0, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) * 200 * size
     square += ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, ground)
     triangles = square[np.array([(0, 1, 2), (0, 2, 3)])]
@@ -78,7 +78,7 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
 
 
 def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> PictureView:
-    """Return a camera that sees everything, as large as it may be."""
+    """A camera that shows everything as large as `FILLED` allows."""
     points = props.triangles[props.of(plane=False)].reshape(-1, 3)
     target = (bounds[0] + bounds[1]) / 2
     if not len(points):
@@ -90,7 +90,7 @@ def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int
         pixels = view.pixels(points)
         low, high = pixels.min(axis=0), pixels.max(axis=0)
         part = float(((high - low) / size).max())
-        # The middle of what is seen goes to the middle of the picture.
+        # Move the target such that the thing is in the centre of the picture.
         shift = ((low + high) / 2 - np.array(size) / 2) * distance / view.focal
         target = target + shift[0] * view.axes[0] - shift[1] * view.axes[1]
         distance *= max(part / FILLED, 0.3)

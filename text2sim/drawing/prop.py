@@ -1,4 +1,4 @@
-"""Triangles of a picture, and whose they are."""
+"""Props of a picture and their triangles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,41 +9,41 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Prop:
-    """What is drawn in one colour of one copy of a body or static."""
+    """The triangles of one colour of a copy of a body or static."""
 
     name: str
     """Name of the copy: `brick[3]`."""
     body: str
     """Name of the body or static: `brick`."""
     triangles: np.ndarray
-    """(n, 3, 3) float [m], in the world; counterclockwise from outside"""
+    """Triangles [m] in the world frame, counterclockwise from outside, (n, 3, 3) float."""
     rgb: tuple[float, float, float]
     opacity: float
     moves: bool
-    """Whether anything lets it move."""
+    """Whether it can move."""
     finish: str
-    """Surface, as in the language."""
+    """Finish of the language."""
     plane: bool
-    """Whether it is a ground without end."""
+    """Whether it is an infinite ground."""
     static: bool
-    """Whether it stands in the section `scene`."""
+    """Whether it is in the section `scene`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stage(Sequence[Prop]):
-    """The props of a case, and all their triangles in one row."""
+    """The props of a case, and all their triangles."""
 
     props: list[Prop]
     triangles: np.ndarray
-    """(n, 3, 3) float [m]"""
+    """Triangles [m], (n, 3, 3) float."""
     normals: np.ndarray
-    """(n, 3, 3) float32, unit length, at the corners"""
+    """Unit normals at the corners, (n, 3, 3) float32."""
     colors: np.ndarray
-    """(n, 3) float32, each channel in 0..1"""
+    """Colours in 0..1, (n, 3) float32."""
     owner: np.ndarray
-    """(n,) int32: number of the prop"""
+    """Index of the prop, (n,) int32."""
     culled: np.ndarray
-    """(n,) bool: seen from outside only"""
+    """Whether the triangle is only visible from outside, (n,) bool."""
 
     @overload
     def __getitem__(self, index: int) -> Prop: ...
@@ -56,7 +56,7 @@ class Stage(Sequence[Prop]):
         return len(self.props)
 
     def of(self, *, plane: bool | None = None, opaque: bool | None = None) -> np.ndarray:
-        """Return the numbers of triangles of certain props."""
+        """Return the indices of triangles of props with these properties."""
         wanted = [
             (plane is None or prop.plane == plane) and (opaque is None or (prop.opacity >= 1.0) == opaque)
             for prop in self.props

@@ -1,10 +1,10 @@
-"""Triangles to pixels, with arrays alone.
+"""Rasteriser of triangles in numpy.
 
-The homogeneous form of Olano and Greer ("Triangle scan conversion using 2D homogeneous coordinates", 1997): the inverse
-of a triangle's corners, as they fall on the picture, gives three functions that are linear in the pixel and positive
-inside. So no triangle has to be clipped, whether it crosses the plane of the eye or not. A fourth such function keeps
-away what is nearer than the camera sees. All triangles are taken at once: first apart into rows of pixels, and these
-into pixels. The nearest at each pixel wins, by one number that holds its nearness and its triangle.
+It uses the homogeneous form of Olano and Greer ("Triangle scan conversion using 2D homogeneous coordinates", 1997): the
+inverse of the matrix of a triangle's projected corners gives three functions that are linear in the pixel and positive
+inside. No triangle needs clipping, even if it crosses the plane of the eye. A fourth function cuts at the near plane.
+All triangles are processed at once: split into rows of pixels, then into pixels. The nearest at each pixel is the
+largest of numbers that combine nearness and index of the triangle.
 """
 
 from collections.abc import Iterator
@@ -15,30 +15,30 @@ import numpy as np
 from text2sim.drawing.view import PictureView
 
 CHUNK = 1 << 20
-"""Pixels of triangles that are in hand at once: some 60 MB."""
+"""Fragments that are processed at a time: about 60 MB."""
 SLACK = 1e-6
-"""Pixels by which a triangle is wider than it is, so that neighbours leave no gap."""
+"""Margin of a triangle [pixels], so that there are no gaps between neighbours."""
 
 
 class Fragments(NamedTuple):
-    """Pixels that triangles cover, each as often as there are triangles."""
+    """Pixels of triangles."""
 
     pixel: np.ndarray
-    """(n,) int: row times width, plus column."""
+    """Row times width, plus column, (n,) int."""
     nearness: np.ndarray
-    """(n,) float32, positive: larger is nearer to the eye."""
+    """Nearness to the eye, positive, (n,) float32."""
     triangle: np.ndarray
-    """(n,) int32"""
+    """Index of the triangle, (n,) int32."""
 
 
 class Raster:
-    """Triangles as they fall on a picture.
+    """Projected triangles.
 
     Attributes:
         view: The camera.
-        ids: (height, width) int32: the triangle that is seen at each pixel, -1 for none.
+        ids: (height, width) int32: the visible triangle of each pixel, -1 for none.
         nearness: (height, width) float32, positive: 1 / depth [1/m], or in parallel projection a linear measure of
-            depth; 0 where nothing is seen.
+            depth; 0 for background.
     """
 
     def __init__(self, triangles: np.ndarray, view: PictureView, culled: np.ndarray | None = None) -> None:
@@ -47,7 +47,7 @@ class Raster:
         Args:
             triangles: (n, 3, 3) float [m], counterclockwise from outside.
             view: The camera.
-            culled: (n,) bool: triangles that are seen from outside only; none if left out.
+            culled: (n,) bool: triangles that are only visible from outside; none if left out.
         """
         self.view = view
         corners = view.homogeneous(np.asarray(triangles, float))
@@ -55,12 +55,12 @@ class Raster:
         for k in range(3):
             weights[:, k] = _cross(corners[:, (k + 1) % 3], corners[:, (k + 2) % 3])
         det = np.einsum("nk,nk->n", corners[:, 0], weights[:, 0])
-        # Rows count downwards, so that what is counterclockwise to the eye has a negative determinant.
+        # Rows count downwards, so that triangles that are counterclockwise to the eye have negative determinants.
         usable = np.abs(det) > 1e-30
         if culled is not None:
             usable &= (det < 0) | ~culled
         self._weights = np.divide(weights, det[:, None, None], out=weights, where=usable[:, None, None])
-        """(n, 3, 3): coefficients of x, y and 1 of each corner's share, divided by depth."""
+        """(n, 3, 3): coefficients of x, y and 1 of each corner's weight, divided by depth."""
         self._deepness = self._nearness_of_corners(triangles)
         self._corners = corners
         self.chosen = np.flatnonzero(usable)
@@ -68,7 +68,7 @@ class Raster:
         self.nearness = np.zeros((view.height, view.width), np.float32)
 
     def _nearness_of_corners(self, triangles: np.ndarray) -> np.ndarray:
-        """(n, 3): what is linear over the picture and grows towards the eye, at the corners."""
+        """Nearness at the corners, (n, 3), which is linear over the picture and increases towards the eye."""
         if not self.view.parallel:
             return np.ones(triangles.shape[:2])
         height = (triangles - self.view.origin) @ self.view.axes[2]
@@ -83,10 +83,10 @@ class Raster:
         return -(self.lowest + (nearness.astype(float) - 0.25) / 0.75 * self.span)
 
     def draw(self, triangles: np.ndarray | None = None) -> None:
-        """Find what is seen at each pixel.
+        """Find the visible triangle of each pixel.
 
         Args:
-            triangles: Numbers of those that count; all if left out.
+            triangles: Indices of the triangles to draw; all if left out.
         """
         size = self.view.width * self.view.height
         best = np.zeros(size, np.uint64)
@@ -100,7 +100,7 @@ class Raster:
         self.ids = np.where(seen, (best & np.uint64(0xFFFFFFFF)).astype(np.int64), -1).astype(np.int32).reshape(shape)
 
     def fragments(self, triangles: np.ndarray | None = None) -> Iterator[Fragments]:
-        """Yield the pixels that triangles cover, in portions; see `draw`."""
+        """Yield the pixels of triangles in chunks; see `draw`."""
         chosen = self.chosen
         if triangles is not None:
             wanted = np.zeros(len(self._corners), bool)
@@ -116,12 +116,12 @@ class Raster:
             start, done = stop, int(ends[stop - 1])
 
     def shares(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the shares (3, n) of a triangle's corners at points of the picture [pixels], and depths (n,) [m].
+        """Return barycentric coordinates (3, n) of points of the picture in triangles, and depths (n,) [m].
 
-        Depths count from the eye along the view, in parallel projection from the view's origin.
+        Depths are measured from the eye along the view, in parallel projection from the view's origin.
 
         Args:
-            triangle: Numbers of triangles, shape (n,).
+            triangle: Indices of triangles, shape (n,).
             x: Columns of the points, shape (n,) [pixels].
             y: Rows of the points, shape (n,) [pixels].
         """
@@ -140,7 +140,7 @@ class Raster:
         return found, depth.astype(np.float32)
 
     def _rows(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return triangles that cover some row of pixels, with the first and last row of each."""
+        """The triangles in the picture, with the first and last row of each."""
         corners = self._corners[chosen]
         w = corners[:, :, 2]
         ahead = w > max(self.view.near * 0.1, 1e-12)
@@ -198,7 +198,7 @@ class Raster:
         slope: np.ndarray,
         at_zero: np.ndarray,
     ) -> Fragments:
-        """Take spans of rows apart into pixels."""
+        """Split spans of rows into pixels."""
         ends = np.cumsum(widths)
         column = np.arange(int(ends[-1])) + np.repeat(begin - (ends - widths), widths)
         nearness = np.repeat(slope, widths) * column + np.repeat(at_zero, widths)
@@ -210,7 +210,7 @@ class Raster:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Cross products of rows; that of numpy takes three times as long."""
+    """Cross products of rows; `np.cross` takes three times as long."""
     found = np.empty_like(a)
     found[:, 0] = a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1]
     found[:, 1] = a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2]

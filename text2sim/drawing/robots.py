@@ -1,4 +1,4 @@
-"""Drawn meshes of bodies from URDF files, which are not those that collide."""
+"""Visual shapes of bodies from URDF files."""
 
 from collections.abc import Iterator
 from io import BytesIO
@@ -22,7 +22,7 @@ Dress = tuple[tuple[TreeGeom, ...], tuple[TreeVisual, ...]]
 
 
 def urdf_dress(mechanism: Mechanism) -> dict[str, Dress]:
-    """Return primitives and meshes that are drawn of each link, of those links whose files can be read here.
+    """Return visual primitives and meshes by link, for links whose files can be read.
 
     Args:
         mechanism: A body from a URDF file.
@@ -34,7 +34,7 @@ def urdf_dress(mechanism: Mechanism) -> dict[str, Dress]:
     for link in root.iter("link"):
         try:
             parts = [part for node in link.findall("visual") for part in _parts(node, palette, files)]
-        except Exception:  # readers of foreign files fail in every way there is; what touches is drawn instead
+        except Exception:  # readers of untrusted files can raise anything; collision shapes are drawn instead
             continue
         geoms = tuple(part for part in parts if isinstance(part, TreeGeom))
         visuals = tuple(part for part in parts if isinstance(part, TreeVisual))
@@ -88,7 +88,7 @@ def _meshes(name: str, files: dict[str, bytes], scale: np.ndarray) -> list[Visua
 
 
 class _Files(dict[str, bytes]):
-    """Gives a mesh file the files that it refers to."""
+    """Resolver of the files that a mesh file refers to."""
 
     def get(self, name: str, default: Any = None) -> Any:
         return super().get(PurePosixPath(name).name, default)

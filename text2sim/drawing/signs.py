@@ -1,4 +1,4 @@
-"""Signs over the bodies of a panel: joints, arrows, cameras and the domain; and what they mean."""
+"""Drawing of marks over the bodies of a panel: joints, arrows, cameras and the domain, with a legend."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -22,15 +22,13 @@ COLORS: dict[str, Color] = {
     "torque": FORCE,
     "impulse": FORCE,
 }
-
-
 MANY_JOINTS = 4
-"""A body with more joints than this gets thin lines for them."""
+"""Number of joints of a body above which their lines are thin."""
 
 
 @dataclass(frozen=True)
 class SignMarks:
-    """What is drawn over the bodies."""
+    """Marks of a picture."""
 
     joints: Sequence[JointMark] = ()
     arrows: Sequence[ArrowMark] = ()
@@ -44,7 +42,7 @@ def draw_marks(canvas: Canvas, panel: Panel, marks: SignMarks) -> None:
     Args:
         canvas: The page.
         panel: The panel.
-        marks: What to draw.
+        marks: The marks.
     """
     if marks.domain is not None:
         _draw_domain(canvas, panel, marks.domain)
@@ -104,7 +102,7 @@ def _draw_arrow(canvas: Canvas, panel: Panel, arrow: ArrowMark, longest: float) 
     color = COLORS[arrow.kind]
     reach = max(0.2 * min(panel.view.width, panel.view.height) * size / longest, 22.0)
     if across < 0.08 * size:
-        # Towards the eye, or away from it.
+        # Nearly towards the eye or away from it.
         canvas.ring(start, 7, (255, 255, 255, 230), 4)
         canvas.ring(start, 7, color, 2)
         canvas.ring(start, 2, color, 2, fill=color if local[2] > 0 else None)
@@ -131,10 +129,10 @@ def _draw_camera(canvas: Canvas, panel: Panel, camera: CameraMark, *, sees: bool
         return
     x, y = part[0]
     if _inside(eye, panel.box):
-        way = np.array(target) - np.array(eye)
-        way = way / max(float(np.linalg.norm(way)), 1e-9)
-        side = np.array((-way[1], way[0]))
-        tip = [np.array(eye), np.array(eye) + 13 * way + 7 * side, np.array(eye) + 13 * way - 7 * side]
+        ahead = np.array(target) - np.array(eye)
+        ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+        side = np.array((-ahead[1], ahead[0]))
+        tip = [np.array(eye), np.array(eye) + 13 * ahead + 7 * side, np.array(eye) + 13 * ahead - 7 * side]
         canvas.polygon([p.tolist() for p in tip], (*CAMERA[:3], 220))
     else:
         toward = np.array(part[1]) - np.array(part[0])
@@ -157,13 +155,13 @@ def _inside(point: Sequence[float], box: Box) -> bool:
 
 
 def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None:
-    """Explain the signs that are used.
+    """Draw a legend of the kinds of marks in a picture.
 
     Args:
         canvas: The page.
         left: Left edge of the legend [pixels].
-        y: Middle of its line [pixels].
-        marks: What was drawn.
+        y: Centre of its line [pixels].
+        marks: The marks of the picture.
     """
     x = left
     kinds = {joint.kind for joint in marks.joints}
@@ -179,7 +177,7 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None
         x += 42
         canvas.turn((x + 6, y), 7, JOINT, 1)
         x += 22
-        explain("axis of a hinge, and which way it counts")
+        explain("axis of a hinge, and its positive direction")
     if "slider" in kinds:
         canvas.arrow((x, y), (x + 30, y), JOINT, 1.8, both=True)
         x += 38
@@ -191,10 +189,10 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None
     if "path" in kinds:
         canvas.line([(x, y), (x + 30, y)], JOINT, 2, (7, 4))
         x += 38
-        explain("way of a driven body")
+        explain("path of a driven body")
     for found, color, text in (
-        (arrows & {"velocity", "spin"}, VELOCITY, "start velocity, spin"),
-        (arrows & {"force", "torque", "impulse"}, FORCE, "force, torque or blow"),
+        (arrows & {"velocity", "spin"}, VELOCITY, "initial velocity, spin"),
+        (arrows & {"force", "torque", "impulse"}, FORCE, "force, torque or impulse"),
     ):
         if found:
             canvas.arrow((x, y), (x + 28, y), color, 2.5)
@@ -204,7 +202,7 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None
         canvas.line([(x, y), (x + 26, y - 7)], (*CAMERA[:3], 160), 1)
         canvas.line([(x, y), (x + 26, y + 7)], (*CAMERA[:3], 160), 1)
         x += 34
-        explain("what a camera sees")
+        explain("field of view of a camera")
     if marks.domain is not None:
         canvas.line([(x, y), (x + 30, y)], DOMAIN, 1.6, (8, 5))
         x += 38

@@ -1,4 +1,4 @@
-"""Triangles of everything where it starts: the compiler's own shapes and colours, copies made at once."""
+"""Stage of a case at its start: triangles from the compiler's shapes and colours, with shared surfaces for copies."""
 
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt
@@ -28,21 +28,20 @@ if TYPE_CHECKING:
 Rgba = tuple[float, float, float, float]
 
 BUDGET = 90_000
-"""Triangles of a stage, about."""
+"""Approximate number of triangles of a stage."""
 FINE = 400_000
-"""Triangles of meshes of a fine stage."""
+"""Number of triangles of the meshes of a fine stage."""
 PLAIN: Rgba = (0.74, 0.77, 0.8, 1.0)
-"""Colour of what comes from a file, whose own colours are not read here."""
+"""Colour of bodies from files, whose own colours are not read here."""
 
 
 def stage(resolution: "Resolution", budget: int = BUDGET, *, fine: bool = False) -> Stage:
-    """Return everything that is to be seen, where it starts.
+    """Return the visible props of a case at its start.
 
     Args:
-        resolution: The case, worked out.
-        budget: How many triangles there should be, about: round things get as many sides as there is room for.
-        fine: Whether the meshes of robots are read, which takes seconds; otherwise the hulls that they touch with
-            stand for them.
+        resolution: The resolved case.
+        budget: Approximate number of triangles, which limits the sides of round things.
+        fine: Whether to read the visual meshes of robots, which takes seconds; otherwise collision shapes are drawn.
     """
     collector = _Collector(resolution, fine)
     for section, groups in (("statics", resolution.plan.statics), ("bodies", resolution.plan.bodies)):
@@ -54,7 +53,7 @@ def stage(resolution: "Resolution", budget: int = BUDGET, *, fine: bool = False)
 
 
 class _Instance(NamedTuple):
-    """A surface that stands somewhere."""
+    """A surface at a pose."""
 
     scale: Vec
     pos: Vec
@@ -63,7 +62,7 @@ class _Instance(NamedTuple):
 
 
 class _Key(NamedTuple):
-    """Which surface: things with equal keys are made once."""
+    """Identity of a surface: equal ones are built once."""
 
     kind: str
     of: Any
@@ -79,7 +78,7 @@ class _Collector:
     """Piece or surface by key."""
 
     def entity(self, entity: EntityPlan, copy: Copy, *, static: bool) -> None:
-        """Take in all that is seen of an entity."""
+        """Add the visible surfaces of an entity."""
         color: Rgba | None = entity.surface.rgba if entity.surface else None
         finish = entity.surface.finish if entity.surface else copy.model.look.finish
         if is_soft(copy.model):
@@ -105,7 +104,7 @@ class _Collector:
         self._piece(Piece(entity.morph.lower(), size=tuple(size)), copy.pos, copy.quat, prop)
 
     def _soft(self, copy: Copy, color: Rgba, finish: str) -> None:
-        """Take in what deforms, as it is at rest: its solver's points are not known before the engine has made them."""
+        """Add a deformable body in its rest shape: only the engine makes the points of its solver."""
         folder, prop = self.resolution.lowering.folder, self._prop(copy, color, finish, True, False)
         surfaces = cloth_surfaces(copy.shape, folder) or geometry.visual_mesh(copy.shape, folder)
         meshed = {mesh.part for mesh in surfaces or ()}
@@ -119,7 +118,7 @@ class _Collector:
             self._add(key, mesh, _Instance((1.0, 1.0, 1.0), copy.pos, copy.quat, prop))
 
     def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
-        # A colour of the entity is for all of it; without one, every part has its own.
+        # A colour of the entity applies to all parts; without one, each part has its own.
         def prop_of(own: Rgba | None, moves: bool) -> int:
             return self._prop(copy, color or own or PLAIN, finish, moves and not static, static)
 
@@ -147,7 +146,7 @@ class _Collector:
         scale = scale_of(piece.kind, piece.size)
         if scale is not None:
             kind = "ellipsoid" if piece.kind == "sphere" else piece.kind
-            # Round things of about one size get the same number of sides.
+            # Round things of similar size get the same number of sides.
             key = _Key(kind, 0 if kind == "box" else round(log2(max(scale[:2]))))
             self._add(key, piece, _Instance(scale, pos, quat, prop))
             return
@@ -168,13 +167,14 @@ class _Collector:
         clear = np.array([row[2][3] < 1.0 for row in rows], bool)
         parts = []
         for key, surface in surfaces.items():
-            made = _placed(surface, self.instances[key])
+            corners, normals = _placed(surface, self.instances[key])
             owner = np.repeat(np.array([one.prop for one in self.instances[key]], np.int32), len(surface.corners))
             own = colors[owner]
             if surface.colors is not None:
                 own = np.tile(surface.colors.astype(np.float32), (len(self.instances[key]), 1))
-            # What comes from a file may be open, or turned inside out.
-            parts.append((*made, own, owner, clear[owner] | (key.kind not in ("surface", "plane"))))
+            # Surfaces from files may be open or inverted, so that both sides are drawn.
+            culled = clear[owner] | (key.kind not in ("surface", "plane"))
+            parts.append((corners, normals, own, owner, culled))
         if not parts:
             empty = np.zeros((0, 3, 3))
             return Stage([], empty, empty, np.zeros((0, 3)), np.zeros(0, np.int32), np.zeros(0, bool))
@@ -189,7 +189,7 @@ class _Collector:
         return Stage(props, triangles, normals[order], own[order], owner, culled[order])
 
     def _surfaces(self, budget: int) -> dict[_Key, Triangles]:
-        """Return every surface in its own frame, with detail by its size and the number of its copies."""
+        """Every surface in its own frame, with detail according to its size and the number of its copies."""
         counts = {key: len(found) for key, found in self.instances.items()}
         boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
         meshes = [(len(mesh.faces), counts[key]) for key, mesh in self.things.items() if key.kind == "surface"]
@@ -211,11 +211,11 @@ class _Collector:
 
 
 def _level(meshes: list[tuple[int, int]], room: float) -> int:
-    """Return how many triangles a mesh may have: coarse ones keep theirs, and the fine ones share what is left.
+    """The largest number of triangles of a mesh: coarse meshes keep theirs, fine ones share the rest.
 
     Args:
         meshes: Triangles and copies of each.
-        room: Triangles of all together.
+        room: Total number of triangles.
     """
     waiting = sum(count for _, count in meshes)
     for faces, count in sorted(meshes):
@@ -227,7 +227,7 @@ def _level(meshes: list[tuple[int, int]], room: float) -> int:
 
 
 def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dict[_Key, int]:
-    """Share triangles out among round things: one with n sides takes about n² of them, a large one gets more."""
+    """Numbers of sides of round things; n sides take about n² triangles, and larger things get more."""
     radii = {
         key: key.of[0][0] if key.kind == "capsule" else 2.0**key.of
         for key in things
@@ -240,7 +240,7 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
 
 
 def _placed(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
-    """Return corners and normals of a surface at all its places."""
+    """Corners and normals of all instances of a surface."""
     scale = np.array([one.scale for one in instances])[:, None, :]
     turn = np.swapaxes(matrices(np.array([one.quat for one in instances])), 1, 2)
     place = np.array([one.pos for one in instances])[:, None, :]
@@ -265,7 +265,7 @@ def matrices(quats: np.ndarray) -> np.ndarray:
 
 
 def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
-    """Return the tree of a file's body with what is seen of its links, where that differs from what touches."""
+    """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
     shapes = {link.name: (_seen(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
         from text2sim.drawing.robots import urdf_dress

@@ -1,4 +1,4 @@
-"""Shading: points of a picture with normals become light under lamps."""
+"""Shading of surface points under lamps."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from text2sim.drawing.lighting import ParallelLight, ShadowMap
 
-# How much a surface mirrors, how narrow its highlights are, and how much of its light is mirrored in its own colour.
+# Strength and exponent of highlights, and the metallic part, by finish.
 GLOSS: dict[str, tuple[float, float, float]] = {
     "rough": (0.0, 8.0, 0.0),
     "painted": (0.15, 30.0, 0.0),
@@ -39,22 +39,22 @@ GLOSS: dict[str, tuple[float, float, float]] = {
 
 @dataclass(frozen=True, eq=False)
 class Spots:
-    """Points on surfaces that a picture shows. Vectors lie in columns."""
+    """Visible surface points. Vectors are columns."""
 
     points: np.ndarray
-    """(3, n) float32 [m]"""
+    """Positions [m], (3, n) float32."""
     normals: np.ndarray
-    """(3, n) float32, or (3, 1) if all are the same; unit length, towards the eye"""
+    """Unit normals towards the eye, (3, n) float32, or (3, 1) if all are equal."""
     eye: np.ndarray
-    """(3, n) float32: unit vectors towards the eye"""
+    """Unit vectors towards the eye, (3, n) float32."""
     albedo: np.ndarray
-    """(3, n) float32: light that each sends back, linear"""
+    """Reflected part of the light, linear, (3, n) float32."""
     gloss: np.ndarray
-    """(3, n) float32: rows of `GLOSS`"""
+    """Rows of `GLOSS`, (3, n) float32."""
 
 
 def linear(color: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Return sRGB as amounts of light, near enough."""
+    """Return sRGB as linear light, approximately."""
     return np.asarray(color, np.float32) ** np.float32(2.2)
 
 
@@ -62,43 +62,43 @@ KNEE, HEADROOM = np.float32(0.7), np.float32(0.6)
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Return amounts of light as sRGB. Up to `KNEE` straight, then bent: a highlight keeps some colour."""
+    """Return linear light as sRGB, compressed above `KNEE`, so that highlights keep some colour."""
     over = np.maximum(light - KNEE, 0.0)
     bent = np.minimum(light, KNEE) + over / (1 + over / HEADROOM)
     return np.clip(bent, 0.0, 1.0) ** np.float32(1 / 2.2)
 
 
 def decoded(color: np.ndarray | Sequence[float]) -> np.ndarray:
-    """Return the amounts of light that are seen as a colour in sRGB: the inverse of `encoded`."""
+    """Return the linear light of a colour in sRGB: the inverse of `encoded`."""
     straight = linear(color)
     over = np.maximum(straight - KNEE, 0.0)
     return np.minimum(straight, KNEE) + over / (1 - over / HEADROOM)
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the products of columns."""
+    """Return the dot products of columns."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def unit_columns(vectors: np.ndarray) -> np.ndarray:
-    """Make columns one long, in place."""
+    """Normalise columns in place."""
     vectors /= np.maximum(np.sqrt(dot(vectors, vectors)), np.float32(1e-9))
     return vectors
 
 
 def lit(spots: Spots, lamps: Sequence[ParallelLight], maps: Sequence[ShadowMap | None], ambient: float) -> np.ndarray:
-    """Return the light (3, n) that points send to the eye, linear.
+    """Return the light (3, n) from points to the eye, linear.
 
     Args:
         spots: The points.
-        lamps: What shines on them.
-        maps: What each lamp reaches; None where nothing is in its way, empty if that holds for all.
-        ambient: Light that reaches everything.
+        lamps: The lamps.
+        maps: Shadow map of each lamp, None if nothing blocks it; empty if there are no shadows.
+        ambient: Ambient light.
     """
-    ways = np.array([lamp.direction for lamp in lamps], np.float32).reshape(-1, 3)
+    directions = np.array([lamp.direction for lamp in lamps], np.float32).reshape(-1, 3)
     colors = np.array([lamp.color for lamp in lamps], np.float32).reshape(-1, 3)
     count = spots.points.shape[1]
-    facing = np.maximum(ways @ spots.normals, 0.0)
+    facing = np.maximum(directions @ spots.normals, 0.0)
     if facing.shape[1] != count:
         facing = np.repeat(facing, count, axis=1)
     for row, one in zip(facing, maps, strict=False):
@@ -122,7 +122,7 @@ def lit(spots: Spots, lamps: Sequence[ParallelLight], maps: Sequence[ShadowMap |
 def _glossy(
     spots: Spots, shiny: np.ndarray, lamps: Sequence[ParallelLight], facing: np.ndarray, diffuse: np.ndarray
 ) -> np.ndarray:
-    """Light (3, k) of the smooth ones among the points."""
+    """Light (3, k) of the glossy points."""
     normals, eye, albedo = spots.normals[:, shiny], spots.eye[:, shiny], spots.albedo[:, shiny]
     strength, narrow, metal = spots.gloss[:, shiny]
     glints = np.zeros_like(normals)
@@ -131,7 +131,7 @@ def _glossy(
             half = unit_columns(eye + np.array(lamp.direction, np.float32)[:, None])
             glint = np.maximum(dot(normals, half), 0.0) ** narrow * (row[shiny] > 0) * strength
             glints += np.array(lamp.color, np.float32)[:, None] * glint
-    # The sky in smooth things: bright above, dim below.
+    # Reflection of the sky: bright above, dim below.
     slant = np.abs(dot(normals, eye))
     up = 2 * slant * normals[2] - eye[2]
     sky = 0.25 + 0.6 * np.clip(up * 1.5 + 0.35, 0.0, 1.0)

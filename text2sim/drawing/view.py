@@ -1,4 +1,4 @@
-"""Cameras of pictures: where a point of the world falls, in perspective or in parallel projection."""
+"""Views of pictures: projection of points of the world, perspective or parallel."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -14,15 +14,15 @@ class PictureView:
     """A camera and its picture. Pixels count from the upper left corner; the centre of the first is (0.5, 0.5)."""
 
     origin: np.ndarray
-    """(3,) float [m]: the eye; in parallel projection, a point that falls on the middle of the picture."""
+    """The eye; in parallel projection, a point at the centre of the picture [m], (3,) float."""
     axes: np.ndarray
-    """(3, 3) float: rows are the unit vectors right, up and back (towards the eye) of the picture."""
+    """Rows are the unit vectors right, up and back (towards the eye) of the picture, (3, 3) float."""
     focal: float
-    """Pixels per unit of slope; in parallel projection, pixels per metre."""
+    """Focal length [pixels]; in parallel projection, pixels per metre."""
     width: int
     height: int
     near: float = 0.0
-    """What is nearer [m] is not seen; 0 means parallel projection."""
+    """Distance of the near plane [m]; 0 means parallel projection."""
 
     @property
     def parallel(self) -> bool:
@@ -56,15 +56,15 @@ class PictureView:
         return found
 
     def pixels(self, points: np.ndarray | Sequence[float]) -> np.ndarray:
-        """Return pixels (…, 2) of points (…, 3) of the world; not a number for what is behind the eye."""
+        """Return pixels (…, 2) of points (…, 3) of the world; nan for points behind the eye."""
         found = self.homogeneous(np.asarray(points, float))
         w = np.where(found[..., 2:] > TINY, found[..., 2:], np.nan)
         return found[..., :2] / w
 
     def sight(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return start points and directions, (3, n) float32, of the lines of sight through pixels.
+        """Return origins and directions, (3, n) float32, of the rays through pixels.
 
-        Directions reach one metre deep. Lines of a parallel view start in the plane of its origin.
+        Directions have a depth of one metre. Rays of a parallel view start in the plane of its origin.
         """
         right = ((x - 0.5 * self.width) / self.focal).astype(np.float32)
         up = ((0.5 * self.height - y) / self.focal).astype(np.float32)
@@ -76,14 +76,14 @@ class PictureView:
 
 
 def look(pos: Sequence[float], target: Sequence[float], up: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
-    """Return the axes of a camera, as the engine turns it.
+    """Return the axes of a camera as in the engine.
 
-    Straight up or down, +y is up, as in the language; at itself, it looks along -y.
+    If it looks straight up or down, +y is up, as in the language; if it looks at itself, it looks along -y.
 
     Args:
         pos: Position of the camera [m].
         target: Point that it looks at [m].
-        up: Direction that is up in the picture.
+        up: Up direction.
     """
     back = np.asarray(pos, float) - np.asarray(target, float)
     length = float(np.linalg.norm(back))
@@ -105,26 +105,26 @@ def perspective(
     size: tuple[int, int],
     near: float = 0.01,
 ) -> PictureView:
-    """Return a camera.
+    """Return a perspective view.
 
     Args:
-        pos: Where it stands [m].
-        target: What it looks at [m].
-        up: Which way is up in the picture.
+        pos: Position of the camera [m].
+        target: Point that it looks at [m].
+        up: Up direction.
         fov_deg: Vertical field of view [deg].
         size: Width and height [pixels].
-        near: Nearest distance [m] that is seen.
+        near: Distance of the near plane [m].
     """
     focal = 0.5 * size[1] / tan(radians(fov_deg) / 2)
     return PictureView(np.asarray(pos, float), look(pos, target, up), focal, *size, near=near)
 
 
 def parallel(axes: np.ndarray, center: Sequence[float], scale: float, size: tuple[int, int]) -> PictureView:
-    """Return a view in parallel projection.
+    """Return a parallel view.
 
     Args:
         axes: Rows right, up and back.
-        center: Point [m] in the middle of the picture.
+        center: Point [m] at the centre of the picture.
         scale: Pixels per metre.
         size: Width and height [pixels].
     """

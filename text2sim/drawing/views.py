@@ -1,6 +1,5 @@
-"""The cameras of a case at its start."""
+"""Views of a case's cameras at its start."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
@@ -15,7 +14,7 @@ Vec = tuple[float, float, float]
 
 
 class CameraPose(NamedTuple):
-    """Where a camera stands, what it looks at, and which way is up."""
+    """Position [m], target [m] and up direction of a camera."""
 
     pos: Vec
     target: Vec
@@ -23,12 +22,12 @@ class CameraPose(NamedTuple):
 
 
 def cameras(resolution: "Resolution") -> dict[str, dict[str, Any]]:
-    """Return the cameras of a case by name, as the plan has them; one is derived if the case has none."""
+    """Return the cameras of the plan by name; one is derived if the case has none."""
     return resolution.plan.render["cameras"]
 
 
 def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPose:
-    """Return the pose of a camera at a time [s] of the simulation, all bodies where they start.
+    """Return the pose of a camera at a time [s] of the simulation, with all bodies at their start.
 
     Args:
         resolution: The resolved case.
@@ -46,13 +45,8 @@ def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPo
     return CameraPose(pos, target, camera["up"])
 
 
-def field_of_view(camera: Mapping[str, Any]) -> float:
-    """Return the vertical field of view [deg] of a camera of the plan."""
-    return camera["fov"]
-
-
 def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: float = 0.0) -> PictureView:
-    """Return a camera of the case as a view of the film's proportions, as large as fits into `size` [pixels].
+    """Return a view of a camera of the case, with the film's aspect ratio, that fits into `size` [pixels].
 
     Args:
         resolution: The resolved case.
@@ -67,17 +61,17 @@ def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: flo
     wide, tall = resolution.plan.render["resolution"]
     shrink = min(size[0] / wide, size[1] / tall)
     fitting = max(round(wide * shrink), 1), max(round(tall * shrink), 1)
-    return perspective(*pose, field_of_view(camera), fitting, near=clip(camera)[0])
+    return perspective(*pose, camera["fov"], fitting, near=clip(camera)[0])
 
 
 class _Start:
-    """A scene at its start, as cameras ask for it."""
+    """Positions of a scene at its start, for cameras."""
 
     def __init__(self, resolution: "Resolution") -> None:
         self._resolution = resolution
 
     def position(self, name: str, t: float, link: str | None) -> Vec:
-        """Position [m] of a copy's link; of its first if none is named."""
+        """Position [m] of a copy's link, by default its first."""
         groups = self._resolution.placed.values()
         copy: Copy = next(copy for group in groups for copy in group if copy.name == name)
         tree = self._resolution.lowering.trees.get(name)

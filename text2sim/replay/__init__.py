@@ -1,1 +1,1 @@
-"""A run to be looked at from all sides: one page for a browser, with what was recorded in it."""
+"""Replay of a run in 3D: a self-contained page for a browser."""

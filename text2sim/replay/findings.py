@@ -1,4 +1,4 @@
-"""Findings of a run's evidence, for the page: measures with their bounds, events, expectations."""
+"""Evidence of a run for the page: measures with bounds, events, expectations."""
 
 import math
 from pathlib import Path
@@ -10,22 +10,23 @@ from text2sim.evidence.report import bound_of
 from text2sim.recording.run_files import read_events, read_evidence, read_measures
 from text2sim.replay.packing import Blob
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.expectations import Expect
 
 ROWS = 1500
-"""Values of a measure."""
+"""Largest number of values of a measure."""
 MEASURES = 60
 EVENTS = 600
-"""Times of declared events."""
+"""Largest number of declared events."""
 
 
 def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dict[str, Any]:
-    """Pack what was measured and found; what is missing is left out.
+    """Pack measures, events and expectations, as far as there is evidence.
 
     Args:
         folder: The run folder.
         case: The case.
-        blob: Takes the arrays.
-        notes: Sentences about what was left out; added to.
+        blob: Collects the arrays.
+        notes: Collects notes about omissions.
     """
     evidence = read_evidence(folder) or {}
     time, columns = read_measures(folder)
@@ -59,22 +60,18 @@ def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dic
         "measure_times": blob.add(time[::every].astype(np.float32)),
         "measures": measures,
         "events": events,
-        "expect": [_expectation(case, evidence, name) for name in case.actions.expect if name in _found(evidence)],
+        "expect": [
+            _expectation(name, row, case.actions.expect[name])
+            for name in case.actions.expect
+            if (row := evidence.get("expect", {}).get(name)) is not None
+        ],
     }
 
 
-def _expectation(case: Case, evidence: dict[str, Any], name: str) -> dict[str, Any]:
-    row, expect = _found(evidence)[name], case.actions.expect[name]
-    made = {"name": name, "ok": row.get("ok"), "wanted": row.get("wanted", ""), "why": row.get("why", "")}
-    if expect.event is not None:
-        made["event"] = expect.event
-    if expect.measure is not None:
-        made["measure"] = expect.measure
-    return made
-
-
-def _found(evidence: dict[str, Any]) -> dict[str, Any]:
-    return evidence.get("expect", {})
+def _expectation(name: str, row: dict[str, Any], expect: Expect) -> dict[str, Any]:
+    found = {"name": name, "ok": row.get("ok"), "wanted": row.get("wanted", ""), "why": row.get("why", "")}
+    found |= {"event": expect.event} if expect.event is not None else {}
+    return found | ({"measure": expect.measure} if expect.measure is not None else {})
 
 
 def _participants(row: dict[str, Any]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Motion of everything, in as many frames as a page has room for."""
+"""Motion of a run for the page, in limited numbers of frames."""
 
 import math
 from pathlib import Path
@@ -17,21 +17,21 @@ from text2sim.replay.shapes import pack_faces, surface_of
 Array = NDArray[Any]
 
 RIGID = 5_000_000
-"""Bytes of poses."""
+"""Largest size of all poses [bytes]."""
 POSE = 14
-"""Bytes of one."""
+"""Size of a pose [bytes]."""
 SOFT = 6_000_000
-"""Bytes of what deforms."""
+"""Largest size of the points of deformable bodies [bytes]."""
 POINT = 6
-"""Bytes of a point in a frame."""
+"""Size of a point in a frame [bytes]."""
 FEW, SMOOTH = 12, 50
-"""Frames that what deforms has at least, and that it shall have before particles are left out."""
+"""Smallest number of frames of deformable bodies, and the number that takes precedence over showing all particles."""
 TOUCHES = 100_000
-"""Contacts that are shown, of all frames."""
+"""Largest number of contacts in all frames."""
 
 
 def thinned(count: int, most: int) -> Array:
-    """Return the numbers of at most `most` frames of `count`, evenly, the first and the last among them."""
+    """Return the indices of at most `most` of `count` frames, evenly spread, with the first and the last."""
     if count <= most:
         return np.arange(count)
     every = math.ceil((count - 1) / max(most - 2, 1))
@@ -39,15 +39,15 @@ def thinned(count: int, most: int) -> Array:
 
 
 def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str, Any], dict[int, int], Array]:
-    """Pack the poses of links that are seen to move.
+    """Pack the poses of visible moving links.
 
     Args:
-        scenery: What is shown.
-        blob: Takes the arrays.
-        notes: Sentences about what was left out; added to.
+        scenery: The run.
+        blob: Collects the arrays.
+        notes: Collects notes about omissions.
 
     Returns:
-        What the page has to know; the place of each such link; the frames that were taken.
+        Data for the page; the track number of each such link; the indices of the frames.
     """
     pos, quat = scenery.poses
     moves = ((pos != pos[0]).any(axis=2) | (quat != quat[0]).any(axis=2)).any(axis=0)
@@ -61,13 +61,13 @@ def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str
 
 
 def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[str]) -> list[dict[str, Any]]:
-    """Pack all that deforms: surfaces whole, of particles as many as there is room for.
+    """Pack deformable bodies: complete surfaces, and particles as far as there is room.
 
     Args:
-        scenery: What is shown.
-        blob: Takes the arrays.
-        pictures: Takes the pictures of surfaces.
-        notes: Sentences about what was left out; added to.
+        scenery: The run.
+        blob: Collects the arrays.
+        pictures: Collects the pictures of surfaces.
+        notes: Collects notes about omissions.
     """
     figures = list(scenery.figures)
     surfaces = sorted((f for f in figures if f.faces is not None), key=lambda f: f.size)
@@ -78,12 +78,12 @@ def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[s
     particles = sum(f.size for f in figures if f.faces is None)
     every = max(1, math.ceil(particles / max(room, SOFT / POINT / SMOOTH / 10)))
     if every > 1:
-        notes.append(f"one of {every} particles is shown, and larger")
+        notes.append(f"one of {every} particles is shown, enlarged")
     total = sum(f.size if f.faces is not None else math.ceil(f.size / every) for f in figures)
     taken = thinned(len(scenery.frames), max(SOFT // (POINT * max(total, 1)), 2))
     if figures:
-        _tell(notes, "bodies that deform", len(scenery.frames), taken)
-    # Frame by frame: the chunks of a long recording do not fit into memory together.
+        _tell(notes, "deformable bodies", len(scenery.frames), taken)
+    # Frame by frame, because the chunks of a long recording do not fit into memory together.
     tracks: list[list[Array]] = [[] for _ in figures]
     for frame in scenery.frames[taken]:
         for track, figure in zip(tracks, figures, strict=True):
@@ -98,7 +98,7 @@ def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[s
 
 def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pictures) -> dict[str, Any]:
     count = points.shape[1]
-    # One box for the whole body: as one long list of points.
+    # One box for the whole body: all frames as one list of points.
     row: dict[str, Any] = {"body": figure.body, "kind": figure.kind, "count": count, "frames": len(points)}
     row["points"] = blob.add_points(points.reshape(-1, 3))
     if figure.faces is None:
@@ -111,14 +111,14 @@ def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pic
 
 
 def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, notes: list[str]) -> dict[str, Any] | None:
-    """Pack the contacts between links: of each pair, the strongest since the frame before.
+    """Pack the contacts between links: for each pair, the strongest since the previous frame.
 
     Args:
         folder: The run folder.
-        scenery: What is shown.
-        taken: Numbers of the frames that were taken, shape (n,).
-        blob: Takes the arrays.
-        notes: Sentences about what was left out; added to.
+        scenery: The run.
+        taken: Indices of the frames, shape (n,).
+        blob: Collects the arrays.
+        notes: Collects notes about omissions.
     """
     states = RunStates.load(folder)
     pos, force, pairs = (states.contact(name) for name in ("pos", "normal_force", "links"))

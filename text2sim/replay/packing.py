@@ -1,4 +1,4 @@
-"""Arrays in a page: whole numbers of few bits, compressed, as text."""
+"""Packing of arrays into text for a page: quantised, compressed, in base64."""
 
 import base64
 import zlib
@@ -12,19 +12,19 @@ Array = NDArray[Any]
 TYPES = {"float32": "Float32Array", "uint32": "Uint32Array", "uint16": "Uint16Array", "int16": "Int16Array",
          "int8": "Int8Array"}  # fmt: skip
 STEPS = 65535
-"""Parts into which the extent of something is divided."""
+"""Quantisation steps over the extent of points."""
 
 
 class Blob:
-    """Arrays one after the other; the page finds each by where it begins."""
+    """Concatenated arrays, which the page finds by their offsets."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
         self.size = 0
-        """Bytes so far."""
+        """Size [bytes]."""
 
     def add(self, values: Array) -> dict[str, Any]:
-        """Put an array in; return what the page has to know of it."""
+        """Add an array; return its description for the page."""
         data = np.ascontiguousarray(values).tobytes()
         row = {"type": TYPES[values.dtype.name], "at": self.size, "count": int(values.size)}
         padding = -len(data) % 4
@@ -33,7 +33,7 @@ class Blob:
         return row
 
     def add_points(self, points: Array) -> dict[str, Any]:
-        """Put points in, in steps of a box: around all, shape (n, 3), or around the way of each, shape (F, n, 3).
+        """Add points, quantised in their bounding box: that of all, shape (n, 3), or of each track, shape (F, n, 3).
 
         The page gets `low` and `step` of the boxes: a coordinate is low + step * number.
         """
@@ -43,7 +43,7 @@ class Blob:
         return self.add(numbers) | {"low": _plain(low), "step": _plain(step)}
 
     def text(self) -> str:
-        """Return all of it, deflated, in base64."""
+        """Return all arrays, deflated, in base64."""
         return base64.b64encode(zlib.compress(b"".join(self._parts), 6)).decode()
 
 

@@ -1,4 +1,4 @@
-"""The page in 3D: `RUN/replay.html`, which needs no other file and no server, and that of a case that is watched."""
+"""Pages in 3D: the self-contained `RUN/replay.html`, and the page of a watched case."""
 
 import base64
 import json
@@ -23,28 +23,28 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 NAME = REPLAY
 VIEWER = ("arrays.js", "stage.js", "view_control.js", "plots.js", "live.js", "page.js")
-"""Parts of our script, in their order."""
+"""Parts of our script, in order."""
 LIBRARY = "vendor/three.min.js"
 MOMENTS = 40
-"""At which is asked where things are."""
+"""Number of times at which bounds are computed."""
 QUICK = 200_000_000
-"""Bytes of states from which on a replay takes longer than a report may."""
+"""Size of states [bytes] above which a replay is not written with the report."""
 
 
 def is_quick(folder: Path) -> bool:
-    """Whether the replay of a run is a matter of a second or so."""
+    """Whether writing the replay of a run takes about a second."""
     return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= QUICK
 
 
 def write_replay(folder: Path, case: Case) -> Path:
-    """Write the replay of a run that was judged; return its path.
+    """Write the replay of a judged run; return its path.
 
     Args:
-        folder: Of the run.
-        case: As it was judged.
+        folder: The run folder.
+        case: The case.
 
     Raises:
-        RunError: if nothing, or something broken, is recorded there.
+        RunError: if nothing is recorded, or the recording is damaged.
     """
     contents, blob = pack_scene(folder, case)
     evidence, record = read_evidence(folder) or {}, RunRecord.read(folder)
@@ -53,7 +53,7 @@ def write_replay(folder: Path, case: Case) -> Path:
         "case": case,
         "verdict": evidence.get("verdict") or "incomplete",
         "why": sentence(str(why)),
-        # The only scripts that may run are ours: the browser compares.
+        # Digests of our scripts, the only ones that the browser may run.
         "allowed": [base64.b64encode(sha256(text.encode()).digest()).decode() for text in scripts()],
         "contents": _trusted(contents),
         "blob": blob,
@@ -64,22 +64,22 @@ def write_replay(folder: Path, case: Case) -> Path:
 
 
 def live_page(nonce: str) -> str:
-    """Return the page of a case that is watched, which asks its server for everything; its scripts have a nonce."""
+    """Return the page of a watched case, which loads its data from its server; its scripts have a nonce."""
     return _page({"nonce": nonce})
 
 
 def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
-    """Pack what is recorded of a run so far, and what was found in it.
+    """Pack the recording of a run, which may be in progress, and its evidence.
 
     Args:
-        folder: Of the run.
-        case: As it was judged.
+        folder: The run folder.
+        case: The case.
 
     Returns:
-        What the viewer has to know, as JSON that cannot end an element of HTML; the arrays, deflated, in base64.
+        Data for the viewer, as JSON that cannot end an HTML element; the arrays, deflated, in base64.
 
     Raises:
-        RunError: if nothing, or something broken, is recorded there.
+        RunError: if nothing is recorded, or the recording is damaged.
     """
     scenery = Scenery(folder, detailed=False)
     blob, notes = Blob(), list[str]()
@@ -105,7 +105,7 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
 
 
 def scripts() -> tuple[str, str]:
-    """Return the library, and our script."""
+    """Return the library and our script."""
     here = Path(__file__).parent / "viewer"
     parts = [(here / name).read_text("utf-8") for name in VIEWER]
     return (here / LIBRARY).read_text("utf-8"), '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();"
@@ -118,7 +118,7 @@ def _page(values: dict[str, Any]) -> str:
 
 
 def _json(contents: dict[str, Any]) -> str:
-    """Return JSON that cannot end the element it stands in, whatever names a case has."""
+    """JSON that cannot end the HTML element around it, whatever names a case has."""
     text = json.dumps(_finite(contents), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -138,7 +138,7 @@ def _trusted(text: str) -> Any:
 
 
 def _room(scenery: Scenery) -> tuple[list[float], float]:
-    """Return the middle and the radius [m] of where things happen: of all that moves, else of all there is."""
+    """Centre and radius [m] of the space of moving bodies, or of all bodies if none moves."""
     recording = scenery.recording
     moving = [body for body in recording.bodies if body not in recording.statics] or recording.bodies
     times = scenery.times[:: max(1, len(scenery.times) // MOMENTS)]
@@ -146,15 +146,14 @@ def _room(scenery: Scenery) -> tuple[list[float], float]:
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return [0.0, 0.0, 0.0], 1.0
-    # What is thrown far away does not make everything else small.
+    # Percentiles, so that bodies that fly far away do not make the others small.
     low, high = np.percentile(points, (3, 97), axis=0)
     return ((low + high) / 2).tolist(), max(float(np.linalg.norm(high - low)) / 2, 0.05)
 
 
 def _light(lights: dict[str, dict[str, Any]]) -> list[float]:
-    """Return the way of the strongest light that has one."""
-    aimed = [light for light in lights.values() if "direction" in light]
-    if not aimed:
+    """Direction of the strongest light that has one."""
+    directed = [light for light in lights.values() if "direction" in light]
+    if not directed:
         return [0.4, 0.5, -1.0]
-    way = max(aimed, key=lambda light: light["strength"])["direction"]
-    return [float(x) for x in way]
+    return [float(x) for x in max(directed, key=lambda light: light["strength"])["direction"]]

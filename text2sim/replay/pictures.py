@@ -1,4 +1,4 @@
-"""Pictures that bodies wear, small enough for a page."""
+"""Textures of bodies, scaled for a page."""
 
 import tempfile
 from pathlib import Path
@@ -8,16 +8,16 @@ from text2sim.exchange.files import save_picture
 from text2sim.spec_schema.errors import RunError
 
 LARGEST = 512
-"""Pixels on each side."""
+"""Largest side of a picture [pixels]."""
 MOST = 2_000_000
-"""Characters of all pictures."""
+"""Largest size of all pictures [characters]."""
 
 
 class Pictures:
-    """Collects pictures as URIs that a page can hold.
+    """Collects pictures as data URIs.
 
     Attributes:
-        uris: They.
+        uris: The URIs.
     """
 
     def __init__(self, notes: list[str]) -> None:
@@ -26,7 +26,7 @@ class Pictures:
         self._notes = notes
 
     def add(self, path: Path) -> int | None:
-        """Return the number of a picture; None if there is no room for it, or it is none."""
+        """Return the index of a picture; None if it is too large or cannot be read."""
         if path not in self._numbers:
             self._numbers[path] = self._take(path)
         return self._numbers[path]
@@ -41,7 +41,7 @@ class Pictures:
                 return None
             uri = data_uri(small, "image/png") or ""
         if len(uri) + sum(map(len, self.uris)) > MOST:
-            self._notes.append(f"the picture {path.name} found no room")
+            self._notes.append(f"the picture {path.name} is too large")
             return None
         self.uris.append(uri)
         return len(self.uris) - 1

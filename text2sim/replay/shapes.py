@@ -1,4 +1,4 @@
-"""Rigid bodies for the page: meshes that are small enough, and which of them go where."""
+"""Rigid bodies for the page: meshes with limited detail, and their poses."""
 
 from pathlib import Path
 from typing import Any
@@ -14,23 +14,23 @@ from text2sim.replay.pictures import Pictures
 from text2sim.templates.shading import Shell
 
 MOST_TRIANGLES = 100_000
-"""Of all meshes together; beyond that each gets as many fewer."""
+"""Largest total number of triangles; above, all meshes are reduced in proportion."""
 FEWEST = 400
-"""Triangles of a mesh that is left as it is."""
+"""Number of triangles up to which a mesh is not reduced."""
 
 
 def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int, int], notes: list[str]) -> dict:
-    """Pack the meshes of all links, and say where each is worn.
+    """Pack the meshes of all links, and their uses.
 
     Args:
         scenery: The run.
-        blob: Where arrays go.
-        pictures: Where pictures go.
-        rows: Place of each link that moves among the tracks; what stands still has none.
-        notes: Told what is not as it was recorded.
+        blob: Collects the arrays.
+        pictures: Collects the pictures.
+        rows: Track number of each moving link.
+        notes: Collects notes about omissions.
 
     Returns:
-        `meshes`, and `pieces` with the body that each is a part of.
+        `meshes`, and `pieces` with their bodies.
     """
     worn = {piece.mesh for link in scenery.links for piece in link.pieces}
     total = sum(len(scenery.mesh(path).faces) for path in worn)
@@ -56,7 +56,7 @@ def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int
 
 
 def surface_of(material: ExportMaterial, pictures: Pictures) -> dict[str, Any]:
-    """Return how a surface looks: its colour in sRGB, and what it wears."""
+    """Return the look of a surface: colour in sRGB, roughness, metallic, picture."""
     color = bytes_of(encoded(np.asarray(material.color, float))).tolist()
     row = {"color": [*color, round(255 * material.opacity)], "rough": round(material.roughness, 3)}
     if material.metallic:
@@ -75,7 +75,7 @@ def _reduced(mesh: RenderMesh, keep: float) -> RenderMesh:
         return mesh
     import fast_simplification
 
-    # Where an edge is, vertices lie twice; they have to be one, or the mesh would tear there.
+    # Vertices at sharp edges are duplicates, and must be merged, or the mesh would tear there.
     places, own = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = own.ravel()[mesh.faces]
     away = 1 - max(keep, FEWEST / len(faces))
@@ -97,5 +97,5 @@ def _packed(mesh: RenderMesh, blob: Blob) -> dict[str, Any]:
 
 
 def pack_faces(faces: Any, blob: Blob) -> dict[str, Any]:
-    """Pack the corners of triangles."""
+    """Pack vertex indices of triangles."""
     return blob.add(faces.astype(np.uint16 if not faces.size or faces.max() < 65535 else np.uint32))

@@ -68,7 +68,7 @@ def _merge_meaning(sources: Sequence[Source], name: str, marker: int, lines: byt
     if merged.conflicts:
         places = ", ".join(dotted(conflict.path) for conflict in merged.conflicts)
         return _marked(merged, marker, [f"{why}: {places}"])
-    if clean and _says_the_same(lines, merged.text, name):
+    if clean and _has_same_meaning(lines, merged.text, name):
         return MergeResult(lines, True)
     if merged.lost or merged.lost_ours:
         return _marked(merged, marker, [])
@@ -117,12 +117,12 @@ def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> lis
 def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
     """The shortest prefix of a path at which the sides differ and are not both mappings; None if they agree."""
     for depth in range(1, len(path) + 1):
-        way = path[:depth]
-        mine, others = _at(ours, way), _at(theirs, way)
+        prefix = path[:depth]
+        mine, others = _at(ours, prefix), _at(theirs, prefix)
         if identical(mine, others):
             return None
         if not isinstance(mine, dict) or not isinstance(others, dict):
-            return way
+            return prefix
     return path if path else None
 
 
@@ -190,7 +190,7 @@ def _side_by_side(ours: bytes, theirs: bytes, marker: int) -> bytes:
     return b"%s ours\n%s%s\n%s%s theirs\n" % (marks[0], sides[0], marks[1], sides[1], marks[2])
 
 
-def _says_the_same(lines: bytes, text: str, name: str) -> bool:
+def _has_same_meaning(lines: bytes, text: str, name: str) -> bool:
     try:
         found = parse_document(Source(lines.decode("utf-8"), name)).data
     except (SpecError, UnicodeDecodeError):

@@ -1,1 +1,1 @@
-"""Runs a case again whenever it is saved: a warm engine, and a page in the browser that shows it in 3D."""
+"""Watching of a case: it is simulated in a warm engine whenever it is saved, and shown in 3D in the browser."""

@@ -1,4 +1,4 @@
-"""Admission to a page that stands on this machine: by its secret, and under its own name."""
+"""Access control of pages that are served on this machine: by a secret in the address and by host name."""
 
 import secrets
 from collections.abc import Collection, Mapping
@@ -9,11 +9,11 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Frame-Options": "DENY",
 }
-"""Of every answer."""
+"""Headers of every answer."""
 
 
 def policy(nonce: str, forms: str = "'none'") -> str:
-    """Return what a page may do: nothing but run our script and style, which have the nonce, and ask us."""
+    """Return the content security policy of a page, which allows only our scripts, styles and server."""
     only = f"'nonce-{nonce}'"
     return (
         f"default-src 'none'; script-src {only}; style-src {only}; img-src data:; media-src 'self'; "
@@ -22,18 +22,18 @@ def policy(nonce: str, forms: str = "'none'") -> str:
 
 
 def admitted(target: str, headers: Mapping[str, str], hosts: Collection[str], token: str) -> str | None:
-    """Return what is asked for, below the secret; None for whoever does not know it, or comes from elsewhere.
+    """Return the path below the secret; None if the secret is wrong, or the request comes from another page.
 
     Args:
         target: Path of the request.
-        headers: Of the request.
-        hosts: Names with ports under which we are asked.
+        headers: Headers of the request.
+        hosts: Our host names with ports.
         token: The secret.
     """
     origin = headers.get("Origin")
     if headers.get("Host") not in hosts or (origin and origin.removeprefix("http://") not in hosts):
         return None
-    # A link in a letter may lead here; what other pages fetch, embed or send is refused.
+    # Links may be followed from anywhere; requests, frames and forms of other pages are refused.
     followed = headers.get("Sec-Fetch-Mode") == "navigate" and headers.get("Sec-Fetch-Dest") == "document"
     if headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin") and not followed:
         return None

@@ -1,4 +1,4 @@
-"""Notices that a case was saved, however its editor does that."""
+"""Detection of saves of a case, independent of how its editor saves."""
 
 import os
 import stat
@@ -10,13 +10,13 @@ from typing import Literal
 SUFFIXES = frozenset(
     ".yaml .yml .json .obj .mtl .stl .ply .off .glb .gltf .bin .dae .3mf .xml .mjcf .urdf .png .jpg .jpeg .tga".split()
 )
-"""Of files that a case may be made of. Editors leave others beside it while they save."""
+"""Suffixes of files that a case may use; editors create others beside it."""
 SKIPPED = frozenset({"runs", "program", "__pycache__", "node_modules"})
 FILES = 2_000
-"""Most files that are looked at; a case file may lie in a folder with anything."""
+"""Largest number of watched files, because a case file may be in any folder."""
 DEPTH = 4
 SETTLED = 0.01
-"""Time [s] without a change after which a save is over."""
+"""Time [s] without a change after which a save is complete."""
 PATIENCE = 0.5
 """Time [s] for which a file may be missing, or empty, while it is being saved."""
 
@@ -24,17 +24,17 @@ Stamp = tuple[int, int, int]
 
 
 class CaseFiles:
-    """The files that a case is made of: its own, and those of its folder that it may refer to."""
+    """The file of a case, and the files of its folder that it may refer to."""
 
     def __init__(self, case_file: Path) -> None:
         self._case = case_file
         self.age = 0.0
-        """How long ago [s] it was saved when that was noticed."""
+        """Time [s] between the last save and its detection."""
         self._stamps = self._look()
         self._digests = {path: _digest(path) for path in self._stamps}
 
     def saved(self) -> Literal["changed", "touched", ""]:
-        """Return what happened since the last time: another content, the same once more, or nothing."""
+        """Return what happened since the last call: new content, a save of the same content, or nothing."""
         if self._look() == self._stamps:
             return ""
         self._settle()
@@ -49,12 +49,12 @@ class CaseFiles:
         return "changed" if changed else "touched" if self._case in touched else ""
 
     def _settle(self) -> None:
-        """Wait until nothing is written any more: some editors empty a file first, others put a new one in place."""
+        """Wait for the end of a save: some editors truncate a file first, others replace it."""
         begun, before = monotonic(), None
         while monotonic() - begun < PATIENCE:
             stamps = self._look()
-            whole = (stamp := stamps.get(self._case)) is not None and stamp[1] > 0
-            if whole and stamps == before:
+            complete = (stamp := stamps.get(self._case)) is not None and stamp[1] > 0
+            if complete and stamps == before:
                 return
             before = stamps
             sleep(SETTLED)
@@ -91,7 +91,7 @@ def _stamp(path: Path) -> Stamp | None:
     except OSError:
         return None
     if not stat.S_ISREG(found.st_mode):
-        return None  # a pipe would be waited for without end, and a device has no end
+        return None  # reading a pipe or a device may never end
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 

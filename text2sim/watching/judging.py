@@ -1,4 +1,4 @@
-"""Judges takes in the background."""
+"""Background judging of takes."""
 
 import queue
 import threading
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str]
-"""Number of the take, and digest of all that the judgement depends on besides."""
+"""Number of the take, and digest of all that its evidence depends on besides states."""
 
 
 @dataclass(frozen=True)
 class JudgedTake:
-    """What was found in a take."""
+    """Evidence of a take."""
 
     key: Key
     evidence: dict[str, Any] | None
@@ -24,24 +24,24 @@ class JudgedTake:
     message: str
     """Why there is none."""
     seconds: float
-    """How long it took."""
+    """Time that judging took."""
 
 
 class Judge:
-    """Judges one take at a time; puts what it found into the inbox."""
+    """Judges one take at a time; puts the result into the inbox."""
 
     def __init__(self, inbox: "queue.Queue[Any]") -> None:
         self._inbox = inbox
         self._busy: Key | None = None
         self.judged: JudgedTake | None = None
-        """What was found last."""
+        """The last result."""
         threading.Thread(target=_import, name="imports", daemon=True).start()
 
     def judge(self, key: Key, folder: Path, case: "Case") -> None:
         """Judge a take, unless that was done, or another is being judged.
 
         Args:
-            key: What tells this take from others.
+            key: Key of the judgement.
             folder: The run folder.
             case: The case.
         """
@@ -50,7 +50,7 @@ class Judge:
             threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
 
     def receive(self, judged: JudgedTake) -> None:
-        """Receive what was found."""
+        """Receive a result from the inbox."""
         self._busy, self.judged = None, judged
 
     def _work(self, key: Key, folder: Path, case: "Case") -> None:
@@ -71,4 +71,4 @@ class Judge:
 
 def _import() -> None:
     import text2sim.compiler.emit
-    import text2sim.evidence.evidence  # noqa: F401, takes half a second, while the engine starts
+    import text2sim.evidence.evidence  # noqa: F401, takes half a second, in which the engine starts

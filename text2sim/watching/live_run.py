@@ -1,4 +1,4 @@
-"""A take: one simulation of one version of the case, in a folder of its own."""
+"""Takes: simulations of versions of the case, each in its own folder."""
 
 import json
 from dataclasses import dataclass, field
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 ENDED_WELL = ("finished", "diverged")
-"""States that the same text would reach again."""
+"""States that are reproducible for the same text."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Version:
     """A saved text that can be simulated."""
 
     saved: float
-    """When the save was noticed [s], by `monotonic`."""
+    """Time of the save [s], by `monotonic`."""
     loaded: "LoadedCase"
     plan: "Plan"
     program: dict[str, bytes]
-    """Its files by path."""
+    """Files of the program by path."""
 
     @cached_property
     def judge_digest(self) -> str:
@@ -41,34 +41,34 @@ class Version:
 
 @dataclass
 class LiveRun:
-    """One simulation."""
+    """A simulation."""
 
     number: int
     folder: Path
     version: Version
-    """What is simulated; a later version with the same physics takes its place."""
+    """The simulated version; replaced by later versions with the same physics."""
     state: str = "building"
-    """building, simulating, or how it ended."""
+    """building, simulating, or the final state."""
     unwanted: bool = False
-    """Whether it was ended for another text."""
+    """Whether it was cancelled for another text."""
     message: str = ""
     traceback: str = ""
     begun: float = field(default_factory=monotonic)
     seconds: dict[str, float] = field(default_factory=dict)
-    """What was done for the version, and how long that took [s]; of the scene, and of all, since the save."""
+    """Durations of steps for the version [s]; those of `scene` and `all` are since the save."""
 
     @property
     def running(self) -> bool:
-        """Whether the engine is at it."""
+        """Whether the engine is working on it."""
         return self.state in ("building", "simulating")
 
     def adopt(self, version: Version) -> None:
-        """Stand for a later version, whose physics are the same."""
+        """Replace the version by a later one with the same physics."""
         self.version = version
         self.seconds = {}
 
     def blame(self) -> Problem | None:
-        """Return why it ended early, at the line of the case where that is known."""
+        """Return why it ended early as a problem, if the line of the case to blame is known."""
         found = provenance(self.folder / "program", self.traceback)
         source = self.version.loaded.source
         if found is None or found[0] > len(source.lines):
@@ -78,7 +78,7 @@ class LiveRun:
         return Problem("", f"engine: {self.message}", found[0], column, source.file, rule="engine")
 
     def write_inputs(self, version: Version) -> None:
-        """Write the program and the case, each file in one motion."""
+        """Write the program and the case, each file atomically."""
         for name, content in version.program.items():
             path = self.folder / "program" / name
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -86,10 +86,10 @@ class LiveRun:
         write_atomically(self.folder / "case.yaml", version.loaded.source.text)
 
     def write_record(self) -> None:
-        """Say what lies here: no run that could be taken for one of `text2sim run`."""
+        """Write a record that distinguishes the folder from a run folder of `text2sim run`."""
         record: dict[str, Any] = {
             "made_by": "text2sim watch",
-            "note": "a preview; `text2sim run` makes the run that others can rely on",
+            "note": "a preview; `text2sim run` makes runs",
             "text2sim": __version__,
             "case": self.version.loaded.case.name,
             "take": self.number,
@@ -102,5 +102,5 @@ class LiveRun:
 
 
 def write_json(path: Path, value: Any) -> None:
-    """Write a value as JSON, in one motion."""
+    """Write a value as JSON, atomically."""
     write_atomically(path, json.dumps(value, indent=1, allow_nan=False) + "\n")

@@ -1,4 +1,4 @@
-"""State of the page, and the scenes that it reads."""
+"""State of the page, and the scenes that it loads."""
 
 import json
 import threading
@@ -16,19 +16,19 @@ class PageState:
         self._closed = False
 
     def show(self, **changes: Any) -> None:
-        """Change what is shown."""
+        """Change members of the state."""
         with self._changed:
             if any(self._content.get(key, ...) != value for key, value in changes.items()):
                 self._content |= changes
                 self._notify()
 
     def show_scene(self, name: str, take: str, scene: bytes, *, whole: bool) -> None:
-        """Show a scene under a name that none had before; pages may still be reading the one that it replaces.
+        """Show a new scene; the previous one is kept for pages that are still loading it.
 
         Args:
-            name: Of the scene.
-            take: Of which simulation.
-            scene: As the page reads it.
+            name: Name of the scene, which must be new.
+            take: The simulation.
+            scene: The scene in the page's format.
             whole: Whether its simulation has ended.
         """
         with self._changed:
@@ -38,30 +38,30 @@ class PageState:
             self._notify()
 
     def scene(self, name: str) -> bytes | None:
-        """Return a scene, if it is still there."""
+        """Return a scene, if it is still kept."""
         with self._changed:
             return self._scenes.get(name)
 
     def read(self) -> tuple[int, str]:
-        """Return the version of what is shown, and it as JSON."""
+        """Return the version of the state, and the state as JSON."""
         with self._changed:
             return self._version, json.dumps(self._content, allow_nan=False)
 
     def follow(self, version: int, timeout: float) -> tuple[int, str] | None:
-        """Wait for another version than `version`; None if there is none within `timeout` [s]."""
+        """Wait for another version than `version`, at most `timeout` [s]; None if there is none."""
         with self._changed:
             self._changed.wait_for(lambda: self._version != version or self._closed, timeout)
             return None if self._version == version else self.read()
 
     def close(self) -> None:
-        """Let all pages go."""
+        """End all waiting pages."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     @property
     def closed(self) -> bool:
-        """Whether nothing more will be shown."""
+        """Whether the state will not change any more."""
         return self._closed
 
     def _notify(self) -> None:

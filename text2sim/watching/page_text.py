@@ -1,4 +1,4 @@
-"""Text of the page about a check and about a take."""
+"""Texts of the page about checks and takes."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ EXCERPT = 300
 
 
 def problem_rows(read: Checked) -> list[dict[str, Any]]:
-    """Return the problems with the lines that they are about."""
+    """Return the problems with their lines of the case."""
     rows = []
     for problem in read.problems:
         row = problem.as_dict()
@@ -22,19 +22,19 @@ def problem_rows(read: Checked) -> list[dict[str, Any]]:
 
 
 def refusal(checked: Checked) -> dict[str, Any]:
-    """Return why a text is not run."""
+    """Return the state of the page for a text that cannot be run."""
     count = sum(problem.severity == "error" for problem in checked.problems)
     words = checked.failure or f"{count} problem{'s' if count != 1 else ''}"
     return {"words": words, "tone": "bad", "mark": "✗", "progress": None}
 
 
 def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
-    """Return how a take ended, and what was found.
+    """Return the state of the page for a finished take.
 
     Args:
         take: The take.
         evidence: Its evidence; None if it could not be judged.
-        no_scene: Why there is nothing to show; empty if there is something.
+        no_scene: Why there is no scene; empty if there is one.
     """
     if take.state != "finished" or evidence is None:
         words, good = take.message or take.state.replace("_", " "), False
@@ -47,7 +47,7 @@ def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> di
 
 
 def timing(take: LiveRun) -> str:
-    """Return what was done, and how long that took."""
+    """Return the durations of a take in words."""
     seconds = take.seconds
     words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []
     words += [f"shown {seconds['scene']:.2f} s after saving"] if "scene" in seconds else []

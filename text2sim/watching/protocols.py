@@ -1,4 +1,4 @@
-"""Protocols of a session's partners: whoever reads the case, and whoever is told."""
+"""Protocols of a session's partners: a checked case, and a listener."""
 
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Protocol):
-    """A case that was read, as `text2sim check` reads it."""
+    """A case as `text2sim check` reads it."""
 
     @property
     def loaded(self) -> "LoadedCase | None":
@@ -20,27 +20,27 @@ class Checked(Protocol):
 
     @property
     def plan(self) -> "Plan | None":
-        """Its plan, if nothing keeps it from running."""
+        """Its plan, if it can be run."""
         ...
 
     @property
     def problems(self) -> list[Problem]:
-        """What is wrong."""
+        """Its problems."""
         ...
 
     @property
     def sources(self) -> dict[str, str]:
-        """Texts of the files that problems are about, by name."""
+        """Texts of the files with problems, by name."""
         ...
 
     @property
     def failure(self) -> str:
-        """What is wrong, where no line of the case is to blame."""
+        """Error message without a line of the case; empty if there is none."""
         ...
 
     @property
     def ok(self) -> bool:
-        """Whether nothing keeps it from running."""
+        """Whether it can be run."""
         ...
 
     @property
@@ -50,22 +50,22 @@ class Checked(Protocol):
 
 
 class Listener(Protocol):
-    """Who is told what happens."""
+    """Receiver of a session's events."""
 
     def checked(self, case: Checked, seconds: float) -> None:
-        """A case was read, `seconds` after the save was noticed."""
+        """A case was read, `seconds` after the save."""
 
     def status(self, words: str) -> None:
-        """Something that takes long has begun or ended."""
+        """A slow step has begun or ended."""
 
     def trouble(self, words: str, problem: Problem | None) -> None:
-        """Something went wrong; `problem` says at which line of the case, if that is known."""
+        """An error occurred, at the line of the case in `problem` if that is known."""
 
     def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
-        """States, judgement and scene are up to date; `no_scene` says why there is none.
+        """States, evidence and scene are up to date.
 
         Args:
             take: The take.
             evidence: Its evidence; None if it could not be judged.
-            no_scene: Why there is nothing to show; empty if there is something.
+            no_scene: Why there is no scene; empty if there is one.
         """

@@ -1,4 +1,4 @@
-"""Packs recordings for the page in the background, also while they are still being made."""
+"""Background packing of recordings into scenes of the page, also during simulations."""
 
 import json
 import queue
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str, str]
-"""Number of the take, digest of how it is filmed, and digest of how it was judged; empty before that."""
+"""Number of the take, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
 PAUSE = 0.3
-"""Time [s] between two scenes of a recording that is being made, at least."""
+"""Smallest time [s] between scenes during a simulation."""
 SHARE = 3.0
-"""How many times as long as a scene took to pack nothing is packed after it, while the simulation goes on."""
+"""Smallest pause after a scene during a simulation, in multiples of the time that packing took."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ class Packed:
 
     key: Key
     whole: bool
-    """Whether the recording had ended."""
+    """Whether the simulation had ended."""
     scene: bytes
-    """As the page reads it, in JSON; empty if there is none."""
+    """JSON in the page's format; empty if there is none."""
     message: str
     seconds: float
-    """How long it took."""
+    """Time that packing took."""
 
 
 class Scenes:
@@ -43,16 +43,16 @@ class Scenes:
         self._busy = False
         self._due = 0.0
         self.whole: Packed | None = None
-        """The scene that was packed last of a recording that had ended."""
+        """The last scene of a finished simulation."""
 
     def pack(self, key: Key, folder: Path, case: "Case", *, whole: bool) -> None:
-        """Pack what lies in a folder, unless something is being packed, or this was, or it is too early for more.
+        """Pack the recording of a take, unless packing is in progress, was done, or it is too early.
 
         Args:
-            key: What of.
-            folder: Of the take.
-            case: As it is judged.
-            whole: Whether its recording has ended.
+            key: Key of the scene.
+            folder: Folder of the take.
+            case: The case.
+            whole: Whether its simulation has ended.
         """
         if self._busy or (self.whole is not None and self.whole.key == key) or (not whole and monotonic() < self._due):
             return
@@ -60,7 +60,7 @@ class Scenes:
         threading.Thread(target=self._work, args=(key, folder, case, whole), name="scene", daemon=True).start()
 
     def receive(self, packed: Packed) -> None:
-        """Receive what was packed."""
+        """Receive a scene from the inbox."""
         self._busy = False
         if packed.whole:
             self.whole, self._due = packed, 0.0

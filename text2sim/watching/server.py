@@ -1,7 +1,7 @@
-"""The page of a watched case, for browsers on this machine and for nobody else.
+"""Server of the page of a watched case, only for browsers on this machine.
 
-It listens on 127.0.0.1 only. Every address begins with a secret, so that other users of the machine, and pages of other
-sites, cannot guess one; requests under another host name (as after DNS rebinding) or from another page are refused.
+It listens on 127.0.0.1. Every path begins with a secret that other users of the machine and pages of other sites cannot
+guess. Requests with another host name (as after DNS rebinding) or from another page are refused.
 """
 
 import re
@@ -17,14 +17,14 @@ from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"
 LISTENERS = 16
-"""Most pages that follow at the same time."""
+"""Largest number of connected pages."""
 KEEP_ALIVE = 10.0
-"""Time [s] between signs of life to a page."""
+"""Time [s] between keep-alive messages to a page."""
 _SCENE = re.compile(r"scene/([\w-]{1,60})\Z")
 
 
 class PageServer:
-    """Serves the page of one state."""
+    """Serves the page of a state."""
 
     def __init__(self, state: PageState, port: int = 0) -> None:
         token = secrets.token_urlsafe(18)
@@ -34,7 +34,7 @@ class PageServer:
         self._server.page = live_page(nonce).encode()
         self._state = state
         self.url = f"http://{HOST}:{self._server.server_port}/{token}/"
-        """Where the page is."""
+        """Address of the page."""
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
 
@@ -58,7 +58,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(*arguments)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A page that went away in the middle of an answer is nothing to tell."""
+        """Ignore pages that disconnect during an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -85,10 +85,10 @@ class _Handler(BaseHTTPRequestHandler):
     do_HEAD = do_GET
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Keep quiet: the terminal is for what was saved."""
+        """Print nothing: the terminal is for messages about the case."""
 
     def _path(self) -> str | None:
-        """What is asked for, below the secret; None for whoever does not know it, or comes from elsewhere."""
+        """The path below the secret; see `admitted`."""
         port = self.server.server_port
         headers: Any = self.headers
         return admitted(self.path, headers, {f"{HOST}:{port}", f"localhost:{port}"}, self.server.token)

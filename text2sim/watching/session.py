@@ -1,4 +1,4 @@
-"""Watches one case: checks it when it is saved, and brings states, judgement and scene up to date."""
+"""Session that watches a case: checks it when it is saved, and updates states, evidence and scene."""
 
 import queue
 import shutil
@@ -22,33 +22,33 @@ from text2sim.watching.protocols import Checked, Listener
 from text2sim.watching.scenes import Packed, Scenes
 
 POLL = 0.05
-"""Time [s] between looks at the files."""
+"""Time [s] between polls of the files."""
 FAREWELL = 10.0
-"""Time [s] that processes have to end: the engine then writes down the kernels that it compiled."""
+"""Time [s] that processes have to end, in which the engine stores its compiled kernels."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What a user may choose."""
+    """Options of the user."""
 
     timeout: float = 60.0
-    """Time [s] that a simulation may take."""
+    """Time limit of a simulation [s]."""
     memory: int = 3_000_000_000
-    """Resident memory [bytes] of the engine above which a fresh one takes its place."""
+    """Resident memory [bytes] above which the engine is restarted."""
     engine: str = warm_engine.MODULE
     """Module of the engine's process."""
 
 
 class WatchSession:
-    """One case that is watched.
+    """Session that watches a case.
 
     Args:
         case_file: The case's file.
-        folder: Where takes go; it exists and is ours.
+        folder: Folder of takes, which exists and is ours.
         examine: Reads the case.
-        state: What the page shows.
-        listener: Who is told.
-        options: What the user chose.
+        state: State of the page.
+        listener: Receives events.
+        options: Options of the user.
     """
 
     def __init__(
@@ -74,14 +74,14 @@ class WatchSession:
         self._progress: ProgressTail | None = None
         self._shows = 0
         self._told: tuple[int, str, str] | None = None
-        """What was last said to be up to date: take, film, judgement."""
+        """The last completed key: take, film, judgement."""
         self._valid = False
-        """Whether the text as it is now can be run."""
+        """Whether the current text can be run."""
         self._shown = False
-        """Whether the page says so of the text as it is now."""
+        """Whether the page shows the result of the current text."""
 
     def run(self, stops: Callable[[], int]) -> None:
-        """Watch until somebody wants it to stop; `stops` says how many requests to stop there were."""
+        """Watch until `stops` returns a number of requests to stop."""
         for old in self._folder.glob("take-*"):
             shutil.rmtree(old, ignore_errors=True)
         self.engine.start()
@@ -106,11 +106,11 @@ class WatchSession:
     # --- the text ------------------------------------------------------------------------------------------------
 
     def _check(self, *, again: bool = False) -> None:
-        """Read the case; `again` if it is the same text, saved once more."""
+        """Read the case; `again` if the same text was saved again."""
         try:
             checked = self._examine()
             version = self._compile(checked)
-        except Exception as error:  # a bug of ours must not end the session: the next save may get around it
+        except Exception as error:  # a bug of ours must not end the session: the next save may avoid it
             self._valid = False
             self._listener.trouble(told(error), None)
             self._state.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
@@ -124,7 +124,7 @@ class WatchSession:
             return
         take = self._take
         if again and take is not None and not take.running and take.state not in ENDED_WELL:
-            self._take = None  # it may have been bad luck: whoever saves once more wants it tried once more
+            self._take = None  # a failure may not be reproducible: another save tries again
         self._version = version
         self._reconcile()
 
@@ -135,7 +135,7 @@ class WatchSession:
 
         return Version(self._saved, checked.loaded, checked.plan, emit(checked.plan))
 
-    # --- bringing everything up to date ---------------------------------------------------------------------------
+    # --- updates -------------------------------------------------------------------------------------------------
 
     def _reconcile(self) -> None:
         version, take = self._version, self._take
@@ -170,7 +170,7 @@ class WatchSession:
             return
         soft = version.plan.settings.soft
         if not self.engine.fits("32" if soft is None else soft.precision):
-            self._listener.status("a fresh engine is being started, for another precision of numbers")
+            self._listener.status("the engine is restarted, for another numeric precision")
             return
         self._takes += 1
         self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
@@ -181,7 +181,7 @@ class WatchSession:
         self._state.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
     def _conclude(self, take: LiveRun, version: Version, key: tuple[int, str, str]) -> None:
-        """Say, once, that everything is up to date."""
+        """Report, once, that everything is up to date."""
         judged, packed = self.judge.judged, self.scenes.whole
         if take.running or judged is None or (self._told == key and (self._shown or not self._valid)):
             return
@@ -194,7 +194,7 @@ class WatchSession:
             closing = page_text.closing(take, judged.evidence, packed.message)
             self._state.show(**closing, timing=page_text.timing(take))
         if self._told == key:
-            self._listener.status("nothing to do: neither physics, film nor expectations have changed")
+            self._listener.status("nothing to do: physics, film and expectations have not changed")
             return
         self._told = key
         take.write_record()
@@ -206,7 +206,7 @@ class WatchSession:
     # --- news ----------------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        """Wait for news for a moment; take in all there is."""
+        """Wait briefly for messages, and handle all that have arrived."""
         try:
             news = self._inbox.get(timeout=POLL)
             while True:
@@ -231,7 +231,7 @@ class WatchSession:
             if self.engine.ready and not before:
                 self._listener.status("the engine has started")
             if "died" in news.data and self.engine.hopeless:
-                self._listener.trouble(f"the engine does not start: {self.engine.words}; engine.log says more", None)
+                self._listener.trouble(f"the engine does not start: {self.engine.words}; see engine.log", None)
                 self._state.show(words="the engine does not start", tone="bad", mark="!", progress=None)
             if (take := self._take) is not None and news.data.get("phase") == "simulate" and take.state == "building":
                 take.state = "simulating"
@@ -252,7 +252,7 @@ class WatchSession:
         take = self._take
         if take is None or not take.running or self._progress is None:
             if take is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
-                self._state.show(words="starting the engine, once", tone="busy", mark="…")
+                self._state.show(words="starting the engine", tone="busy", mark="…")
             return
         for record in self._progress.read():
             if record.get("phase") == "simulate" and self._valid and record.get("duration"):
@@ -260,7 +260,7 @@ class WatchSession:
                 self._state.show(words="simulating", tone="busy", progress=round(done, 3))
 
     def _after(self, result: dict[str, Any] | None) -> None:
-        """Take note of the end of a simulation."""
+        """Handle the end of a simulation."""
         take = self._take
         if result is None or take is None or result["order"] != take.number:
             return
@@ -271,7 +271,7 @@ class WatchSession:
         take.state, take.message = result["state"], result.get("message", "")
         take.traceback = result.get("traceback", "")
         if result.get("killed"):
-            # For the judge, who reads how it ended from there.
+            # The judge reads the final state from this file.
             status = {"state": take.state, "message": take.message}
             write_json(take.folder / "status.json", status)
         if take.unwanted:
@@ -280,4 +280,4 @@ class WatchSession:
         if take.state not in ENDED_WELL:
             self._listener.trouble(f"{take.state.replace('_', ' ')}: {take.message}", take.blame())
         if result.get("killed") and not self.engine.hopeless:
-            self._listener.status("a fresh engine is being started")
+            self._listener.status("the engine is restarted")

@@ -11,7 +11,7 @@ async function inflated(base64) {
 
 const KINDS = { Float32Array, Uint32Array, Uint16Array, Int16Array, Int8Array };
 
-/** Puts arrays in the place of what the page says of them, everywhere below `value`. */
+/** Replaces the descriptions of arrays below `value` by the arrays. */
 function unpack(value, buffer) {
   if (Array.isArray(value)) return value.map((row) => unpack(row, buffer));
   if (value === null || typeof value !== "object") return value;
@@ -22,7 +22,7 @@ function unpack(value, buffer) {
   return Object.fromEntries(Object.entries(value).map(([key, row]) => [key, unpack(row, buffer)]));
 }
 
-/** Rows before and after a time, and how far it is from the one to the other. */
+/** Rows before and after a time, and the weight of the latter. */
 function around(times, t) {
   let low = 0, high = times.length - 1;
   if (high < 0 || t <= times[0]) return [0, 0, 0];
@@ -54,12 +54,12 @@ function posesAt(links, t) {
   });
 }
 
-/** The matrix of a pose as the page has it: metres, and a quaternion (w, x, y, z). */
+/** The matrix of a pose: metres, and a quaternion (w, x, y, z). */
 function matrixOf({ pos, quat: [w, x, y, z] }) {
   return new THREE.Matrix4().compose(new THREE.Vector3(...pos), new THREE.Quaternion(x, y, z, w), new THREE.Vector3(1, 1, 1));
 }
 
-/** Points of a body that deforms at a time, into an array. */
+/** Writes the points of a deformable body at a time into an array. */
 function deformed(figure, t, into) {
   const [a, b, w] = around(figure.times, t), n = 3 * figure.count, { array, low, step } = figure.points;
   for (let i = 0; i < n; i++) into[i] = low[i % 3] + step[i % 3] * (array[a * n + i] * (1 - w) + array[b * n + i] * w);

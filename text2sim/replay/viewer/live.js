@@ -1,4 +1,4 @@
-// A case that is watched: what is wrong with it, how far its simulation is, and its newest recording.
+// A watched case: its problems, the progress of its simulation, and its newest recording.
 
 function follow(replay) {
   let shown = "", played = "";
@@ -15,7 +15,7 @@ function follow(replay) {
     if (shown !== name) return;
     const first = !replay.data, following = replay.time >= replay.span[1] - 1e-9;
     replay.show(data);
-    if (first && data.cameras.length) replay.seeThrough(0);  // as the film will show it
+    if (first && data.cameras.length) replay.seeThrough(0);  // as in the film
     if (following) replay.seek(replay.span[1]);
     if (following && whole && played !== take) replay.play();
     if (whole) played = take;

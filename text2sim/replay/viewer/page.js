@@ -1,4 +1,4 @@
-// Everything that is shown comes from files of somebody: it goes in as text, never as HTML.
+// Everything on the page comes from untrusted files: it is inserted as text, never as HTML.
 
 const byId = (id) => document.getElementById(id);
 const make = (kind, text, name) => {
@@ -8,7 +8,7 @@ const make = (kind, text, name) => {
   return element;
 };
 
-/** A small text, with what stands in backticks set as code. */
+/** A small text, with code in backticks. */
 function prose(text) {
   const element = make("small");
   text.split("`").forEach((part, k) => element.append(k % 2 ? make("code", part) : part));
@@ -34,7 +34,7 @@ class Replay {
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
   }
 
-  /** Shows a recording; one that takes the place of another keeps the moment and the view, or follows to its end. */
+  /** Shows a recording; one that replaces another keeps time and view, or follows the end. */
   show(data) {
     const first = !this.data, following = this.time >= this.span[1] - 1e-9;
     const ends = [data.links.times, data.figures[0]?.times, data.measure_times].map((times) => times?.at(-1) ?? 0);
@@ -82,7 +82,7 @@ class Replay {
     this.redraw();
   }
 
-  /** Gives the picture its pixels: fewer while it plays where drawing is slow, as without a graphics card. */
+  /** Sets the resolution: lower while playing if drawing is slow, as without a graphics card. */
   resize() {
     const scale = Math.min(window.devicePixelRatio || 1, 2) * (this.playing ? COARSE[this.coarse] : 1), { canvas } = this;
     canvas.width = Math.max(Math.round(canvas.clientWidth * scale), 1);
@@ -158,13 +158,13 @@ class Replay {
       if (event.button === 0 && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 4) this.pick(event.offsetX, event.offsetY);
     });
     window.addEventListener("keydown", (event) => this.press(event));
-    // A button that was clicked shall not keep the space bar.
+    // A clicked button must not keep the focus, or the space bar would press it.
     document.addEventListener("click", (event) => { if (event.detail) event.target.closest("button")?.blur(); });
   }
 
   press(event) {
     if (!this.data || event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("select")) return;
-    if (event.key === " " && event.target.matches?.("button")) return;  // it does what it does
+    if (event.key === " " && event.target.matches?.("button")) return;  // the button handles it
     const times = this.data.links.times.length > 1 ? this.data.links.times : this.data.figures[0]?.times ?? this.data.links.times;
     const step = (count) => {
       this.pause();
@@ -206,7 +206,7 @@ class Replay {
     this.redraw();
   }
 
-  /** Says what is chosen and what it touches. */
+  /** Shows the chosen body and what it touches. */
   tell() {
     const label = byId("chosen"), name = this.stage?.bodies[this.stage.chosen];
     label.hidden = name === undefined;

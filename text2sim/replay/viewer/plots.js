@@ -1,4 +1,4 @@
-// A plot of each measure, with what its expectations forbid, and a line at the time that is shown.
+// A plot of each measure, with the ranges that its expectations forbid, and a line at the current time.
 
 const number = (x) => x === null || x === undefined || Number.isNaN(x) ? "–" :
   Math.abs(x) >= 1e5 || (x !== 0 && Math.abs(x) < 1e-3) ? x.toExponential(2) : String(Number(x.toPrecision(4)));
@@ -35,7 +35,7 @@ class Plot {
     this.range = [low - margin, high + margin];
   }
 
-  /** Draws all but the line. */
+  /** Draws everything except the line. */
   paint(ink, soft) {
     const { canvas, measure, times, range } = this, scale = window.devicePixelRatio || 1;
     canvas.width = canvas.clientWidth * scale;

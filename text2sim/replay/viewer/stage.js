@@ -1,4 +1,4 @@
-// What is drawn, by three.js: rigid pieces by shape, all copies at once; surfaces that bend; particles; contacts.
+// The scene in three.js: rigid pieces, instanced by shape; deformable surfaces; particles; contacts.
 
 const SHADOW = 2048, DETAILED = 3000;
 const MARK = new THREE.Color(1, 0.35, 0);
@@ -18,7 +18,7 @@ class Stage {
     Object.assign(this, { canvas, chosen: -1, touches: true, touching: [] });
   }
 
-  /** Puts another recording in the place of the one that is shown. */
+  /** Replaces the recording. */
   show(data) {
     this.discard();
     this.data = data;
@@ -52,7 +52,7 @@ class Stage {
 
   aimSun() {
     const { center, radius, light } = this.data, way = new THREE.Vector3(...light).normalize();
-    way.z = Math.min(way.z, -0.35);  // a lamp from the side or below throws shadows that say nothing
+    way.z = Math.min(way.z, -0.35);  // shadows of a lamp from the side or below are not informative
     this.sun.target.position.set(...center);
     this.sun.position.copy(this.sun.target.position).addScaledVector(way.normalize(), -8 * radius);
     const reach = 2.4 * radius;
@@ -70,7 +70,7 @@ class Stage {
     });
   }
 
-  /** Adds copies of a shape; `rows` say of each what body it is and which colour it has. */
+  /** Adds copies of a shape; `rows` have the body and colour of each. */
   copies(shape, material, rows) {
     const made = new THREE.InstancedMesh(shape, material, rows.length);
     made.frustumCulled = false;
@@ -143,7 +143,7 @@ class Stage {
     }
     const material = new THREE.PointsMaterial({
       map: new THREE.CanvasTexture(dot), transparent: true, sizeAttenuation: false, toneMapped: false, fog: false,
-      depthTest: false,  // where things touch is mostly between them
+      depthTest: false,  // contact points are mostly hidden between bodies
     });
     material.map.colorSpace = THREE.SRGBColorSpace;
     material.onBeforeCompile = (shader) => {
@@ -158,7 +158,7 @@ class Stage {
     return points;
   }
 
-  /** Puts everything where it is at a time. */
+  /** Moves everything to its pose at a time. */
   setTime(t) {
     const poses = posesAt(this.data.links, t), place = new THREE.Matrix4();
     for (const group of this.groups) {
@@ -191,7 +191,7 @@ class Stage {
       thing.userData.rows.forEach((row, k) => {
         const [red, green, blue] = row.picture === undefined ? row.color.map((c) => c / 255) : [1, 1, 1];
         color.setRGB(red, green, blue, THREE.SRGBColorSpace);
-        if (!row.faces && thing.userData.update) color.multiplyScalar(0.86 + 0.28 * (k * 0.618 % 1));  // which tells grains apart
+        if (!row.faces && thing.userData.update) color.multiplyScalar(0.86 + 0.28 * (k * 0.618 % 1));  // to distinguish grains
         if (row.body === chosen) color.lerp(MARK, 0.45);
         thing.setColorAt(k, color);
       });
@@ -199,7 +199,7 @@ class Stage {
     }
   }
 
-  /** Draws all of it as the camera sees it. */
+  /** Draws the scene. */
   draw() {
     const { canvas, data, camera, scene } = this, away = camera.position.distanceTo(this.sun.target.position);
     scene.background = new THREE.Color().setRGB(...this.background, THREE.SRGBColorSpace);
@@ -209,7 +209,7 @@ class Stage {
     this.renderer.render(scene, camera);
   }
 
-  /** The number of the body in a pixel of the page; -1 if there is none. */
+  /** Index of the body at a pixel of the page; -1 if there is none. */
   pick(x, y) {
     const { clientWidth: w, clientHeight: h } = this.canvas, ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2(2 * x / w - 1, 1 - 2 * y / h), this.camera);
@@ -218,7 +218,7 @@ class Stage {
   }
 }
 
-/** What metals mirror: dark below, bright above. */
+/** Environment for reflections of metals: dark below, bright above. */
 function surroundings() {
   const sheet = document.createElement("canvas"), pen = sheet.getContext("2d");
   [sheet.width, sheet.height] = [16, 64];

@@ -1,4 +1,4 @@
-// From where it is seen: freely, or as a camera of the film.
+// The view: free, or that of a camera of the film.
 
 class ViewControl {
   constructor(camera, canvas, onchange) {
@@ -14,7 +14,7 @@ class ViewControl {
     Object.assign(this.orbit, { minDistance: 0.02 * data.radius, maxDistance: 60 * data.radius });
   }
 
-  /** Looks at everything from where the film begins. */
+  /** Looks at everything from the start of the film's camera. */
   reset() {
     const { cameras, center, radius } = this.data;
     this.track = null;
@@ -27,7 +27,7 @@ class ViewControl {
     this.aim();
   }
 
-  /** Goes on freely from where a camera of the film stands. */
+  /** Makes the view free, from the pose of the film's camera. */
   free() {
     if (this.track === null) return;
     this.fov = this.data.cameras[this.track].fov;
@@ -36,7 +36,7 @@ class ViewControl {
     this.onfree?.();
   }
 
-  /** Turns about what is in the middle of the picture, as far away as what happens. */
+  /** Orbits about the centre of the picture, at the distance of the scene. */
   aim() {
     const ahead = this.camera.getWorldDirection(new THREE.Vector3());
     const arm = new THREE.Vector3(...this.data.center).sub(this.camera.position), away = arm.dot(ahead);
@@ -45,7 +45,7 @@ class ViewControl {
     this.orbit.update();
   }
 
-  /** Puts the camera where one of the film is at a time. */
+  /** Moves the camera to the pose of the film's camera at a time. */
   stand(film, t) {
     const [a, b, w] = around(film.times, t), { camera } = this;
     const mix = (values) => new THREE.Vector3().fromArray(values, 3 * a).lerp(new THREE.Vector3().fromArray(values, 3 * b), w);
@@ -53,11 +53,11 @@ class ViewControl {
     camera.position.copy(mix(film.pos));
     camera.up.set(...film.up);
     const ahead = look.clone().sub(camera.position).normalize();
-    if (Math.abs(ahead.dot(camera.up)) > 0.9999) camera.up.set(0, 1, 0);  // +y is up in it when it looks straight down
+    if (Math.abs(ahead.dot(camera.up)) > 0.9999) camera.up.set(0, 1, 0);  // +y is up if it looks straight down
     camera.lookAt(look);
   }
 
-  /** Sets the camera for a time: a narrow page shows no less across than the film. */
+  /** Sets the camera for a time; a narrow page shows the full width of the film. */
   look(t) {
     const { camera, data } = this, aspect = this.canvas.clientWidth / Math.max(this.canvas.clientHeight, 1);
     this.time = t;
