@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 asset = typer.Typer(
     help="Meshes, mechanisms and pictures of a case: checked, repaired, made, tried.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -57,7 +57,6 @@ _Wrap = Annotated[
 ]
 _Lids = Annotated[bool, typer.Option("--close", help="Close wide openings, too, as of a bowl.")]
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder with all its files; that of FILE if left out.")]
-_AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 MODELS = (".xml", ".mjcf", ".urdf")
 
 
@@ -81,7 +80,7 @@ def check(
     root: _Root = None,
     png: Annotated[Path | None, typer.Option("--png", help="Draw a picture of a mechanism to this file.")] = None,
     engine: Annotated[bool, typer.Option("--engine", help="Also run a mesh in the engine for five steps.")] = False,
-    as_json: _AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
     from text2sim.cli.output import say, say_json
@@ -131,7 +130,7 @@ def add(
     close: _Lids = False,
     wrap: _Wrap = False,
     root: _Root = None,
-    as_json: _AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Add a mesh, mechanism or picture to a case's folder and manifest; meshes are repaired."""
     from text2sim.asset_intake.register import add
@@ -156,7 +155,7 @@ def generate(
     model: Annotated[str, typer.Option("--model", help="Meshy's model.")] = "latest",
     budget: Annotated[int, typer.Option("--budget", min=0, help="Credits that the case may cost in total.")] = 100,
     timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Time limit in seconds.")] = 900.0,
-    as_json: _AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Generate a mesh from text with Meshy, repair it, and add it to a case. Needs MESHY_API_KEY.
 
@@ -178,7 +177,7 @@ def generate(
 
 
 @asset.command("probe")
-def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
+def probe(file: _File, root: _Root = None, as_json: AsJson = False) -> None:
     """Drive each joint of a mechanism a little in the engine, and report which of them respond."""
     from dataclasses import asdict
 
@@ -213,7 +212,7 @@ def probe(file: _File, root: _Root = None, as_json: _AsJson = False) -> None:
 
 
 @asset.command("list")
-def list_assets(case: _Case, as_json: _AsJson = False) -> None:
+def list_assets(case: _Case, as_json: AsJson = False) -> None:
     """List a case's assets, and check that their files match the manifest."""
     from text2sim.assets.manifest import problems_of, read_manifest, verify_manifest
     from text2sim.assets.safe_write import case_folder

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers
-from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 benchmark = typer.Typer(no_args_is_help=True, help="Cases as benchmarks for other simulators, and their results.")
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 
 
 @benchmark.command("export")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 import typer
 
 from text2sim.cli.learned_cards import distill_cards, show_ledger
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -17,9 +18,7 @@ if TYPE_CHECKING:
 cards = typer.Typer(
     help="Debug Cards: lessons from failures that were reproduced and repaired.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 MAX_JOBS = 16
 
 

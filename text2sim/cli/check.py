@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def check(
     explain: Annotated[
         str, typer.Option("--explain", metavar="RULE", help="Explain a rule: meaning, reason, remedy, example.")
     ] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find the problems of cases without running them."""
     from text2sim.cli.output import say_json

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 
 
 def compile_cases(
@@ -16,7 +16,7 @@ def compile_cases(
     ] = None,
     variants: Variants = None,
     sets: Sets = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write the Genesis program of a case, to read or to run by hand."""
     from text2sim.cli.cases import say_examined

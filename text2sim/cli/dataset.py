@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -19,9 +20,7 @@ if TYPE_CHECKING:
 dataset = typer.Typer(
     help="Datasets of films with annotations and questions.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Folder = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")]
 
 

@@ -1,13 +1,13 @@
 """The command `text2sim doctor`."""
 
-from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False) -> None:
+def doctor(as_json: AsJson = False) -> None:
     """Report what this machine has and lacks, and how to fix that. Takes about ten seconds."""
     from dataclasses import asdict
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 evaluate = typer.Typer(
     help="Measure how good cases are: suites of prompts, methods that answer them, judges, a report.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
 SuiteFile = Annotated[
     Path,

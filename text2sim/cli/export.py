@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 
@@ -15,7 +16,7 @@ def export(
     ] = None,
     gltf: Annotated[list[Path] | None, typer.Option("--gltf", metavar="FILE", help="Write a .glb file.")] = None,
     every: Annotated[int, typer.Option("--every", min=1, help="Only every N-th recorded frame, and the last.")] = 1,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Export a recorded run for other programs, for rendering or interactive viewing."""
     from text2sim.cli.output import say, say_json

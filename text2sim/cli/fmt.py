@@ -6,12 +6,14 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
+
 
 def fmt(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
     check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")] = False,
     diff: Annotated[bool, typer.Option("--diff", help="Write nothing; print what would change.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Format cases canonically: order, indentation, quotes. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases

@@ -11,7 +11,6 @@ from text2sim.service import exits
 git = typer.Typer(
     help="Let git show and merge cases by meaning.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
 _Global = Annotated[bool, typer.Option("--global", help="For all repositories of this user, not only the current one.")]
 _Name = Annotated[str, typer.Argument()]

@@ -8,11 +8,11 @@ import typer
 
 from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
 from text2sim.cli.last_film import Film
+from text2sim.cli.options import AsJson
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 HELD_OUT = "demonstrations"
 """The suite whose sources must not be learned from."""
 

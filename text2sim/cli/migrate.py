@@ -5,11 +5,13 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
+
 
 def migrate(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
     check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 if a file would change.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Convert cases of older versions of the language to the latest one. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
+
 
 def new(
     name: Annotated[str, typer.Argument(help="Name of the case: a letter, then letters, digits or underscores.")],
@@ -12,7 +14,7 @@ def new(
         Path | None, typer.Option("--from", help="Copy this case (a folder, or the name of one in --cases).")
     ] = None,
     cases: Annotated[Path, typer.Option("--cases", help="Folder of cases.")] = Path("cases"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write a new commented case: a ball that drops on a stack of boxes."""
     from text2sim.cli.output import say, say_json

@@ -11,6 +11,7 @@ import typer
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 Variants = Annotated[
     list[str] | None,
     typer.Option("--variant", metavar="NAME", help="Apply this variant to the case; several in order."),

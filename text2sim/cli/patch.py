@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def patch(
     operations: Annotated[str, typer.Argument(metavar="PATCH.JSON", help="RFC 6902 operations; - reads from stdin.")],
     owner: Annotated[Owner | None, typer.Option("--owner", help="The only section that the patch may change.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write nothing; print what would change.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Apply a patch to a case, completely or not at all; comments and order are kept.
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.options import AsJson
+
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.library import Definition, PrefabLibrary
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 def prefabs(
     name: Annotated[str, typer.Argument(help="The prefab to explain; all are listed if left out.")] = "",
     case: Annotated[Path | None, typer.Option("--case", help="Include those of this case.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the prefabs that a case can use, or explain one."""
     from text2sim.cli.output import say, say_json

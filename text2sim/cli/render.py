@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 from text2sim.spec_schema.plain import plain_line
 
@@ -63,7 +64,7 @@ def render(
     workers: Workers = 1,
     ray: Ray = "",
     store: StoreUrl = "",
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Render a path-traced film of a recorded run, without simulating again.
 

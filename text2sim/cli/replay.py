@@ -5,12 +5,13 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 
 def replay(
     run: Annotated[Path, typer.Argument(help="Folder of a run.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Write the page that shows a run in 3D.
 

@@ -1,44 +1,69 @@
 """The command `text2sim run`."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
-from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.options import AsJson, Sets, Variants, overlay_of, with_options
 from text2sim.service import exits
 
-Runs = Annotated[Path, typer.Option("--runs", help="Folder of run folders.")]
-Timeout = Annotated[float, typer.Option("--timeout", min=1.0, help="Limit of a program's wall time in seconds.")]
-Memory = Annotated[
-    float | None,
-    typer.Option("--memory", min=0.1, help="Limit of a program's memory in GB; 85 % of the machine's if left out."),
-]
-Force = Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")]
-Gpu = Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
+if TYPE_CHECKING:
+    from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
 
+@dataclass(frozen=True)
+class RunOptions:
+    """Options of commands that run cases."""
+
+    variants: Variants = None
+    sets: Sets = None
+    runs: Annotated[Path, typer.Option("--runs", help="Folder of run folders.")] = Path("runs")
+    timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Limit of a program's wall time in seconds.")] = (
+        3600.0
+    )
+    memory: Annotated[
+        float | None,
+        typer.Option("--memory", min=0.1, help="Limit of a program's memory in GB; 85 % of the machine's if left out."),
+    ] = None
+    force: Annotated[bool, typer.Option("--force", help="Simulate again even if nothing changed.")] = False
+    gpu: Annotated[bool, typer.Option("--gpu", help="Simulate on the CUDA device instead of the CPU.")] = False
+    workers: Workers = 1
+    ray: Ray = ""
+    store: StoreUrl = ""
+    as_json: AsJson = False
+
+    @property
+    def overlay(self) -> "CaseOverlay":
+        """The overlay of each case."""
+        return overlay_of(self.variants, self.sets)
+
+    def of_attempts(self, *, film: bool) -> dict[str, Any]:
+        """Return the keyword arguments of `attempts`."""
+        return {
+            "where": where_of(self.workers, self.ray, self.store, self.runs),
+            "runs": self.runs,
+            "timeout": self.timeout,
+            "memory_gb": self.memory,
+            "film": film,
+            "force": self.force,
+            "device": "gpu" if self.gpu else "cpu",
+        }
+
+
+@with_options(RunOptions)
 def run_cases(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
-    variants: Variants = None,
-    sets: Sets = None,
     sweep: Annotated[str, typer.Option("--sweep", metavar="NAME", help="Run this sweep of the case.")] = "",
     grid: Annotated[
         list[str] | None,
         typer.Option("--grid", metavar="PATH=[A,B,...]", help="Run every combination of these values."),
     ] = None,
-    runs: Runs = Path("runs"),
-    timeout: Timeout = 3600.0,
-    memory: Memory = None,
     no_film: Annotated[bool, typer.Option("--no-film", help="Do not make a film.")] = False,
-    force: Force = False,
-    gpu: Gpu = False,
-    workers: Workers = 1,
-    ray: Ray = "",
-    store: StoreUrl = "",
-    as_json: AsJson = False,
+    *,
+    options: RunOptions,
 ) -> None:
     """Simulate, judge and film cases.
 
@@ -53,22 +78,14 @@ def run_cases(
     from text2sim.service.examined import examine, find_cases
 
     # All are read before the first runs, so that an error in the last one does not show up after an hour.
-    paths, overlay = find_cases(cases), overlay_of(variants, sets)
-    options: dict[str, Any] = {
-        "where": where_of(workers, ray, store, runs),
-        "runs": runs,
-        "timeout": timeout,
-        "memory_gb": memory,
-        "film": not no_film,
-        "force": force,
-        "device": "gpu" if gpu else "cpu",
-    }
+    paths, overlay, as_json = find_cases(cases), options.overlay, options.as_json
+    how = options.of_attempts(film=not no_film)
     if sweep or grid:
         from text2sim.cli.sweep import run_sweep
 
         if len(paths) != 1:
             raise typer.BadParameter("a sweep takes one case", param_hint="'CASES...'")
-        raise typer.Exit(run_sweep(paths[0], overlay, sweep, grid or [], options, as_json=as_json))
+        raise typer.Exit(run_sweep(paths[0], overlay, sweep, grid or [], how, as_json=as_json))
     rows = [examine(path, plan=len(paths) > 1, overlay=overlay) for path in paths]
     if any(not row.ok for row in rows):
         if as_json:
@@ -78,7 +95,7 @@ def run_cases(
         raise typer.Exit(max(row.exit for row in rows))
 
     code, documents = exits.OK, []
-    for row, result in attempts(rows, quiet=as_json, **options):
+    for row, result in attempts(rows, quiet=as_json, **how):
         code = max(code, row.exit if result is None else exit_of(result))
         documents.append(row.as_dict() if result is None else result.as_dict())
         if not as_json:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -26,7 +26,7 @@ def show(
     no_png: Annotated[bool, typer.Option("--no-png", help="Draw nothing.")] = False,
     body: Annotated[str, typer.Option("--body", metavar="NAME", help="Print only this body or static.")] = "",
     open_it: Annotated[bool, typer.Option("--open", help="Show the picture on the screen.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print a case with all defaults and derived values, and draw its start."""
     from text2sim.cli.cases import say_examined

@@ -5,15 +5,14 @@ from typing import Annotated, Any
 
 import typer
 
+from text2sim.cli.options import AsJson
 from text2sim.service import exits
 
 study = typer.Typer(
     help="Blind comparisons of methods' films by people.",
     no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
 )
 Folder = Annotated[Path, typer.Argument(metavar="STUDY", help="Folder of the study.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document.")]
 
 
 @study.command("build")

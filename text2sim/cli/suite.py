@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
-from text2sim.cli.options import Sets, Variants, overlay_of
-from text2sim.cli.run import AsJson, Force, Gpu, Memory, Runs, Timeout
+from text2sim.cli.many import attempts
+from text2sim.cli.options import with_options
+from text2sim.cli.run import RunOptions
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -17,21 +17,13 @@ if TYPE_CHECKING:
     from text2sim.service.examined import Examined
 
 
+@with_options(RunOptions)
 def run_suite(
     paths: Annotated[list[Path], typer.Argument(help="Cases, or folders of cases.")],
     pattern: Annotated[str, typer.Option("-k", help="Only cases whose name contains this.")] = "",
-    variants: Variants = None,
-    sets: Sets = None,
-    runs: Runs = Path("runs"),
-    timeout: Timeout = 3600.0,
-    memory: Memory = None,
     film: Annotated[bool, typer.Option("--film", help="Make films, too.")] = False,
-    force: Force = False,
-    gpu: Gpu = False,
-    workers: Workers = 1,
-    ray: Ray = "",
-    store: StoreUrl = "",
-    as_json: AsJson = False,
+    *,
+    options: RunOptions,
 ) -> None:
     """Run cases like a test suite: a case passes if it meets all its expectations."""
     from text2sim.cli.output import say, say_json
@@ -39,23 +31,13 @@ def run_suite(
     from text2sim.service.examined import examine, find_cases
     from text2sim.service.phrases import seconds
 
-    begun, code = monotonic(), exits.OK
+    begun, code, as_json = monotonic(), exits.OK, options.as_json
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
     documents: list[dict[str, Any]] = []
-    options: dict[str, Any] = {
-        "where": where_of(workers, ray, store, runs),
-        "runs": runs,
-        "timeout": timeout,
-        "memory_gb": memory,
-        "film": film,
-        "force": force,
-        "device": "gpu" if gpu else "cpu",
-    }
     # On a terminal a live line shows progress; elsewhere a suite only prints its summary.
-    quiet = as_json or not sys.stderr.isatty()
-    overlay = overlay_of(variants, sets)
+    quiet, overlay = as_json or not sys.stderr.isatty(), options.overlay
     rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]
-    for row, result in attempts(rows, quiet=quiet, **options):
+    for row, result in attempts(rows, quiet=quiet, **options.of_attempts(film=film)):
         word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
         tally[word] += 1
         code = max(code, row.exit if result is None else exit_of(result))
