@@ -1,4 +1,4 @@
-"""Sheets that hang between two edges, or over a bar."""
+"""Sheets that hang between two edges, over a bar, or in folds."""
 
 from pathlib import Path
 
@@ -55,6 +55,21 @@ def test_a_sheet_over_a_bar_is_as_long_as_ever(at):
     assert high == pytest.approx(net.vertices.max(axis=0), abs=2e-3)
 
 
+@pytest.mark.parametrize(("folds", "fullness"), [(1, 1.2), (6, 1.6), (10, 3.0)])
+def test_a_sheet_in_folds_is_as_long_as_ever(folds, fullness):
+    sheet = Sheet(kind="sheet", size=(3.0, 0.4), folds=folds, fullness=fullness)
+    net = soft_surface(sheet, Path(), 3.0 / folds / 40)
+    line = net.vertices[np.isclose(net.vertices[:, 1], -0.2)]
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    assert steps.sum() == pytest.approx(3.0, rel=5e-3)  # chords of waves
+    assert line[-1, 0] - line[0, 0] == pytest.approx(3.0 / fullness, rel=1e-6)
+    rising = (line[:-1, 2] < -1e-6) & (line[1:, 2] > -1e-6)
+    assert rising.sum() in (folds - 1, folds)  # a vertex may lie on the axis
+    low, high = extents(sheet, IDENTITY, Path())
+    assert low == pytest.approx(net.vertices.min(axis=0), abs=3e-3)
+    assert high == pytest.approx(net.vertices.max(axis=0), abs=3e-3)
+
+
 @pytest.mark.parametrize(
     ("region", "wanted"),
     [
@@ -79,7 +94,8 @@ def test_an_edge_of_a_sheet_over_a_bar_is_its_hem(region, wanted):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ("sag: 0.1, over: 0.05", "either sag or over"),
+        ("sag: 0.1, over: 0.05", "give one of sag, over and folds"),
+        ("sag: 0.1, folds: 4", "give one of sag, over and folds"),
         ("over: 0.5, over_at: 0.4", "its shorter side, 0.4 m, does not reach round the fold"),
         ("over: 0.05, over_at: 1", "less than 1"),
     ],

@@ -1,5 +1,6 @@
-"""Sheets that are bent at the start: hanging between two edges as a parabola, or over a bar."""
+"""Sheets that are bent at the start: hanging between two edges as a parabola, over a bar, or in folds."""
 
+from functools import lru_cache
 from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import Any
 
@@ -13,7 +14,9 @@ SHEET = 1e-3
 BOXES = 12
 """Flat pieces that stand for a bent sheet."""
 STEPS = 400
-"""Pieces into which a parabola is cut to find points along it: lengths are right to 1e-5 of them."""
+"""Pieces into which a curve is cut to find points along it: lengths are right to 1e-5 of them."""
+A_FOLD = 40
+"""The same of each fold, at least."""
 
 
 def arc(span: float, sag: float) -> float:
@@ -33,8 +36,25 @@ def span_of(sheet: Sheet) -> float:
     return high
 
 
+@lru_cache(maxsize=64)
+def steepness(fullness: float) -> float:
+    """Return the largest slope of a sine wave that is `fullness` times as long as the width that it takes up."""
+    turns = [cos(pi / 2 * (k + 0.5) / STEPS) for k in range(STEPS)]
+    low, high = 0.0, 2 * pi * fullness  # a slope s makes it longer than 2 s / pi
+    for _ in range(60):
+        slope = (low + high) / 2
+        longer = sum(sqrt(1 + (slope * c) ** 2) for c in turns) / STEPS > fullness
+        low, high = (low, slope) if longer else (slope, high)
+    return high
+
+
 def _curve(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] of a bent sheet, from its left edge to its right one."""
+    if sheet.folds:
+        width, steps = sheet.size[0] / sheet.fullness, max(STEPS, A_FOLD * sheet.folds)
+        turn = 2 * pi * sheet.folds / width
+        xs = [(k / steps - 0.5) * width for k in range(steps + 1)]
+        return [(x, steepness(sheet.fullness) / turn * sin(turn * (x + width / 2))) for x in xs]
     if sheet.over is None:
         span = span_of(sheet)
         xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
@@ -66,13 +86,13 @@ def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
 
 def is_bent(sheet: Sheet) -> bool:
     """Return whether a sheet is bent at the start."""
-    return bool(sheet.sag) or sheet.over is not None
+    return bool(sheet.sag or sheet.folds) or sheet.over is not None
 
 
 def _outline(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] between which a sheet is nearly straight."""
     if sheet.over is None:
-        return along(sheet, BOXES if sheet.sag else 1)
+        return along(sheet, 8 * sheet.folds or (BOXES if sheet.sag else 1))
     first, *turn, last = _curve(sheet)
     return [first, *turn[:: STEPS // BOXES], turn[-1], last]
 

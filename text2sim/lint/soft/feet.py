@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
-from text2sim.lint.soft.numbers import no_larger
-from text2sim.lint.words import length
+from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
 FOOT = 4.0
@@ -37,7 +36,7 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{copy.name}` stands on `{body.name}` with a foot {length(width)} wide, {width / soft.cell:.2g} cells of "
             f"the mpm grid ({length(soft.cell)}), which feels it at a few nodes: it tips over or sinks in; make the "
-            f"foot {length(FOOT * soft.cell)} wide, or `scene.mpm.cell` {no_larger(width / FOOT)}"
+            f"foot {length(FOOT * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / FOOT)}"
         )
         yield facts.problem("narrow-foot", facts.said(copy.body, "shape"), text, key=True)
 
@@ -51,7 +50,7 @@ RULES = (
 The grid of mpm bodies feels rigid ones at its nodes only, and a narrow foot has too few of them to hold a body upright.
 Of cylinders on foam, those 2 cells wide fell over or went through it, and whether those of 3 cells did depended on the
 place of the nodes; those of {FOOT:g} and 6 cells stood.""",
-        way_out="""\
+        remedy="""\
 Widen the foot (a `compound` may have a wide part that touches and a slim one above it), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
         example="""\

@@ -284,6 +284,11 @@ class Sheet(Model):
     that side; `face: left` all that hangs there."""
     over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
     """With `over`: part of its length that hangs to the left (-x) of the bar's top."""
+    folds: int = Field(default=0, ge=0, le=200)
+    """Waves along x in which it lies or hangs at the start, as a curtain does; they rise and fall along z. Each needs
+    twelve cells of its length."""
+    fullness: Annotated[Real, Field(gt=1, le=4)] = 1.6
+    """With `folds`: its length over the width that it takes up."""
     texture: str | None = Field(default=None, max_length=200)
     """A picture inside the case's folder, .png or .jpg, laid over it once."""
 
@@ -292,10 +297,10 @@ class Sheet(Model):
         long = self.size[0]
         if self.sag > 0.45 * long:
             raise ValueError(f"a sheet of {long:g} m along x sags by {0.45 * long:g} m at most (got {self.sag:g} m)")
+        if bool(self.sag) + (self.over is not None) + bool(self.folds) > 1:
+            raise ValueError("give one of sag, over and folds")
         if self.over is None:
             return self
-        if self.sag:
-            raise ValueError("give either sag or over")
         shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over
         if shorter < fold:
             raise ValueError(f"its shorter side, {shorter:g} m, does not reach round the fold: at least {fold:.3g} m")
