@@ -48,6 +48,11 @@ def steepness(fullness: float) -> float:
     return high
 
 
+def fold_radius(sheet: Sheet) -> float:
+    """Return the smallest radius of curvature [m] of a sheet in folds: 1 / (slope x wave number) of a sine wave."""
+    return sheet.size[0] / sheet.fullness / (2 * pi * sheet.folds * steepness(sheet.fullness))
+
+
 def _curve(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] of a bent sheet, from its left edge to its right one."""
     if sheet.folds:

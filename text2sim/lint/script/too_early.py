@@ -45,7 +45,11 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
             measure = actions.measures[expect.measure]
             if measure.kind not in ("position", "displacement") or bound.stat in ("mean", "std", "range"):
                 continue
-            if values.start is None or values.frozen or getattr(measure, "stat", None) in ("count", "sum", "std", "range"):
+            if (
+                values.start is None
+                or values.frozen
+                or getattr(measure, "stat", None) in ("count", "sum", "std", "range")
+            ):
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
             by = bound.first if bound.stat == "all" else bound.last
