@@ -69,6 +69,13 @@ def test_cards_that_lean_on_each_other(tmp_path: Path, cone: str, x: float, want
     assert len(findings(tmp_path, "creeps", text)) == wanted
 
 
+def test_bodies_on_a_slope_that_stand_apart_do_not_lean_on_each_other(tmp_path: Path) -> None:
+    """Upright boxes around two barrels on a slope overlap; the barrels are 2 cm apart."""
+    barrel = "{kind: rigid, shape: {kind: cylinder, radius: 0.1, height: 0.6}, pose: {pos: [%s, 0, 1], euler_deg: [0, 15, 0]}}"
+    text = f"scene: {{contact: {{friction_cone: pyramidal}}}}\nbodies: {{a: {barrel % 0}, b: {barrel % 0.228}}}"
+    assert findings(tmp_path, "creeps", text) == []
+
+
 @pytest.mark.parametrize(
     ("scene", "more", "deg", "cone"),
     [

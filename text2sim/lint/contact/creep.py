@@ -13,6 +13,7 @@ from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.rule import Rule
+from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import AXES
@@ -78,9 +79,9 @@ def _leaning(facts: Facts) -> Iterator[Problem]:
         return
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
     leaning = list(islice(tilted(free, facts.case.scene.gravity), MAX_BODIES))
+    gaps = Gaps(facts)
     for a, b in combinations(leaning, 2):
-        one, other = facts.box(a), facts.box(b)
-        if one is not None and other is not None and not apart(one, other, -RESTING):
+        if gaps.between(a, b, RESTING) < RESTING:
             text = (
                 f"`{a.name}` and `{b.name}` lean on each other and slide apart with the pyramidal friction cone (two "
                 "cards of 90 mm at 20 deg: 2 mm in 2 s); set `friction_cone: elliptic` in scene.contact"
