@@ -9,7 +9,7 @@ from tests.agents.scripted import Scripted, fenced
 from tests.agents.test_conversation import chat
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import typed
-from text2sim.agents.criticism import Exhibit, criticise
+from text2sim.agents.criticism import Exhibit, criticise, decision_to_film
 from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Critique, Mark
@@ -51,6 +51,22 @@ def test_a_pass_with_something_that_did_not_come_true_is_none(tmp_path: Path) ->
     assert found.failures[0].cites == ["expect:open"]
     assert found.responsible is None
     assert len(model.asked) == 1, "what can be settled is not asked"
+
+
+def test_what_a_stopped_run_did_not_reach_is_no_failure_beside_its_cause(tmp_path: Path) -> None:
+    reply = (
+        "seen: It bursts.\nverdict: repair\nrequirements: {red: 1, opens: [0, 'frame:1', it bursts]}\n"
+        "failures: [{what: it bursts, cites: [run, 'frame:1'], section: bodies}]"
+    )
+    for finished, count in ((True, 2), (False, 1)):
+        model = Scripted({"critic": [fenced(reply)]})
+        exhibit = Exhibit(1, "", "-", frozenset({"run", "frame:1"}), (), ("open",), finished=finished)
+        contract = Contract((), {"expect": {}, "measures": {}, "events": {}}, frozenset())
+        found = criticise(
+            chat(tmp_path / str(finished), model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")
+        )
+        assert len(found.failures) == count
+        assert found.verdict == "repair"
 
 
 def test_what_is_left_out_is_asked_for_alone(tmp_path: Path) -> None:
@@ -141,3 +157,27 @@ def test_the_critic_reads_who_did_work_and_nothing_that_is_within_bounds(tmp_pat
     told = evidence_text(tmp_path, worse, {"state": "finished"}, ())
     assert "penetration: at most 0.02 m, `a` and `b`, at 0.1 s" in told
     assert "off_path: [{copy: sled, value: 0.3" in told
+
+
+def test_a_critique_of_the_film_alone_needs_no_planner() -> None:
+    def critique(failed: str, *patched: str, **more: Any) -> dict[str, Any]:
+        patches = [
+            {"section": one, "why": "nearer", "operations": [{"op": "remove", "path": f"/{one}/x"}]} for one in patched
+        ]
+        failures = [{"what": "small", "cites": ["frame:1"], "section": failed}]
+        return Critique.model_validate(
+            {"seen": "It opens.", "verdict": "repair", "failures": failures, "patches": patches} | more
+        ).model_dump(mode="json")
+
+    decision = decision_to_film(critique("render", "render", "render"))
+    assert decision is not None
+    assert (decision.action, decision.take, decision.why) == ("repair", [1, 2], "nearer")
+    for other in (
+        critique("bodies", "render"),
+        critique("render", "render", "bodies"),
+        critique("render"),
+        critique("render", "render", refused=["on render: it has no x"]),
+        critique("render", "render", unfaithful=["opens"]),
+        None,
+    ):
+        assert decision_to_film(other) is None

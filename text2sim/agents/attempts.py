@@ -73,6 +73,10 @@ class Attempt:
         known = {one: name for name in names for one in numbered(name, self.expect)}
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
+    def sound(self, names: Sequence[str]) -> bool:
+        """Return whether the run finished with the named expectations and its own true."""
+        return self.state == "finished" and not self.missed([*names, *self.expect])
+
     def history_row(self) -> str:
         """Return one line for the history of attempts."""
         missed = [name for name, row in self.expect.items() if row.get("ok") is not True]

@@ -40,7 +40,10 @@ def exhibit(
             "something has to be mended, say what in `failures`; patches are not needed."
         )
         return Exhibit(attempt.number, "", told, cites, tuple(map(_smaller, images)), missed, facts)
-    return Exhibit(attempt.number, attempt.text, evidence, cites, images, missed, facts, judgements(made))
+    return Exhibit(
+        attempt.number, attempt.text, evidence, cites, images, missed, facts, judgements(made),
+        finished=attempt.state == "finished",
+    )  # fmt: skip
 
 
 def judgements(made: Sequence[Attempt]) -> str:

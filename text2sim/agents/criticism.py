@@ -1,8 +1,9 @@
 """The Critic: reads the request, the case and the evidence, and answers with marks and proposed patches."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from text2sim.agents.assembly import said
 from text2sim.agents.contract import Contract
@@ -10,7 +11,7 @@ from text2sim.agents.conversation import Conversation, RoleFailed, typed
 from text2sim.agents.facts import Fact, false
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Amendment, CasePlan, Critique, Failure, Patch
+from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch
 from text2sim.agents.requirements import rows, score
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -40,6 +41,8 @@ class Exhibit:
     """Computed facts about requirements."""
     before: str = ""
     """Earlier attempts and their judgements."""
+    finished: bool = True
+    """Whether the run came to its end. If not, what it did not reach is no failure beside those that were named."""
 
 
 def criticise(
@@ -183,7 +186,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     cited = {cite for failure in failures for cite in failure.cites}
     section = critique.responsible or "plan"
     for name in exhibit.missed:
-        if f"expect:{name}" not in cited:
+        if f"expect:{name}" not in cited and (exhibit.finished or not failures):
             what = f"the expectation `{name}` did not come true"
             failures.append(Failure(what=what, cites=[f"expect:{name}"], section=section))
     for name in _short_of(critique, request):
@@ -204,6 +207,23 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     return critique.model_copy(
         update={"patches": patches, "refused": refused, "failures": failures, "verdict": verdict, "score": found}
     )
+
+
+def decision_to_film(critique: Mapping[str, Any] | None) -> Decision | None:
+    """Return the decision to take all patches of a critique that is about the film alone; None for any other.
+
+    To film a recorded run again is cheap, so the Planner is not asked.
+
+    Args:
+        critique: A `Critique` of a run in which all expectations are true; None if there is none.
+    """
+    if critique is None:
+        return None
+    patches = critique["patches"]
+    about = {row["section"] for row in (*critique["failures"], *patches)}
+    if not patches or about != {"render"} or critique["refused"] or critique["unfaithful"]:
+        return None
+    return Decision(action="repair", why=critique["summary"] or patches[0]["why"], take=[*range(1, len(patches) + 1)])
 
 
 def _known(cites: Sequence[str], exhibit: Exhibit) -> list[str]:

@@ -12,7 +12,7 @@ from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import exhibit, kept, with_effects
-from text2sim.agents.criticism import criticise
+from text2sim.agents.criticism import criticise, decision_to_film
 from text2sim.agents.dealt_cards import DealtCards, signs
 from text2sim.agents.deciding import AttemptReport, decide
 from text2sim.agents.journal import Emit
@@ -165,8 +165,7 @@ class AgentLoop:
         before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
         fresh = {one.run or one.number for one in later} - {one.run for one in before}
         stale = len(later) if len(later) >= FILMED else len(fresh)
-        sound = best.state == "finished" and not best.missed([*self.agreement.names, *best.expect])
-        return best.number if sound and stale >= STANDSTILL else None
+        return best.number if best.sound(self.agreement.names) and stale >= STANDSTILL else None
 
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
@@ -231,7 +230,7 @@ class AgentLoop:
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return AttemptReport(problems=problems, rules=rules)
         self.attempts.look_up(attempt, self.agreement.plan, examined.loaded)
-        if attempt.state == "finished" and not attempt.missed(list(attempt.expect)):
+        if attempt.sound(()):
             now = self.limits.minutes_left()
             self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
         report = AttemptReport(evidence=with_effects(self.made, attempt), rules=rules)
@@ -244,10 +243,7 @@ class AgentLoop:
             )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
-                critique.verdict == "pass"
-                and attempt.state == "finished"
-                and not critique.unfaithful
-                and not attempt.missed([*self.agreement.names, *attempt.expect])
+                critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
             )
             said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
             failures = [failure.what for failure in critique.failures]
@@ -309,7 +305,8 @@ class AgentLoop:
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self.left()
         anew = not (before_run or self.agreement.planned_anew or self.only_if_accepted)
-        decision = decide(
+        only_film = attempt.sound(self.agreement.names) and not report.referred and decision_to_film(report.critique)
+        decision = only_film or decide(
             self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
             self.path, anew=anew,
         )  # fmt: skip

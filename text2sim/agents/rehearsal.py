@@ -281,7 +281,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
         if expect.measure is not None:
             value = rest_value(case.actions.measures[expect.measure])
             bound = bound_of(expect, case.scene.duration)
-            if value is not None and not bound.low < value < asked.high:
+            if value is not None and not bound.low < value < bound.high:
                 active.add(expect.measure)
             elif value is not None and bound.first > 0.0:
                 holding[name] = (expect.measure, f"`{expect.measure}` is {value:g} then")
