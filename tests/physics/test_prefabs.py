@@ -15,6 +15,7 @@ scene:
   statics:
     floor: {{shape: {{kind: plane}}}}
     table: {{use: table, place: {{on: floor, at: [0, 2]}}}}
+    ramp: {{shape: {{kind: box, size: [3, 1, 0.1]}}, pose: {{pos: [0, 5, 1], euler_deg: [0, 10, 0]}}}}
 bodies:
   plate: {{use: plate, place: {{on: table, at: [0, 1.8]}}}}
   fork: {{use: fork, place: {{on: table, at: [-0.2, 1.8], euler_deg: [0, 0, 90]}}}}
@@ -37,6 +38,7 @@ bodies:
     place: {{on: floor, at: [1, 0]}}
   wheel: {{use: wheel, pose: {{pos: [2, 0, 0.5]}}}}
   roller: {{use: wheel, mount: {{kind: free}}, place: {{on: floor, at: [-2, -1], clearance: 0.001}}}}
+  cart: {{use: cart, place: {{on: ramp, at: [-0.9, 5], euler_deg: [0, 10, 0]}}}}
   arm: {{use: robot_arm, pose: {{pos: [-1.5, 0, 0]}}}}
 actions:
   controls:
@@ -90,6 +92,17 @@ def test_wheels_turn_and_roll(trial, agree):
     rolled = trial.pos("roller")[-1] - trial.pos("roller")[0]
     agree("way of the rolling wheel [m]", rolled[0], 1.5 * trial.time[-1], within=0.03)
     agree("turn of the rolling wheel [rad/s]", trial.ang("roller")[-1, 1], 6.0, within=0.1)
+
+
+def test_a_cart_rolls_down_a_slope(trial, agree):
+    """a = g sin 10 deg / (1 + sum of I / r^2 over the mass); I / r^2 of a tyre, a cylinder, is half its mass."""
+    bed, tyres = trial.pos("cart"), 4 * 500 * np.pi * 0.12**2 * 0.35 * 0.12
+    floor, sides, ends = 0.8 * 0.4 * 0.03, 2 * 0.8 * 0.02 * 0.08, 2 * 0.02 * 0.36 * 0.08
+    mass = tyres + 500 * (floor + sides + ends)
+    rate = 9.81 * np.sin(np.radians(10)) / (1 + tyres / 2 / mass)
+    at = trial.time <= 1.0
+    gone = np.linalg.norm(bed[at] - bed[0], axis=1)
+    agree("way of the cart [m]", gone[-1], rate * trial.time[at][-1] ** 2 / 2, within=0.01)
 
 
 def test_a_robot_that_is_driven_to_where_it_is_stays_there(trial, agree):

@@ -39,6 +39,7 @@ MASSES = {  # [kg], as it is; what shops say of such things
     "spoon": (0.04, 0.065),
     "ragdoll": (70, 80),
     "wheel": (6, 12),
+    "cart": (8, 14),
 }
 UNMEANT = {"overlap", "self-overlap", "under-floor", "on-edge", "falls-for-ever"}
 """Rules that must find nothing, whatever the parameters."""
