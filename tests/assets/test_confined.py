@@ -52,7 +52,7 @@ def test_a_reader_that_fails_is_a_refusal(tmp_path: Path, wish: str, words: str)
 
 
 def test_a_reader_that_takes_for_ever_is_stopped(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 1.5)
+    monkeypatch.setattr(module, "PATIENCE", 0.04)
     (tmp_path / "mesh.obj").write_bytes(b"")
     with pytest.raises(AssetError, match="takes more than"):
         confined(read, tmp_path / "mesh.obj", "spin", large=True)

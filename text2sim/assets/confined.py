@@ -1,6 +1,6 @@
 """Calls that read untrusted files, in a child process with limits of memory and time.
 
-    python -m text2sim.assets.confined MODULE FUNCTION
+    python -m text2sim.assets.confined MODULE FUNCTION SECONDS MEMORY
 
 Arguments and result are pickles, exchanged between two of our own processes.
 """
@@ -21,37 +21,47 @@ R = TypeVar("R")
 SMALL = 64 * 1024
 """Size [bytes] up to which a file is read in this process: starting another would take longer."""
 SECONDS, MEMORY = 40, 4 * 1024**3
-"""Processor time [s] and memory [bytes] that reading may take: a valid file of 64 MiB takes 5 s and 0.5 GB."""
-PATIENCE = 3 * SECONDS
-"""Wall time [s] that reading may take, on a busy machine."""
+"""Default limits of processor time [s] and memory [bytes]: a valid file of 64 MiB takes 5 s and 0.5 GB."""
+PATIENCE = 3.0
+"""Limit of wall time over that of processor time, for a busy machine."""
 SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD")
 """Variables with one of these words in their names are not passed on."""
 
 
-def confined(function: Callable[..., R], path: Path, *args: Any, large: bool = False) -> R:
+def confined(
+    function: Callable[..., R],
+    path: Path,
+    *args: Any,
+    large: bool = False,
+    seconds: int = SECONDS,
+    memory: int = MEMORY,
+) -> R:
     """Call a function of a module with a file, in a child process unless the file is small.
 
     Args:
         function: Takes the path and the other arguments.
         path: The file.
         args: The other arguments.
-        large: Whether the content is large even if the file is small.
+        large: Whether to use a child process even if the file is small.
+        seconds: Limit of processor time [s].
+        memory: Limit of memory [bytes].
 
     Raises:
         AssetError: if the function raises it, exceeds the limits, or crashes its process.
     """
     if not large and path.stat().st_size <= SMALL:
         return function(path, *args)
-    command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__]
+    command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__, str(seconds), str(memory)]
+    patience = PATIENCE * seconds
     try:
         done = subprocess.run(
-            command, input=pickle.dumps((path, *args)), env=environment(), capture_output=True, timeout=PATIENCE,
+            command, input=pickle.dumps((path, *args)), env=environment(), capture_output=True, timeout=patience,
             check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise AssetError(f"takes more than {PATIENCE} s to read: make it simpler") from None
+        raise AssetError(f"takes more than {patience:.0f} s to read: make it simpler") from None
     if done.returncode == -24:  # SIGXCPU, which not every system names
-        raise AssetError(f"takes more than {SECONDS} s to read: make it simpler")
+        raise AssetError(f"takes more than {seconds} s to read: make it simpler")
     if done.returncode:
         raise AssetError(f"crashes its reader ({end_of(done)})")
     result, refusal = pickle.loads(done.stdout)
@@ -73,8 +83,11 @@ def end_of(done: subprocess.CompletedProcess[bytes]) -> str:
     return ", ".join([how, *last])[:200]
 
 
-def _main(module: str, name: str) -> None:
-    limit_resources(MEMORY, SECONDS)
+def _main(module: str, name: str, seconds: int, memory: int) -> None:
+    limit_resources(memory, seconds)
+    # Libraries may print: only the result goes to the original standard output.
+    results = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
     args = pickle.load(sys.stdin.buffer)
     result: Any = None
     refusal = None
@@ -83,9 +96,10 @@ def _main(module: str, name: str) -> None:
     except AssetError as error:
         refusal = str(error)
     except MemoryError:
-        refusal = f"cannot be read: it needs more than {MEMORY // 1024**3} GB of memory"
-    sys.stdout.buffer.write(pickle.dumps((result, refusal)))
+        refusal = f"cannot be read: it needs more than {memory // 1024**3} GB of memory"
+    with results:
+        results.write(pickle.dumps((result, refusal)))
 
 
 if __name__ == "__main__":
-    _main(*sys.argv[1:])
+    _main(sys.argv[1], sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))

@@ -3,28 +3,23 @@
 The libraries also change the state of a whole process, such as its working directory.
 """
 
-import json
-import subprocess
-import sys
-import tempfile
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from text2sim.assets.confined import end_of, environment
+from text2sim.assets.confined import confined
 from text2sim.assets.safe_write import read_file
 from text2sim.spec_schema.errors import AssetError
-from text2sim.spec_schema.whole_files import naming
 
 if TYPE_CHECKING:
     from text2sim.assets.mesh_intake import Up
     from text2sim.assets.mesh_repair import RepairGoal
     from text2sim.assets.mesh_report import MeshReport
 
-CHILD = "text2sim.assets.mesh_child"
-TIMEOUT = 300
-"""Seconds; two million triangles take a minute or two."""
-REQUEST, RESULT, MESH = "request.json", "result.json", "mesh"
+SECONDS, MEMORY = 100, 6 * 1024**3
+"""Limits of processor time [s] and memory [bytes]: two million triangles take a minute or two on a busy machine."""
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -49,8 +44,7 @@ def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
     Raises:
         AssetError: if it cannot be used.
     """
-    found, _ = _ask({"task": "check", "path": str(path.absolute()), "up": up})
-    return _report(found["report"])
+    return _in_child(_check, path, up)
 
 
 def repair_mesh(path: Path, goal: "RepairGoal | None" = None, suffix: str | None = None) -> RepairedFile:
@@ -64,37 +58,38 @@ def repair_mesh(path: Path, goal: "RepairGoal | None" = None, suffix: str | None
     Raises:
         AssetError: if it cannot be used.
     """
-    wanted = None if goal is None else asdict(goal)
-    found, content = _ask({"task": "repair", "path": str(path.absolute()), "goal": wanted, "suffix": suffix})
-    return RepairedFile(str(found["suffix"]), content, _report(found["report"]), tuple(found["done"]))
+    return _in_child(_repair, path, goal, suffix)
 
 
-def _report(data: dict[str, Any]) -> "MeshReport":
-    from text2sim.assets.mesh_report import MeshReport
+def _in_child(function: Callable[..., R], path: Path, *args: Any) -> R:
+    read_file(path)  # reports an unreadable file without starting a process
+    try:
+        return confined(function, path.absolute(), *args, large=True, seconds=SECONDS, memory=MEMORY)
+    except AssetError as error:
+        message = str(error)
+        raise AssetError(message if message.startswith("`") else f"`{path.name}` {message}") from None
 
-    x, y, z = data["extent"]
-    lists = {name: tuple(data[name]) for name in ("problems", "notes")}
-    return MeshReport(**{**data, **lists, "extent": (x, y, z)})
+
+def _check(path: Path, up: "Up | None") -> "MeshReport":
+    from text2sim.assets.mesh_intake import read_surface
+    from text2sim.assets.mesh_report import report
+
+    surface, notes = read_surface(path, up)
+    return report(surface, path.name, path.stat().st_size, notes)
 
 
-def _ask(request: dict[str, Any]) -> tuple[dict[str, Any], bytes]:
-    name = Path(request["path"]).name
-    read_file(Path(request["path"]))  # reports an unreadable file without starting a process
-    with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
-        folder = Path(place)
-        with naming(folder / REQUEST):
-            (folder / REQUEST).write_text(json.dumps(request), "utf-8")
-        try:
-            done = subprocess.run(
-                [sys.executable, "-P", "-m", CHILD, str(folder)], cwd=folder, env=environment(),
-                capture_output=True, timeout=TIMEOUT, check=False,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            raise AssetError(f"`{name}` takes more than {TIMEOUT} s to read and repair; make it simpler") from None
-        if done.returncode or not (folder / RESULT).is_file():
-            raise AssetError(f"`{name}` crashes the mesh libraries ({end_of(done)})")
-        found: dict[str, Any] = json.loads((folder / RESULT).read_text("utf-8"))
-        content = (folder / MESH).read_bytes() if (folder / MESH).is_file() else b""
-    if "error" in found:
-        raise AssetError(str(found["error"]))
-    return found, content
+def _repair(path: Path, goal: "RepairGoal | None", suffix: str | None) -> RepairedFile:
+    import tempfile
+
+    from text2sim.assets.mesh_intake import read_surface
+    from text2sim.assets.mesh_repair import RepairGoal, repair
+
+    goal = goal or RepairGoal()
+    surface, notes = read_surface(path, goal.up)
+    repaired = repair(surface, goal)
+    suffix, content = repaired.file(suffix)
+    with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
+        # The report is about the file as a case will read it.
+        again = Path(folder) / f"{path.stem}{suffix}"
+        again.write_bytes(content)
+        return RepairedFile(suffix, content, _check(again, None), (*notes, *repaired.done))
