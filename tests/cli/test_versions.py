@@ -339,7 +339,7 @@ def test_what_plain_git_cannot_merge_merges_by_meaning(cli: Cli, git: Git, monke
     Path("cases/fall/case.yaml").write_text("[")
     assert "+[" in git("diff")
     Path("cases/fall/case.yaml").unlink()
-    assert "the case is gone" in git("diff")
+    assert "the case was deleted" in git("diff")
     git("checkout", "-q", "--", "cases")
     # it can be undone
     assert cli("git", "uninstall").code == 0
@@ -431,7 +431,7 @@ def test_prefabs_are_merged_by_meaning_too(cli: Cli, git: Git, monkeypatch: pyte
     assert "both changes together are not valid" in git("merge", "theirs", code=1)
     git("merge", "--abort")
     git("rm", "-q", str(file))
-    assert "the prefab is gone" in git("diff", "HEAD")
+    assert "the prefab was deleted" in git("diff", "HEAD")
 
 
 def test_drivers_that_do_not_start_leave_a_difference_of_the_lines(git: Git, cli: Cli, monkeypatch: pytest.MonkeyPatch):

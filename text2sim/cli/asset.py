@@ -4,13 +4,14 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.options import AsJson
+from text2sim.cli.options import AsJson, with_options
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -46,18 +47,35 @@ _File = Annotated[
 _Case = Annotated[Path, typer.Argument(metavar="CASE", help="A case folder or case.yaml file.")]
 _Name = Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the asset and of its file.")]
 _OwnName = Annotated[str, typer.Option("--name", metavar="NAME", help="Name of the asset; that of FILE if left out.")]
-_Size = Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m]; or the height, as z=0.3.")]
 _Up = Annotated[
     Axis | None, typer.Option("--up", help="Axis of the file that points up; by default y in glTF, else z.")
 ]
-_Origin = Annotated[Middle, typer.Option("--origin", help="Position of the origin.")]
-_Triangles = Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="Largest number of triangles.")]
-_Wrap = Annotated[
-    bool, typer.Option("--wrap", help="Wrap a closed skin around a mesh that cannot be closed otherwise.")
-]
-_Lids = Annotated[bool, typer.Option("--close", help="Close wide openings, too, as of a bowl.")]
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder with all its files; that of FILE if left out.")]
 MODELS = (".xml", ".mjcf", ".urdf")
+
+
+@dataclass(frozen=True)
+class MeshOptions:
+    """Options of commands that repair a mesh."""
+
+    size: Annotated[str, typer.Option("--size", metavar="M", help="Largest extent [m]; or the height, as z=0.3.")] = ""
+    origin: Annotated[Middle, typer.Option("--origin", help="Position of the origin.")] = Middle.base
+    triangles: Annotated[int, typer.Option("--triangles", min=4, max=200_000, help="Largest number of triangles.")] = (
+        20_000
+    )
+    close: Annotated[bool, typer.Option("--close", help="Close wide openings, too, as of a bowl.")] = False
+    wrap: Annotated[
+        bool, typer.Option("--wrap", help="Wrap a closed skin around a mesh that cannot be closed otherwise.")
+    ] = False
+    as_json: AsJson = False
+
+    def goal(self, up: Axis | None = None) -> "RepairGoal":
+        """Return the goal of the repair."""
+        from text2sim.assets.mesh_repair import RepairGoal, parse_size
+
+        length, along = parse_size(self.size) if self.size else (None, None)
+        axis, origin = up.value if up is not None else None, self.origin.value
+        return RepairGoal(length, along, axis, origin, self.triangles, openings=self.close, wrap=self.wrap)
 
 
 @contextmanager
@@ -118,44 +136,38 @@ def check(
 
 
 @asset.command("add")
+@with_options(MeshOptions)
 def add(
     case: _Case,
     file: _File,
     name: _OwnName = "",
-    size: _Size = "",
     up: _Up = None,
     licence: Annotated[str, typer.Option("--licence", help="Terms of use.")] = "",
-    origin: _Origin = Middle.base,
-    triangles: _Triangles = 20_000,
-    close: _Lids = False,
-    wrap: _Wrap = False,
     root: _Root = None,
-    as_json: AsJson = False,
+    *,
+    options: MeshOptions,
 ) -> None:
     """Add a mesh, mechanism or picture to a case's folder and manifest; meshes are repaired."""
     from text2sim.asset_intake.register import add
 
-    goal = _goal(size, up, origin, triangles, close, wrap)
+    goal = options.goal(up)
     with _pointing_to_root(root):
         added = add(case, file, name or file.stem, wish=goal, licence=licence, root=root)
-    _say_added(added, as_json)
+    _say_added(added, options.as_json)
 
 
 @asset.command("generate")
+@with_options(MeshOptions)
 def generate(
     case: _Case,
     prompt: Annotated[str, typer.Argument(metavar="PROMPT", help="Description of the object.")],
     name: _Name,
-    size: _Size = "",
-    origin: _Origin = Middle.base,
-    triangles: _Triangles = 20_000,
-    close: _Lids = False,
-    wrap: _Wrap = False,
     no_texture: Annotated[bool, typer.Option("--no-texture", help="Make only the shape, which costs less.")] = False,
     model: Annotated[str, typer.Option("--model", help="Meshy's model.")] = "latest",
     budget: Annotated[int, typer.Option("--budget", min=0, help="Credits that the case may cost in total.")] = 100,
     timeout: Annotated[float, typer.Option("--timeout", min=1.0, help="Time limit in seconds.")] = 900.0,
-    as_json: AsJson = False,
+    *,
+    options: MeshOptions,
 ) -> None:
     """Generate a mesh from text with Meshy, repair it, and add it to a case. Needs MESHY_API_KEY.
 
@@ -167,13 +179,13 @@ def generate(
     from text2sim.cli.output import say
 
     check_name(name)
-    goal = _goal(size, None, origin, triangles, close, wrap)
+    goal = options.goal()
     order = Order3D(prompt, refine=not no_texture, model=model)
     base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
     meshy = Meshy(
         case_folder(case), base=base, budget=budget, timeout=timeout, say=lambda text: say(text, to=sys.stderr)
     )
-    _say_added(generate(case, name, order, meshy, wish=goal), as_json)
+    _say_added(generate(case, name, order, meshy, wish=goal), options.as_json)
 
 
 @asset.command("probe")
@@ -233,14 +245,6 @@ def list_assets(case: _Case, as_json: AsJson = False) -> None:
         if wrong:
             say_problems(problems_of(folder, found), {})
     raise typer.Exit(exits.INPUT if wrong else exits.OK)
-
-
-def _goal(size: str, up: Axis | None, origin: Middle, triangles: int, close: bool, wrap: bool) -> "RepairGoal":
-    from text2sim.assets.mesh_repair import RepairGoal, parse_size
-
-    length, along = parse_size(size) if size else (None, None)
-    axis = up.value if up is not None else None
-    return RepairGoal(length, along, axis, origin.value, triangles, openings=close, wrap=wrap)
 
 
 def _say_added(added: "Added", as_json: bool) -> None:

@@ -1,6 +1,5 @@
 """The command `text2sim doctor`."""
 
-
 import typer
 
 from text2sim.cli.options import AsJson

@@ -2,17 +2,20 @@
 
 import os
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
+from text2sim.cli.generate import AgentOptions, Cost, Minutes, Tokens
 from text2sim.cli.last_film import Film
+from text2sim.cli.options import with_options
 from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.evaluation.judging import Judging
+    from text2sim.evaluation.methods import Allowance
 
 evaluate = typer.Typer(
     help="Measure how good cases are: suites of prompts, methods that answer them, judges, a report.",
@@ -24,6 +27,24 @@ SuiteFile = Annotated[
 ]
 Only = Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt; may be repeated.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the work in this folder.")]
+
+
+@dataclass(frozen=True)
+class MethodOptions(AgentOptions):
+    """Options of commands that run methods."""
+
+    film: Film = "draft"
+    film_minutes: Annotated[
+        float, typer.Option("--film-minutes", min=0.1, help="Minutes for one path-traced film.")
+    ] = 10.0
+
+    @property
+    def allowance(self) -> "Allowance":
+        """The budget for each prompt."""
+        from text2sim.evaluation.methods import Allowance
+
+        limits = self.attempts, self.tokens, self.cost, self.minutes, self.sim_timeout
+        return Allowance(*limits, self.film, self.film_minutes)
 
 
 @evaluate.command("check")
@@ -67,6 +88,7 @@ def draft_suite(
 
 
 @evaluate.command("run")
+@with_options(MethodOptions)
 def run_methods(
     suite: SuiteFile,
     methods: Annotated[
@@ -79,17 +101,7 @@ def run_methods(
         ),
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder for the folders of methods.")],
-    models: Model = None,
     only: Only = None,
-    attempts: Attempts = 30,
-    tokens: Tokens = None,
-    cost: Cost = None,
-    minutes: Minutes = None,
-    sim_timeout: SimTimeout = 3600.0,
-    film: Film = "draft",
-    film_minutes: Annotated[
-        float, typer.Option("--film-minutes", min=0.1, help="Minutes for one path-traced film.")
-    ] = 10.0,
     allow_code: Annotated[
         bool,
         typer.Option(
@@ -98,6 +110,8 @@ def run_methods(
         ),
     ] = False,
     resume: Resume = False,
+    *,
+    options: MethodOptions,
 ) -> None:
     """Run methods on the prompts of a suite; the budget is for each prompt.
 
@@ -107,7 +121,7 @@ def run_methods(
     from text2sim.cli.output import say
     from text2sim.evaluation.ledger import check_split
     from text2sim.evaluation.method_folder import METHOD, read_method
-    from text2sim.evaluation.methods import Allowance, method_of, run_method
+    from text2sim.evaluation.methods import method_of, run_method
     from text2sim.evaluation.suite import read_suite, selected
     from text2sim.spec_schema.errors import RunError
 
@@ -120,10 +134,9 @@ def run_methods(
     if begun := [one.name for one in chosen if (out / one.name / METHOD).exists()]:
         if not resume:
             raise RunError(f"{out}: already has work of {', '.join(begun)}; `--resume` continues it")
-    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout, film, film_minutes)
-    failed = 0
+    failed, models, allowance = 0, options.model or [], options.allowance
     for one in chosen:
-        folder = run_method(read, prompts, one, models or [], allowance, out, lambda line: say(line, to=sys.stderr))
+        folder = run_method(read, prompts, one, models, allowance, out, lambda line: say(line, to=sys.stderr))
         failed += sum(
             made.result.status == "failed" for name, made in read_method(folder).made.items() if name in prompts
         )

@@ -28,26 +28,34 @@ Model = Annotated[
         help="The model: provider/model, openai/model@URL, mailbox:DIR, replay:DIR; with ROLE= for that role only.",
     ),
 ]
-Attempts = Annotated[int, typer.Option("--attempts", min=1, max=1000, help="Largest number of versions of the case.")]
 Tokens = Annotated[int | None, typer.Option("--tokens", min=1, help="Limit of tokens, in and out.")]
 Cost = Annotated[float | None, typer.Option("--cost", min=0.0, help="Limit of costs in US dollars.")]
 Minutes = Annotated[float | None, typer.Option("--minutes", min=0.1, help="Limit of wall time in minutes.")]
-SimTimeout = Annotated[float, typer.Option("--sim-timeout", min=1.0, help="Wall time in seconds of one simulation.")]
 
 
 @dataclass(frozen=True)
-class LoopOptions:
-    """Options that the three commands share."""
+class AgentOptions:
+    """Options of commands with loops of agents."""
 
     model: Model = None
-    images: Annotated[
-        list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")
-    ] = None
-    attempts: Attempts = 30
+    attempts: Annotated[
+        int, typer.Option("--attempts", min=1, max=1000, help="Largest number of versions of the case.")
+    ] = 30
     tokens: Tokens = None
     cost: Cost = None
     minutes: Minutes = None
-    sim_timeout: SimTimeout = 3600.0
+    sim_timeout: Annotated[
+        float, typer.Option("--sim-timeout", min=1.0, help="Limit of a simulation's wall time in seconds.")
+    ] = 3600.0
+
+
+@dataclass(frozen=True)
+class LoopOptions(AgentOptions):
+    """Options of `generate`, `repair` and `edit`."""
+
+    images: Annotated[
+        list[Path] | None, typer.Option("--image", help="A picture or sketch that belongs to the request.")
+    ] = None
     no_cards: Annotated[bool, typer.Option("--no-cards", help="Do not use Debug Cards.")] = False
     style: Annotated[
         bool,

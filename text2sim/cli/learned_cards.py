@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from text2sim.cli.generate import Attempts, Cost, Minutes, Model, SimTimeout, Tokens
-from text2sim.cli.last_film import Film
-from text2sim.cli.options import AsJson
+from text2sim.cli.evaluate import MethodOptions
+from text2sim.cli.options import AsJson, with_options
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance
@@ -17,12 +16,12 @@ HELD_OUT = "demonstrations"
 """The suite whose sources must not be learned from."""
 
 
+@with_options(MethodOptions)
 def distill_cards(
     case: Annotated[
         Path | None, typer.Argument(metavar="[CASE]", help="A case folder in which agents have worked.")
     ] = None,
     suite: Annotated[Path | None, typer.Option("--suite", help="Learn from the prompts of a suite instead.")] = None,
-    model: Model = None,
     judge: Annotated[
         str, typer.Option("--judge", help="The model that judges and reviews; `--model` if left out.")
     ] = "",
@@ -36,16 +35,9 @@ def distill_cards(
     ] = None,
     only: Annotated[list[str] | None, typer.Option("--only", metavar="ID", help="Only this prompt.")] = None,
     repeats: Annotated[int, typer.Option("--repeats", min=1, max=20, help="Judgements of each kind.")] = 3,
-    attempts: Attempts = 30,
-    tokens: Tokens = None,
-    cost: Cost = None,
-    minutes: Minutes = None,
-    sim_timeout: SimTimeout = 3600.0,
-    film: Film = "draft",
-    film_minutes: Annotated[
-        float, typer.Option("--film-minutes", min=0.1, help="Minutes for one path-traced film.")
-    ] = 10.0,
     as_json: AsJson = False,
+    *,
+    options: MethodOptions,
 ) -> None:
     """Learn cards from a finished loop, for `verify` to run, or from a suite, where they are run and tested.
 
@@ -57,6 +49,7 @@ def distill_cards(
 
     if (case is None) == (suite is None):
         raise RunError("give a source to learn from: a CASE, or --suite SUITE")
+    model = options.model
     if not model:
         raise RunError("name a model: --model MODEL (or the variable TEXT2SIM_MODEL)")
     if case is not None:
@@ -65,10 +58,8 @@ def distill_cards(
     assert suite is not None
     from text2sim.cli.output import say_json
     from text2sim.evaluation.ledger import read_ledger
-    from text2sim.evaluation.methods import Allowance
 
-    allowance = Allowance(attempts, tokens, cost, minutes, sim_timeout, film, film_minutes)
-    _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, allowance)
+    _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, options.allowance)
     if as_json:
         say_json(read_ledger(out).model_dump(mode="json", exclude={"prompts"}))
     else:

@@ -20,6 +20,7 @@ def prefabs(
     """List the prefabs that a case can use, or explain one."""
     from text2sim.cli.output import say, say_json
     from text2sim.service import exits
+    from text2sim.service.descriptions import describe_prefab
 
     library = _library(case)
     if not name:
@@ -30,7 +31,7 @@ def prefabs(
         if found is not None and as_json:
             say_json(_plain(found))
         elif found is not None:
-            say("\n".join(_described(found)))
+            say(describe_prefab(found))
     raise typer.Exit(code)
 
 
@@ -79,28 +80,8 @@ def _find(library: "PrefabLibrary", name: str) -> "Definition | None":
         return None
 
 
-def _described(found: "Definition") -> list[str]:
-    """Full description of a prefab, as lines."""
-    import textwrap
-
-    from text2sim.spec_schema.reuse.catalogue import param_rows, parts_of, usage
-
-    lines = [f"{found.name} ({found.place})", "", *textwrap.wrap(" ".join(found.model.doc.split()), 100)]
-    if parts := parts_of(found):
-        lines += ["", f"Bodies: {', '.join(f'NAME_{part}' for part in parts)}"]
-    rows = param_rows(found)
-    wide = max((len(row.name) for row in rows), default=0)
-    lines += ["", "Parameters:", ""] if rows else []
-    for row in rows:
-        default = f"; {row.default} if left out" if row.default else ", required"
-        lines += [f"  {row.name:{wide}}  {row.doc}", f"  {'':{wide}}  {row.takes}{default}"]
-    return [*lines, "", "For example:", "", textwrap.indent(usage(found).rstrip("\n"), "  ")]
-
-
 def _first_sentence(doc: str) -> str:
-    """First sentence of a text, on one line."""
-    text = " ".join(doc.split())
-    return text.partition(". ")[0].removesuffix(".")
+    return " ".join(doc.split()).partition(". ")[0].removesuffix(".")
 
 
 def _plain(found: "Definition") -> dict[str, Any]:

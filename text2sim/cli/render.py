@@ -107,7 +107,7 @@ def render(
         reels = filming.reels(camera, span, times)
         return [_still(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
 
-    whole, pictures, stop = span is None and times is None, quality == "still" or frames_only, Stop()
+    whole, pictures, stop = span is None and times is None, quality == "still" or bool(frames_only), Stop()
     fit = Fitted(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
     filming, reels = fit.filming, fit.reels
     if (where := where_of(workers, ray, store, runs)) is not None:
@@ -120,7 +120,6 @@ def render(
         how = {"quality": quality, "size": filming.size, "fps": filming.fps, "format": frames_only or "png"}
         trace(chosen, where, {**how, "reels": those}, sum(len(reel.frames) for reel in reels), quiet=as_json)
     teller = Teller(reels, quiet=as_json)
-    made: dict[Path, int] = {}
     if not join and not pictures and part == (0, 1):
         with stop:
             made = trace_films(fit, teller, stop, minutes or inf, lambda reel: _part(filming, reel, whole=whole))
@@ -129,26 +128,32 @@ def render(
 
             write_legibility(filming, reels)
     else:
+        made = {}
         for reel in reels:
             format = frames_only or "png"
             paths = [filming.finished(f, format) for f in reel.frames] if join else []
             paths = paths or filming.render(reel, teller, shard=part, format=format)
-            if part == (0, 1):
-                new = (
-                    _numbered(filming, reel, paths)
-                    if pictures
-                    else [filming.encode(reel, _part(filming, reel, whole=whole))]
-                )
-                made |= dict.fromkeys(new, 0)
+            if part == (0, 1) and pictures:
+                made |= dict.fromkeys(_numbered(filming, reel, paths), 0)
+            elif part == (0, 1):
+                made[filming.encode(reel, _part(filming, reel, whole=whole))] = 0
+    _say_made(made, teller, part, as_json)
+    raise typer.Exit(exits.INTERRUPTED if stop.count else exits.OK)
+
+
+def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as_json: bool) -> None:
+    """Print the files, with the numbers of missing pictures."""
+    from text2sim.cli.output import say, say_json
+    from text2sim.service.phrases import shown
+
     if as_json:
         files = [str(path) for path in made]
         say_json({"ok": True, "files": files, "missing": sum(made.values()), "seconds": teller.mean()})
     elif part != (0, 1):
         say(f"part {part[0] + 1} of {part[1]} is rendered; when all are, add --join")
-    for path, missing in () if as_json or part != (0, 1) else list(made.items())[:1]:
+    for path, missing in () if as_json else list(made.items())[:1]:
         some = f" ({missing} pictures are missing: earlier ones are shown longer; the same command continues)"
         say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
-    raise typer.Exit(exits.INTERRUPTED if stop.count else exits.OK)
 
 
 def trace_films(

@@ -7,6 +7,7 @@ from typing import Any
 from text2sim.cli.output import say, say_json
 from text2sim.lint.rules import RULES, Rule, find_rule
 from text2sim.service import exits
+from text2sim.service.descriptions import describe_rule
 from text2sim.spec_schema.errors import nearest
 
 
@@ -33,16 +34,8 @@ def say_rule(name: str, as_json: bool) -> int:
     if as_json:
         say_json(_plain(rule))
         return exits.OK
-    say(f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n")
-    say(_indented(rule.example))
-    if rule.fix:
-        say(f"\nThis overlay fixes it (`null` removes a key):\n\n{_indented(rule.fix)}")
-    say(f"\nIf it is intended:\n\n    waive: {{{rule.id}: why it is intended}}")
+    say(describe_rule(rule))
     return exits.OK
-
-
-def _indented(text: str) -> str:
-    return "\n".join(f"    {line}" for line in text.rstrip("\n").split("\n"))
 
 
 def _plain(rule: Rule) -> dict[str, Any]:

@@ -4,8 +4,9 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
-from text2sim.lint.rules import RULES, Rule, find_rule
+from text2sim.lint.rules import RULES, find_rule
 from text2sim.mcp_server.answers import MAX_PAGE, ToolAnswer, refusal, text_page
+from text2sim.service.descriptions import describe_prefab, describe_rule
 from text2sim.spec_schema.errors import did_you_mean
 from text2sim.spec_schema.published.language_reference import language_reference
 
@@ -57,7 +58,7 @@ def language(topic: str, offset: int) -> ToolAnswer:
     if found:
         return ToolAnswer({"topic": words, "several": [page.path for page in found], "next": "ask for one of these"})
     if (rule := find_rule(words)) is not None:
-        return ToolAnswer({"rule": rule.id, "severity": rule.severity}, _rule(rule))
+        return ToolAnswer({"rule": rule.id, "severity": rule.severity}, describe_rule(rule))
     if (prefab := _prefab(words)) is not None:
         return ToolAnswer({"prefab": words}, prefab)
     known = [*(page.name for page in _pages()), *(rule.id for rule in RULES), *_prefab_names()]
@@ -132,13 +133,6 @@ def _whole(page: Page) -> str:
     return "\n".join([page.text, *(one.text for one in _below(page))])
 
 
-def _rule(rule: Rule) -> str:
-    text = f"{rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n\n{rule.example}"
-    if rule.fix:
-        text += f"\nInstead:\n\n{rule.fix}"
-    return f"{text}\nIf it is intended:\n\nwaive: {{{rule.id}: why it is intended}}\n"
-
-
 @cache
 def _prefab_names() -> tuple[str, ...]:
     from text2sim.spec_schema.reuse.catalogue import library
@@ -150,13 +144,6 @@ def _prefab(name: str) -> str | None:
     """Description of a built-in prefab; None if there is none of that name."""
     if name not in _prefab_names():
         return None
-    from text2sim.spec_schema.reuse.catalogue import library, param_rows, parts_of, usage
+    from text2sim.spec_schema.reuse.catalogue import library
 
-    found = library().find(name)
-    lines = [" ".join(found.model.doc.split())]
-    if parts := parts_of(found):
-        lines.append(f"Bodies: {', '.join(f'NAME_{part}' for part in parts)}")
-    lines += ["Parameters:"]
-    for row in param_rows(found):
-        lines.append(f"- {row.name}: {row.doc} ({row.takes}; {row.default or 'required'})")
-    return "\n".join([*lines, "", "For example:", "", usage(found)])
+    return describe_prefab(library().find(name))
