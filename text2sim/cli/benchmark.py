@@ -101,11 +101,13 @@ def exported(
         where: Where the runs take place.
         quiet: Whether no progress is printed.
     """
-    from text2sim.cli.many import told
+    from text2sim.cli.many import with_progress
     from text2sim.engine_benchmark.export import export
     from text2sim.spec_schema.errors import Text2SimError
 
-    done = {id(one.task): one for one in told([t for many in tasks.values() for t in many], where, quiet=quiet)}
+    done = {
+        id(one.task): one for one in with_progress([t for many in tasks.values() for t in many], where, quiet=quiet)
+    }
     for number, row in enumerate(rows):
         folder, scene = out / row.name, None
         if number in tasks and row.loaded is not None and row.plan is not None:

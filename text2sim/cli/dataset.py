@@ -1,6 +1,7 @@
 """The commands `text2sim dataset`: datasets of films with annotations and questions."""
 
 import sys
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from time import monotonic
@@ -81,23 +82,13 @@ def build_dataset(
         if not row.ok:
             say_examined(row)
             raise typer.Exit(row.exit)
-    scores: dict[str, list[dict[str, Any]]] = {}
+    scores: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for path in wanted.judged:
         for digest, given in scores_of_runs(recipe.parent / path).items():
-            scores.setdefault(digest, []).extend(given)
+            scores[digest] += given
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
-    tally = build(
-        wanted,
-        recipe.parent,
-        out,
-        runs,
-        where=where,
-        dropped=dropped,
-        scores=scores,
-        tell=tell,
-        announce=announce,
-        complete=complete,
-    )
+    told = {"tell": tell, "announce": announce, "complete": complete}
+    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **told)
     took = {
         "seconds": round(monotonic() - begun, 1),
         "bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),

@@ -97,7 +97,7 @@ def attempts(
         tasks[number] = Task("text2sim.cluster.work:simulate", arguments, row.title, needs, inputs, runs)
     found: dict[int, RunResult | None] = {number: None for number in range(len(rows)) if number not in tasks}
     numbers, next_row = {id(task): number for number, task in tasks.items()}, 0
-    for done in told(list(tasks.values()), where, quiet=quiet):
+    for done in with_progress(list(tasks.values()), where, quiet=quiet):
         number = numbers[id(done.task)]
         if done.result is None:
             rows[number].blame((MachineError if done.machine else RunError)(done.error))
@@ -144,12 +144,12 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
         )
         for part in range(parts)
     ]  # fmt: skip
-    for done in told(tasks, where, quiet=quiet):
+    for done in with_progress(tasks, where, quiet=quiet):
         if done.result is None:
             raise RunError(f"{done.task.label} of the pictures: {done.error}")
 
 
-def told(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
+def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
     """Run tasks; print an estimate first, then progress.
 
     Args:

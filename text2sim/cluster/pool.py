@@ -37,6 +37,12 @@ class _Member:
     def restart(self) -> None:
         self.child = self._start()
 
+    def begin(self, number: int, task: Task) -> None:
+        self.job = number, monotonic()
+        inputs = {name: str(path.absolute()) for name, path in task.inputs.items()}
+        output = None if task.output is None else str(task.output.absolute())
+        self.child.send(order=number, **task.order(inputs, output))
+
 
 def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
     """Run tasks, and yield the result of each as soon as it is known.
@@ -72,11 +78,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                     if member.job is None and waiting and _room(tasks, members, tasks[waiting[0]]):
                         number = waiting.popleft()
                         tries[number] += 1
-                        member.job = number, monotonic()
-                        task = tasks[number]
-                        inputs = {name: str(path.absolute()) for name, path in task.inputs.items()}
-                        output = None if task.output is None else str(task.output.absolute())
-                        member.child.send(order=number, **task.order(inputs, output))
+                        member.begin(number, tasks[number])
                 with suppress(queue.Empty):
                     news = inbox.get(timeout=POLL)
                     member = next((member for member in members if member.child is news.child), None)

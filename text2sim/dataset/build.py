@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -127,22 +127,11 @@ def build(
     writer.tally.jobs = len(jobs)
     known = measured(runs)
     tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
-    job_of = {id(task): job for task, job in zip(tasks, jobs, strict=True)}
     announce(tasks)
-    with Stop() as stop:
-        for done in run_tasks(tasks, where, stop):
-            job = job_of[id(done.task)]
-            if done.stopped:
-                continue
-            if done.machine:
-                raise MachineError(done.error)
-            failed = {"key": job.key, "stage": "error", "why": [done.error], "drawn": []}
-            made = DrawResult([], [failed]) if done.result is None else read_made(job)
-            writer.tally.fresh += bool(done.tries and (done.result is None or done.result["fresh"]))
-            writer.add(made)
-            tell(writer.tally, made)
-        if stop.count:
-            raise RunError("stopped on request; the same command continues with what is left")
+    for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
+        writer.tally.fresh += fresh
+        writer.add(result)
+        tell(writer.tally, result)
     writer.close()
     if not writer.tally.items:
         raise RunError(f"{len(jobs)} draws gave no item: {_main_reason(folder / 'refused.jsonl')}")
@@ -151,6 +140,25 @@ def build(
     folder.rename(target)
     shutil.rmtree(stage)
     return writer.tally
+
+
+def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Where) -> Iterator[tuple[bool, DrawResult]]:
+    """Run the tasks of jobs; yield whether each was done now, and its result."""
+    with Stop() as stop:
+        for done in run_tasks(tasks, where, stop):
+            job = job_of[id(done.task)]
+            if done.stopped:
+                continue
+            if done.machine:
+                raise MachineError(done.error)
+            if done.result is None:
+                failed = DrawResult()
+                failed.refuse(job.key, "error", [done.error], [])
+                yield bool(done.tries), failed
+            else:
+                yield bool(done.tries and done.result["fresh"]), read_made(job)
+        if stop.count:
+            raise RunError("stopped on request; the same command continues with what is left")
 
 
 class Writer:

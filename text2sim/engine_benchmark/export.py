@@ -17,7 +17,7 @@ from text2sim.compiler.plan import EntityPlan, Plan
 from text2sim.engine_benchmark.controls import tables
 from text2sim.engine_benchmark.mjcf import build, obstacles
 from text2sim.engine_benchmark.reference import Runs, collect, references
-from text2sim.engine_benchmark.statement import read_statement
+from text2sim.engine_benchmark.statement import Statement, read_statement
 from text2sim.engine_benchmark.usd import write_usd
 from text2sim.harness.folder import staging
 from text2sim.recording.record import write_atomically
@@ -48,10 +48,32 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
     """
     statement = read_statement(loaded)
     ran = collect(loaded, list(statement.observables), done)
+    scene = _scene(loaded, plan, statement, ran)
+    with staging(out.absolute().parent) as stage:
+        folder = stage / "benchmark"
+        folder.mkdir()
+        write_atomically(folder / "case.yaml", expanded_text(loaded))
+        write_atomically(folder / "benchmark.json", json.dumps(scene, indent=1, allow_nan=False) + "\n")
+        if scene["complete"]:
+            _write_models(plan, folder)
+        else:
+            for path, data in plan.files.items():
+                (folder / "meshes" / path).parent.mkdir(parents=True, exist_ok=True)
+                (folder / "meshes" / path).write_bytes(data)
+        if out.exists():
+            if not (out / "benchmark.json").is_file():
+                raise RunError(f"{out} exists and is not a benchmark; choose another folder")
+            shutil.rmtree(out)
+        folder.rename(out.absolute())
+    return scene
+
+
+def _scene(loaded: LoadedCase, plan: Plan, statement: Statement, ran: Runs) -> dict[str, Any]:
+    """Content of `benchmark.json`."""
     layout = json.loads((ran.folders[0] / "states/layout.json").read_text("utf-8"))
     why_not = obstacles(plan)
     morphs = {entity.name: entity.morph for group in (*plan.statics, *plan.bodies) for entity in group.entities}
-    scene = {
+    return {
         "text2sim_benchmark": FORMAT,
         "name": plan.case,
         "about": statement.about or loaded.case.prompt,
@@ -84,24 +106,9 @@ def export(loaded: LoadedCase, plan: Plan, out: Path, done: Sequence[Done]) -> d
         "ours": _ours(ran),
         "layout": layout,
     }  # fmt: skip
-    with staging(out.absolute().parent) as stage:
-        folder = stage / "benchmark"
-        folder.mkdir()
-        write_atomically(folder / "case.yaml", expanded_text(loaded))
-        write_atomically(folder / "benchmark.json", json.dumps(scene, indent=1, allow_nan=False) + "\n")
-        if why_not:
-            _write_files(plan, folder / "meshes")
-        else:
-            _write_scene(plan, folder)
-        if out.exists():
-            if not (out / "benchmark.json").is_file():
-                raise RunError(f"{out} exists and is not a benchmark; choose another folder")
-            shutil.rmtree(out)
-        folder.rename(out.absolute())
-    return scene
 
 
-def _write_scene(plan: Plan, folder: Path) -> None:
+def _write_models(plan: Plan, folder: Path) -> None:
     spec = build(plan)
     model = spec.compile()
     for mesh in spec.meshes:
@@ -112,12 +119,6 @@ def _write_scene(plan: Plan, folder: Path) -> None:
             mesh.file = f"meshes/{target.name}"
     write_atomically(folder / "scene.xml", spec.to_xml())
     write_usd(model, plan, folder / "scene.usda")
-
-
-def _write_files(plan: Plan, folder: Path) -> None:
-    for path, data in plan.files.items():
-        (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_bytes(data)
 
 
 def _entity(entity: EntityPlan, why_not: list[str]) -> dict[str, Any]:
