@@ -166,7 +166,7 @@ def test_pictures_are_looked_at(tmp_path: Path):
     (tmp_path / "fake.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"x" * 50)
     added = add(tmp_path, tmp_path / "logo.png", "logo")
     assert added.asset.kind == "texture" and "8 x 4 pixels" in added.asset.notes
-    with pytest.raises(AssetError, match="no picture"):
+    with pytest.raises(AssetError, match="not a readable picture"):
         add(tmp_path, tmp_path / "fake.png", "fake")
 
 

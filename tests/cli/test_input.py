@@ -246,7 +246,7 @@ def test_a_new_case_is_good_and_canonical(cli: Cli):
     assert cli("fmt", "--check", "cases/my_case").code == 0
     again = cli("new", "my_case")
     assert again.code == 2
-    assert "is there already" in again.err
+    assert "already exists" in again.err
 
 
 def test_a_new_case_knows_where_the_schema_is(cli: Cli, tmp_path: Path):

@@ -24,7 +24,7 @@ def attempt(row: Examined, *, quiet: bool = False, **options: Any) -> RunResult 
     assert row.loaded is not None
     try:
         if row.plan is None:
-            row.work_out()
+            row.plan_and_lint()
         with watch(row.name, quiet=quiet) as on_progress:
             result = run_case(row.loaded, on_progress=on_progress, lint=row.findings(), **options)
     except Text2SimError as error:

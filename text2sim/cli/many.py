@@ -84,7 +84,7 @@ def attempts(
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is None and row.ok:
-                row.work_out()
+                row.plan_and_lint()
         except Text2SimError as error:
             row.blame(error)
         if row.loaded is None or not row.ok:

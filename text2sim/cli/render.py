@@ -128,15 +128,15 @@ def render(
 
             write_legibility(filming, reels)
     else:
-        made = {}
+        files: list[Path] = []
         for reel in reels:
             format = frames_only or "png"
             paths = [filming.finished(f, format) for f in reel.frames] if join else []
             paths = paths or filming.render(reel, teller, shard=part, format=format)
-            if part == (0, 1) and pictures:
-                made |= dict.fromkeys(_numbered(filming, reel, paths), 0)
-            elif part == (0, 1):
-                made[filming.encode(reel, _part(filming, reel, whole=whole))] = 0
+            if part == (0, 1):
+                suffix = _part(filming, reel, whole=whole)
+                files += _numbered(filming, reel, paths) if pictures else [filming.encode(reel, suffix)]
+        made = dict.fromkeys(files, 0)
     _say_made(made, teller, part, as_json)
     raise typer.Exit(exits.INTERRUPTED if stop.count else exits.OK)
 
@@ -151,7 +151,8 @@ def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as
         say_json({"ok": True, "files": files, "missing": sum(made.values()), "seconds": teller.mean()})
     elif part != (0, 1):
         say(f"part {part[0] + 1} of {part[1]} is rendered; when all are, add --join")
-    for path, missing in () if as_json else list(made.items())[:1]:
+    elif made:
+        path, missing = next(iter(made.items()))
         some = f" ({missing} pictures are missing: earlier ones are shown longer; the same command continues)"
         say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
 

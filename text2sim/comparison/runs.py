@@ -96,8 +96,7 @@ def _labelled(runs: list[Run]) -> list[Run]:
     """Shorten labels: drop the digest if names stay unique, else use the values that differ if they are few."""
     names = [run.label for run in runs]
     short = [name.rpartition("-")[0] or name for name in names]
-    told = _values(runs)
-    for better in (short, told):
+    for better in (short, _values(runs)):
         if len(set(better)) == len(names):
             names = better
             break
@@ -111,10 +110,10 @@ def _labelled(runs: list[Run]) -> list[Run]:
 def _values(runs: list[Run]) -> list[str]:
     """Labels made of at most two differing values, such as `density 500`; parameters take precedence over the rest."""
     paths = differing(runs)
-    told = [path for path in paths if path[0] == "params"] or paths
-    if len(told) > 2 or any(isinstance(run.leaves.get(path), list) for run in runs for path in told):
+    paths = [path for path in paths if path[0] == "params"] or paths
+    if len(paths) > 2 or any(isinstance(run.leaves.get(path), list) for run in runs for path in paths):
         return []
-    return [", ".join(f"{path[-1]} {_text(run.leaves.get(path))}" for path in told) for run in runs]
+    return [", ".join(f"{path[-1]} {_text(run.leaves.get(path))}" for path in paths) for run in runs]
 
 
 def _text(value: Any) -> str:

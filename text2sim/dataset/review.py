@@ -62,8 +62,8 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
     Raises:
         RunError: if the folder holds no dataset.
     """
-    rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}
     want_dataset(folder)
+    rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}
     blocks = []
     for shard in sorted((folder / "shards").glob("*.tar")):
         for key, files in read_shard(shard):
@@ -75,21 +75,20 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
     return len(blocks)
 
 
-def _block(row: dict[str, Any], film: bytes, made: ReviewDecision | None) -> str:
+def _block(row: dict[str, Any], film: bytes, earlier: ReviewDecision | None) -> str:
     doubts = [*row["suspicions"], *row["remarks"]]
     doubts += [f"`{one['name']}` {one['why']}" for one in row["expectations"] if one["ok"] is not True]
     numbers = {"energy without a source": row["energy_gain"], "deepest penetration [m]": row["penetration"]}
     doubts += [f"{name}: {value:.3g}" for name, value in numbers.items() if value]
     pictures = "".join(f'<img src="data:image/jpeg;base64,{data}" alt="">' for data in _pictures(film))
-    said = "".join(f"<li>{escape(text)}</li>" for text in doubts)
-    key, note = escape(row["key"]), escape(made.note if made else "")
-    radios = "".join(
-        f'<label><input type="radio" name="{key}" value="{word}"{" checked" if made and made.decision == word else ""}>'
-        f"{word}</label>"
-        for word in ("keep", "drop")
-    )
+    reasons = "".join(f"<li>{escape(text)}</li>" for text in doubts)
+    key, note = escape(row["key"]), escape(earlier.note if earlier else "")
+    radios = ""
+    for word in ("keep", "drop"):
+        checked = " checked" if earlier and earlier.decision == word else ""
+        radios += f'<label><input type="radio" name="{key}" value="{word}"{checked}>{word}</label>'
     return (
-        f'<section data-key="{key}"><h2>{key}</h2><p>{escape(row["prompt"])}</p>{pictures}<ul>{said}</ul>'
+        f'<section data-key="{key}"><h2>{key}</h2><p>{escape(row["prompt"])}</p>{pictures}<ul>{reasons}</ul>'
         f'{radios}<input class="note" placeholder="note" value="{note}"></section>'
     )
 

@@ -105,20 +105,18 @@ class _Writer:
         self._materials = UsdMaterials(stage, f"{ROOT}/materials", textures)
         self._shapes: dict[tuple[Path, bool], str] = {}
         self._dressed: dict[tuple[Path, ExportMaterial], str] = {}
-        worn = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
-        self._shared = {key for key, count in worn.items() if count > 1}
+        uses = Counter((piece.mesh, piece.material.two_sided) for link in scenery.links for piece in link.pieces)
+        self._shared = {key for key, count in uses.items() if count > 1}
 
     def write(self) -> dict[str, int]:
         scenery, stage = self._scenery, self._stage
         for scope in ("bodies", "statics", "cameras", "lights", "materials"):
             self._usd.UsdGeom.Scope.Define(stage, f"{ROOT}/{scope}")
-        alone: dict[str, int] = {}
-        for link in scenery.links:
-            alone[link.body] = alone.get(link.body, 0) + 1
+        links = Counter(link.body for link in scenery.links)
         bodies = {link.body for link in scenery.links if link.pieces} | {figure.body for figure in scenery.figures}
         for link in scenery.links:
             if link.body in bodies:
-                self._add_link(link, alone[link.body] == 1)
+                self._add_link(link, single=links[link.body] == 1)
         for figure in scenery.figures:
             self._add_figure(figure)
         for name, track in camera_tracks(scenery.recording).items():
@@ -129,12 +127,12 @@ class _Writer:
 
     # --- contents --------------------------------------------------------------------
 
-    def _add_link(self, link: SceneryLink, alone: bool) -> None:
+    def _add_link(self, link: SceneryLink, *, single: bool) -> None:
         path = self._body_path(link.body, link.body in self._scenery.recording.statics)
-        if not alone:
+        if not single:
             self._xform(path, link.body)
             path = f"{path}/{self._name_of(link.name)}"
-        prim = self._xform(path, link.body if alone else link.name)
+        prim = self._xform(path, link.body if single else link.name)
         prim.SetCustomDataByKey("text2sim:body", link.body)
         prim.SetCustomDataByKey("text2sim:link", link.name)
         pos, quat = (values[:, link.row] for values in self._scenery.poses)
@@ -150,15 +148,15 @@ class _Writer:
     def _add_piece(self, path: str, piece: SceneryPiece) -> None:
         key = piece.mesh, piece.material.two_sided
         if key in self._shared:
-            made = self._usd.UsdGeom.Xform.Define(self._stage, path)
-            made.GetPrim().GetReferences().AddInternalReference(self._dress(piece.mesh, piece.material))
-            made.GetPrim().SetInstanceable(True)
+            shape = self._usd.UsdGeom.Xform.Define(self._stage, path)
+            shape.GetPrim().GetReferences().AddInternalReference(self._dress(piece.mesh, piece.material))
+            shape.GetPrim().SetInstanceable(True)
         else:
-            made = self._mesh(path, *key)
-            self._materials.bind(made.GetPrim(), piece.material)
+            shape = self._mesh(path, *key)
+            self._materials.bind(shape.GetPrim(), piece.material)
         if any(piece.pos) or abs(piece.quat[0]) != 1:
-            made.AddTranslateOp().Set(self._usd.Gf.Vec3d(*piece.pos))
-            made.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
+            shape.AddTranslateOp().Set(self._usd.Gf.Vec3d(*piece.pos))
+            shape.AddOrientOp().Set(self._usd.Gf.Quatf(*piece.quat))
 
     def _dress(self, mesh: Path, material: ExportMaterial) -> str:
         """The path of the class whose instances are all copies of a shape with one material.
@@ -170,9 +168,9 @@ class _Writer:
             shape = self._shape(mesh, material.two_sided)
             path = f"{ROOT}/shapes/worn_{len(self._dressed)}"
             self._stage.CreateClassPrim(path)
-            worn = self._stage.DefinePrim(f"{path}/mesh")
-            worn.GetReferences().AddInternalReference(f"{shape}/mesh")
-            self._materials.bind(worn, material)
+            prim = self._stage.DefinePrim(f"{path}/mesh")
+            prim.GetReferences().AddInternalReference(f"{shape}/mesh")
+            self._materials.bind(prim, material)
             self._dressed[key] = path
         return self._dressed[key]
 

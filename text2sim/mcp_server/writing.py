@@ -80,7 +80,7 @@ def _checked(text: str, file: Path) -> Examined:
     try:
         check_source(Source(text, str(file)))
         row.loaded = load_text(text, file)
-        row.work_out()
+        row.plan_and_lint()
     except (Text2SimError, OSError) as error:
         row.blame(error)
     # The problems are about this text, not about the file on disk.

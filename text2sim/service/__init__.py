@@ -1,1 +1,1 @@
-"""Services that the command line and the MCP server share: examined cases, exit codes, words about runs."""
+"""Services that the command line and the MCP server share: checks of cases, exit codes, words about runs."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def describe_rule(rule: Rule) -> str:
-    """Return the meaning of a rule, its reason, the way out, and an example."""
+    """Return the meaning of a rule, its reason, the remedy, and an example."""
     text = f"{rule.id} ({rule.severity}): {rule.title}\n\n{rule.reason}\n\nRemedy: {rule.remedy}\n\nFor example:\n\n"
     text += _indented(rule.example)
     if rule.fix:

@@ -1,4 +1,4 @@
-"""A case as it was read, with all that is wrong with it."""
+"""Reading and checking of cases, with all their problems."""
 
 import os
 from collections.abc import Iterable
@@ -18,35 +18,35 @@ if TYPE_CHECKING:
 
 CASE_FILE = "case.yaml"
 SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})
-"""Folders in which no cases are looked for: they hold what was made from cases."""
+"""Folders that are not searched for cases: they have what was made from cases."""
 DEPTH = 6
 
 
 @dataclass
 class Examined:
-    """A case that was read, with all that is wrong with it."""
+    """A case that was read, with all its problems."""
 
     path: Path
     overlay: CaseOverlay = NOTHING
-    """What is laid over it."""
+    """Changes to the case."""
     loaded: "LoadedCase | None" = None
     plan: "Plan | None" = None
     problems: list[Problem] = field(default_factory=list)
     waived: "list[Waived]" = field(default_factory=list)
-    """What the lint found and the case says is meant."""
+    """Findings of the lint that the case waives."""
     held: list[str] = field(default_factory=list)
     """Expectations that would hold if nothing moved."""
     seconds: float = 0.0
-    """Wall time that a run takes on two idle cores; 0 if that is not known."""
+    """Estimated wall time of a run on two idle cores; 0 if unknown."""
     sources: dict[str, str] = field(default_factory=dict)
     """Text by file name, for excerpts."""
     failure: str = ""
-    """What is wrong, where no line of the case is to blame."""
+    """The error, if it is not a problem of some line of the case."""
     exit: int = exits.OK
 
     @property
     def ok(self) -> bool:
-        """Whether nothing keeps it from running."""
+        """Whether it can run."""
         return self.exit == exits.OK
 
     @property
@@ -58,11 +58,11 @@ class Examined:
 
     @property
     def title(self) -> str:
-        """Its file, and what is laid over it."""
+        """Its file, and the changes to it."""
         return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
 
     def as_dict(self) -> dict[str, Any]:
-        """Return what `--json` says."""
+        """Return the document that `--json` prints."""
         document: dict[str, Any] = {
             "case": self.name,
             "file": str(self.path),
@@ -80,7 +80,7 @@ class Examined:
             document["seconds"] = round(self.seconds, 1)
         return document
 
-    def work_out(self) -> None:
+    def plan_and_lint(self) -> None:
         """Resolve the case that was read, and lint it.
 
         Raises:
@@ -99,20 +99,20 @@ class Examined:
         self.collect_sources()
 
     def findings(self) -> list[dict[str, Any]]:
-        """Return what the lint found, as a run keeps it."""
+        """Return the findings of the lint in the format of a run record."""
         found: list[tuple[Problem, str | None]] = [(problem, None) for problem in self.problems]
         found += [(waived.problem, waived.reason) for waived in self.waived]
         return [{"rule": p.rule, "path": p.path, "message": p.message, "reason": reason} for p, reason in found]
 
     def blame(self, error: Exception) -> None:
-        """Take note of an error that its author, or the owner of the machine, can put right."""
+        """Record an error that the author of the case, or the owner of the machine, can fix."""
         self.exit = exits.exit_of_error(error)
         self.problems = error.problems if isinstance(error, SpecError) else []
         self.failure = "" if self.problems else reason(error).removeprefix(f"{self.path}: ")
         self.collect_sources()
 
     def collect_sources(self) -> None:
-        """Read the lines that the problems are about."""
+        """Read the files that the problems are in."""
         texts = {file: self._text(file) for file in {problem.file for problem in self.problems}}
         self.sources = {file: text for file, text in texts.items() if text}
 
@@ -130,12 +130,12 @@ class Examined:
 
 
 def examine(path: Path, *, plan: bool = True, overlay: CaseOverlay = NOTHING) -> Examined:
-    """Read a case, and plan and lint it if asked to; whatever its author did wrong ends up in `problems`.
+    """Read a case, and plan and lint it unless `plan` is false; mistakes of its author are put into `problems`.
 
     Args:
-        path: The case: its file or folder.
-        plan: Whether it is planned and linted.
-        overlay: What is laid over it.
+        path: File or folder of the case.
+        plan: Whether to plan and lint it.
+        overlay: Changes to the case.
     """
     from text2sim.spec_schema.load import load_case
 
@@ -144,23 +144,23 @@ def examine(path: Path, *, plan: bool = True, overlay: CaseOverlay = NOTHING) ->
         found.loaded = load_case(path, overlay)
         found.path = found.loaded.path
         if plan:
-            found.work_out()
+            found.plan_and_lint()
     except (Text2SimError, OSError) as error:
         found.blame(error)
     return found
 
 
 def case_file(path: Path) -> Path:
-    """Return the file that a path means: itself, or `case.yaml` in it."""
+    """Return the file of a case: the path itself, or `case.yaml` in it."""
     return path / CASE_FILE if path.is_dir() else path
 
 
 def find_cases(paths: Iterable[Path]) -> list[Path]:
-    """Return the cases that paths mean; a folder that is no case itself means all cases below it."""
+    """Return the files or folders of cases; a folder that is not a case stands for all cases below it."""
     found: dict[Path, None] = {}
     for path in paths:
         below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, DEPTH))
-        # A folder without cases is kept, so that reading it says so.
+        # A folder without cases is kept, so that reading it reports that.
         found |= dict.fromkeys(below or [path])
     return list(found)
 

@@ -1,4 +1,4 @@
-"""Paths, errors, spans of time and the outcome of runs in plain words."""
+"""Paths, errors, durations and outcomes of runs in plain words."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def shown(path: Path) -> str:
-    """Return a path relative to the working directory where it lies below it."""
+    """Return a path, relative to the working directory if it is below it."""
     try:
         return os.path.relpath(path) if path.absolute().is_relative_to(Path.cwd()) else str(path)
     except OSError:  # the working directory is gone
@@ -17,14 +17,14 @@ def shown(path: Path) -> str:
 
 
 def reason(error: Exception) -> str:
-    """Return what an error says to a user who can put it right."""
+    """Return the message of an error that the user can fix."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
 
 
 def seconds(value: float | None) -> str:
-    """Return a span of time for people: `0.4 s`, `41 s`, `3 min 5 s`."""
+    """Return a duration for people: `0.4 s`, `41 s`, `3 min 5 s`."""
     if value is None:
         return "?"
     if value < 10:
@@ -37,7 +37,7 @@ def seconds(value: float | None) -> str:
 
 
 def summary(result: "RunResult") -> str:
-    """Return one line: how far it came, what was done for it, how long that took."""
+    """Return one line: the state, the score, the work done and its time."""
     words = result.state.replace("_", " ")
     if result.state != "finished":
         words += f" at {result.time:.4g} s" if result.time else ""
