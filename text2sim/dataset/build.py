@@ -193,27 +193,13 @@ class Writer:
         self._answers: dict[Group, Counter[str]] = {}
         write_atomically(folder / "recipe.json", recipe.model_dump_json(indent=1) + "\n")
 
-    def add(self, made: DrawResult) -> None:
+    def add(self, result: DrawResult) -> None:
         """Write the result of a job."""
-        refused, gone, kept = list(made.refused), set[str](), list[Item]()
-        for item in made.items:
-            row = item.row
-            why = []
-            if item.key in self._dropped:
-                why = [f"review: {self._dropped[item.key] or 'dropped'}"]
-            elif {row["same_physics_as"], row.get("counterfactual_of")} & gone:
-                why = ["pair: the item that it belongs to is refused"]
-            elif row["same_physics_as"] is None:
-                twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
-                # A counterfactual without an effect is kept: that is information, too.
-                why = [f"duplicate: moves like {twin}"] if twin not in (None, row.get("counterfactual_of")) else []
-            elif twin := same_film(
-                item, [i for i in kept if row["same_physics_as"] in (i.key, i.row["same_physics_as"])]
-            ):
-                why = [f"duplicate: looks like {twin}"]
-            if why:
-                gone.add(item.key)
-                refused.append({"key": item.key, "stage": "item", "why": why, "drawn": row["drawn"]})
+        refused, keys, kept = list(result.refused), set[str](), list[Item]()
+        for item in result.items:
+            if reason := self._reason(item, keys, kept):
+                keys.add(item.key)
+                refused.append({"key": item.key, "stage": "item", "why": [reason], "drawn": item.row["drawn"]})
             else:
                 self._write(item)
                 kept.append(item)
@@ -221,6 +207,20 @@ class Writer:
             self.tally.refused[row["stage"]] += 1
             self._refused.write(json.dumps(row, ensure_ascii=False) + "\n")
         self.tally.done += 1
+
+    def _reason(self, item: Item, refused: set[str], kept: Sequence[Item]) -> str:
+        """Return why to refuse an item, given earlier ones of the job; empty to keep it."""
+        row = item.row
+        if item.key in self._dropped:
+            return f"review: {self._dropped[item.key] or 'dropped'}"
+        if {row["same_physics_as"], row.get("counterfactual_of")} & refused:
+            return "pair: the item that it belongs to is refused"
+        if row["same_physics_as"] is None:
+            twin = self._likeness.twin(item.key, row["case"], item.folder / "states.npz")
+            # A counterfactual without an effect is kept: that is information, too.
+            return "" if twin in (None, row.get("counterfactual_of")) else f"duplicate: moves like {twin}"
+        twin = same_film(item, [i for i in kept if row["same_physics_as"] in (i.key, i.row["same_physics_as"])])
+        return f"duplicate: looks like {twin}" if twin else ""
 
     def close(self) -> None:
         """Complete all files. Questions come last, because all items decide which can be balanced."""

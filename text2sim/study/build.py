@@ -6,7 +6,8 @@ STUDY/answers.sqlite      answers, see `answers.py`
 """
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -97,33 +98,19 @@ def build(
     """
     if (folder / STUDY).exists():
         raise RunError(f"{folder}: it already contains a study")
-    everyone = [anchor, *methods]
-    if len({one.name for one in everyone}) < len(everyone):
-        raise RunError(f"two methods have the same name: {', '.join(sorted(one.name for one in everyone))}")
-    (folder / FILMS).mkdir(parents=True, exist_ok=True)
-    left_out: list[str] = []
-    films: dict[str, dict[str, int]] = {task: {} for task in prompts}
-    wanted = [(task, method) for task in prompts for method in everyone]
-    numbers = random.Random(seed).sample(range(len(wanted)), len(wanted))
-    for (task, method), number in zip(wanted, numbers, strict=True):
-        made = method.made.get(task)
-        film = made.path("film") if made is not None else None
-        try:
-            if film is None:
-                raise RunError("there is no film")
-            anonymised(film, folder / FILMS / f"{number}.mp4")
-            films[task][method.name] = number
-        except RunError as error:
-            left_out.append(f"{task}, {method.name}: {error}")
+    names = [method.name for method in methods]
+    if anchor.name in names or len(set(names)) < len(names):
+        raise RunError(f"two methods have the same name: {', '.join(sorted([anchor.name, *names]))}")
+    films, left_out = _copy_films(folder / FILMS, prompts, [anchor, *methods], seed)
     pairs = {
-        task: [one.name for one in methods if one.name in made] for task, made in films.items() if anchor.name in made
+        task: [name for name in names if name in numbers] for task, numbers in films.items() if anchor.name in numbers
     }
     if not any(pairs.values()):
         raise RunError(f"no task has films of both {anchor.name} and another method: " + "; ".join(left_out[:5]))
     study = Study(
         seed=seed,
         anchor=anchor.name,
-        methods=[one.name for one in methods],
+        methods=names,
         prompts=dict(prompts),
         films=films,
         assignments=assignments(pairs, seed),
@@ -132,3 +119,25 @@ def build(
     )
     write_json(folder / STUDY, study.model_dump(mode="json"))
     return study
+
+
+def _copy_films(
+    folder: Path, tasks: Iterable[str], methods: Sequence[MethodFolder], seed: int
+) -> tuple[dict[str, dict[str, int]], list[str]]:
+    """Write anonymised films, numbered at random; return numbers by task and method, and what is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    films: dict[str, dict[str, int]] = {task: {} for task in tasks}
+    pairs = list(product(films, methods))
+    numbers = random.Random(seed).sample(range(len(pairs)), len(pairs))
+    left_out: list[str] = []
+    for (task, method), number in zip(pairs, numbers, strict=True):
+        result = method.made.get(task)
+        film = result.path("film") if result is not None else None
+        try:
+            if film is None:
+                raise RunError("there is no film")
+            anonymised(film, folder / f"{number}.mp4")
+            films[task][method.name] = number
+        except RunError as error:
+            left_out.append(f"{task}, {method.name}: {error}")
+    return films, left_out
