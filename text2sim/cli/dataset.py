@@ -43,26 +43,24 @@ def build_dataset(
     Runs that exist in the runs folder are not simulated again.
     """
     _require()
-    import resource
-
     from text2sim.cli.benchmark import examined, exported
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say, say_json
+    from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import Where, slots
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe_fit import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
-    from text2sim.service.phrases import seconds, shown
+    from text2sim.service.phrases import seconds
     from text2sim.spec_schema.errors import RunError
 
-    def tell(tally: "Tally", made: "DrawResult") -> None:
+    def tell(tally: "Tally", result: "DrawResult") -> None:
         if not as_json:
-            keys = ", ".join(item.key for item in made.items) or "nothing"
+            keys = ", ".join(item.key for item in result.items) or "nothing"
             each = (monotonic() - begun) / tally.fresh if tally.fresh else 0.0
             left = f", {seconds(each * (tally.jobs - tally.done))} left" if each else ""
-            refused = f"; {len(made.refused)} refused" if made.refused else ""
+            refused = f"; {len(result.refused)} refused" if result.refused else ""
             say(f"[{tally.done}/{tally.jobs}{left}] {keys}{refused}")
 
     def announce(tasks: "Sequence[Task]") -> None:
@@ -87,21 +85,29 @@ def build_dataset(
         for digest, given in scores_of_runs(recipe.parent / path).items():
             scores[digest] += given
     dropped = {key: one.note for key, one in read_decisions(decisions).items() if one.decision == "drop"}
-    told = {"tell": tell, "announce": announce, "complete": complete}
-    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **told)
-    took = {
-        "seconds": round(monotonic() - begun, 1),
-        "bytes": sum(path.stat().st_size for path in out.rglob("*") if path.is_file()),
-        "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024),
-    }
-    if as_json:
-        say_json({"ok": True, "folder": str(out), "items": tally.items, "refused": tally.refused, **took})
-    else:
-        counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
-        say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(out)}")
-        size, memory = (f"{took[name] / 1e6:.0f} MB" for name in ("bytes", "memory"))
-        say(f"{seconds(took['seconds'])}, {size}; the process that wrote it used {memory} of memory")
+    callbacks = {"tell": tell, "announce": announce, "complete": complete}
+    tally = build(wanted, recipe.parent, out, runs, where=where, dropped=dropped, scores=scores, **callbacks)
+    _say_built(tally, out, monotonic() - begun, as_json=as_json)
     raise typer.Exit(exits.OK)
+
+
+def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> None:
+    """Print the counts of a dataset, and the time, space and memory that it took."""
+    import resource
+
+    from text2sim.cli.output import say, say_json
+    from text2sim.service.phrases import seconds, shown
+
+    size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    if as_json:
+        cost = {"seconds": round(took, 1), "bytes": size, "memory": memory}
+        say_json({"ok": True, "folder": str(folder), "items": tally.items, "refused": tally.refused, **cost})
+        return
+    counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
+    say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(folder)}")
+    spent = f"{seconds(round(took, 1))}, {size / 1e6:.0f} MB"
+    say(f"{spent}; the process that wrote it used {memory / 1e6:.0f} MB of memory")
 
 
 @dataset.command("check")
