@@ -1,4 +1,4 @@
-"""Inspection of models with MuJoCo in a child process, which is all that a hostile file can crash."""
+"""Inspection of models with MuJoCo in a child process, so that a hostile file cannot crash ours."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Checks and repairs of mesh files in a child process, which is all that hostile files and the libraries can crash.
+"""Checks and repairs of mesh files in a child process, so that files and libraries cannot crash ours.
 
 The libraries also change the state of a whole process, such as its working directory.
 """

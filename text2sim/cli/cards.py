@@ -140,7 +140,7 @@ def _library() -> "CardLibrary":
 def _one_of(given: list[str], allowed: tuple[str, ...], option: str) -> None:
     for word in given:
         if word not in allowed:
-            raise typer.BadParameter(f"`{word}` is none of {', '.join(allowed)}", param_hint=f"'{option}'")
+            raise typer.BadParameter(f"`{word}` is not one of {', '.join(allowed)}", param_hint=f"'{option}'")
 
 
 def _plain(entry: Any) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def check_dataset(folder: Path) -> list[str]:
     of them.
 
     Raises:
-        RunError: if the folder holds no dataset.
+        RunError: if the folder has no dataset.
     """
     want_dataset(folder)
     if faults := [*_schemas(folder)]:
@@ -121,7 +121,7 @@ def _schemas(folder: Path) -> Iterator[str]:
 
 
 def _shards(folder: Path, table: dict[str, dict[str, Any]]) -> Iterator[str]:
-    """Compare shards with the table of items; find cases and runs that are in two splits, whatever the table says."""
+    """Compare shards with the table of items; find cases and runs that are in two splits from the shards alone."""
     paths = sorted((folder / "items").glob("*.parquet"))
     # Kept as an Arrow table: a million rows as dictionaries do not fit into memory.
     items = pa.concat_tables([pq.read_table(path, columns=SCHEMAS["items"].names) for path in paths])

@@ -141,7 +141,7 @@ class Recipe(Model):
 
 
 def parse_recipe(text: Text) -> Recipe:
-    """Parse a recipe, without a look at its cases.
+    """Parse a recipe, without reading its cases.
 
     Raises:
         SpecError: if it is not a valid recipe.

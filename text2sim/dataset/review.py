@@ -60,7 +60,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
         everything: Show all items, not only the doubtful ones.
 
     Raises:
-        RunError: if the folder holds no dataset.
+        RunError: if the folder has no dataset.
     """
     want_dataset(folder)
     rows = {row["key"]: row for _, row in read_rows(folder, "items") if everything or row["doubtful"]}

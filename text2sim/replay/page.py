@@ -118,7 +118,7 @@ def _page(values: dict[str, Any]) -> str:
 
 
 def _json(contents: dict[str, Any]) -> str:
-    """JSON that cannot end the HTML element around it, whatever names a case has."""
+    """JSON that cannot end the HTML element around it, even if a name in the case has its end tag."""
     text = json.dumps(_finite(contents), separators=(",", ":"), ensure_ascii=True, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

@@ -49,7 +49,7 @@ class CaseComparison:
     measured: list[MeasureChange] = field(default_factory=list)
     judged: list[ExpectationChange] = field(default_factory=list)
     same_simulation: bool = False
-    """Whether one run stands for both, because they simulate the same."""
+    """Whether both are one run, because they simulate the same."""
 
     @property
     def same(self) -> bool:

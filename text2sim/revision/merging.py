@@ -100,7 +100,7 @@ def _sides(merged: MergedText) -> tuple[str, ...]:
 def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> list[Path]:
     """Paths of the entries that make a merge invalid: invalid ones, and removed ones that they refer to.
 
-    No path lies inside another. One side has changed each entry, and the other has not.
+    No path is below another. One side has changed each entry, and the other has not.
     """
     gone, (_, ours, theirs) = list(_gone(*versions, ())), versions
     found: set[Path] = set()

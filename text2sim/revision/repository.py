@@ -141,7 +141,7 @@ def _inside(repository: Repository, path: Path) -> PurePosixPath:
     try:
         return PurePosixPath(Path(os.path.normpath(real)).relative_to(os.path.realpath(repository.root)).as_posix())
     except ValueError:
-        raise RunError(f"{path} lies outside the repository {repository.root}") from None
+        raise RunError(f"{path} is outside the repository {repository.root}") from None
 
 
 def _list(repository: Repository, places: list[str], *, deep: bool) -> list[tuple[str, _Blob]]:

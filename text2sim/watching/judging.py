@@ -22,7 +22,7 @@ class JudgedTake:
     evidence: dict[str, Any] | None
     """As in `evidence.json`, with expectations in the order of the case; None if there was nothing to judge."""
     message: str
-    """Why there is none."""
+    """Why there is no evidence; empty if there is."""
     seconds: float
     """Time that judging took."""
 
