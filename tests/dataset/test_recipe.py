@@ -27,7 +27,7 @@ def problems(body: str) -> str:
             "r.yaml:6:13: error: `params.speed` does not belong to looks",
         ),
         ("    cameras: {render.lights.sun.strength: {uniform: [1, 2]}}\n", "begins with render.cameras"),
-        ("    physics: {bodies..density: {uniform: [1, 2]}}\n", "a path is written like"),
+        ("    physics: {bodies..density: {uniform: [1, 2]}}\n", "a path has the form"),
         ("    films: 3\n", "need draws in `looks`, `lights` or `cameras`"),
         ("    plain: false\n", "the source needs `variants` or a `sweep`"),
         ("    counterfactuals: {two: {params.a: {choice: [1]}, params.b: {choice: [1]}}}\n", "r.yaml:6:"),

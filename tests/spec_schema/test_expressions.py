@@ -124,7 +124,7 @@ def test_whole_expressions_keep_their_type_and_others_become_text(text, value):
 def test_an_expression_has_to_be_closed():
     with pytest.raises(ExpressionError, match="no closing brace"):
         parse_interpolation("${rows")
-    with pytest.raises(ExpressionError, match="cannot stand inside text"):
+    with pytest.raises(ExpressionError, match="cannot be part of a text"):
         parse_interpolation("a ${brick}").evaluate(NAMES)
 
 

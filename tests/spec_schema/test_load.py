@@ -233,9 +233,9 @@ def test_a_copy_that_goes_wrong_is_located():
 @pytest.mark.parametrize(
     ("edit", "says"),
     [
-        (("count: 4, step", 'count: "${n}", step'), "not known where the copies are made"),
-        (('joint: "hook[1:3]"', 'joint: "hook[${i}]"'), "counts the copies that `joint` names"),
-        (("duration: 1", 'duration: "${n}"'), "known only in a body or static that has repeat"),
+        (("count: 4, step", 'count: "${n}", step'), "not defined in `repeat` itself"),
+        (('joint: "hook[1:3]"', 'joint: "hook[${i}]"'), "not defined in `joint`, which selects the copies"),
+        (("duration: 1", 'duration: "${n}"'), "defined only in a body or static with repeat"),
     ],
 )
 def test_copy_variables_have_their_place(edit, says):

@@ -230,7 +230,7 @@ def test_single_values_come_last_in_their_order():
         ("bodies.box.pose.pos[0]=null", 24, "an item of a list cannot be taken away", None),
         ("bodies.ball", 1, "sets nothing: write PATH=VALUE", None),
         ("=3", 1, "there is no path before `=`", None),
-        ("a..b=3", 1, "a path is written like", None),
+        ("a..b=3", 1, "a path has the form", None),
         ("", 1, "sets nothing", None),
     ],
 )

@@ -81,7 +81,7 @@ def test_labels_tell_paths_apart():
         ("{gird: {params.speed: [1]}}", "/gird", "unknown key `gird`; a sweep takes grid, points, variants", "grid"),
         ("{grid: {params.sped: [1]}}", "/grid/params.sped", "there is no `sped` in `params`", "speed"),
         ("{grid: {bodies.ball.mas: [1]}}", "/grid/bodies.ball.mas", "unknown key `mas`", None),
-        ("{grid: {a b..c: [1]}}", "/grid/a b..c", "a path is written like", None),
+        ("{grid: {a b..c: [1]}}", "/grid/a b..c", "a path has the form", None),
         ("{grid: {params.speed: 3}}", "/grid/params.speed", "needs a list", None),
         ("{grid: {params.speed: []}}", "/grid/params.speed", "needs at least 1", None),
         ("{grid: {}}", "/grid", "needs at least 1", None),

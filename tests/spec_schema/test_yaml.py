@@ -134,7 +134,7 @@ def test_a_missing_file_is_a_problem_of_the_case(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes in the file system")
 def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "case.yaml")
-    with pytest.raises(SpecError, match="ordinary file"):
+    with pytest.raises(SpecError, match="regular file"):
         read_source(tmp_path / "case.yaml")
 
 

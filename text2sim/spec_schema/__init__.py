@@ -1,1 +1,1 @@
-"""The language: models of a case, and how its YAML is read, checked and written."""
+"""Language of cases: models, YAML with positions, checks, canonical form."""

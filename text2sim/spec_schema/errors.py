@@ -1,4 +1,4 @@
-"""Errors, as one hierarchy: all of it is shown to the user as a message, without a traceback."""
+"""Errors that are shown to the user as a message, without a traceback."""
 
 import difflib
 import re
@@ -11,12 +11,12 @@ from text2sim.spec_schema.plain import plain_line
 Severity = Literal["error", "warning"]
 
 SHOWN = 100
-"""As many problems are shown to people; machines get all."""
+"""Most problems that are shown to people; machines get all."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a case, and where."""
+    """A problem of a case, with its position."""
 
     path: str
     """JSON Pointer to the value, such as `/bodies/ball/shape/radius`."""
@@ -27,15 +27,15 @@ class Problem:
     column: int = 1
     """Column in the line, from 1, in characters."""
     file: str = "case.yaml"
-    """The file, as it was named by whoever asked."""
+    """The file, as the user named it."""
     hint: str | None = None
-    """The nearest word that is allowed."""
+    """The nearest valid word."""
     rule: str = "invalid"
-    """Stable id of the rule that was broken."""
+    """Stable id of the violated rule."""
     severity: Severity = "error"
 
     def __post_init__(self) -> None:
-        # It may quote anything: a file, what a library said of it, a name inside it.
+        # It may quote any text: of a file, or of a library's message.
         object.__setattr__(self, "message", plain_line(self.message))
 
     def __str__(self) -> str:
@@ -45,22 +45,22 @@ class Problem:
         return f"{text} [{self.rule}]"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the problem as plain data, for machines."""
+        """Return the problem as plain data."""
         return asdict(self)
 
 
 class Text2SimError(Exception):
-    """Something that the user can put right, in a line of plain text, whatever it quotes."""
+    """An error that the user can correct, in a line of plain text."""
 
     def __init__(self, message: str = "") -> None:
         super().__init__(plain_line(message))
 
 
 class SpecError(Text2SimError):
-    """A case that is not valid.
+    """An invalid case.
 
     Attributes:
-        problems: All that is wrong, in the order of the file.
+        problems: All problems, in the order of the file.
     """
 
     def __init__(self, problems: Iterable[Problem]) -> None:
@@ -69,28 +69,28 @@ class SpecError(Text2SimError):
 
 
 class AssetError(Text2SimError):
-    """A mesh, model or picture that is missing or not usable."""
+    """A mesh, model or picture that is missing or unusable."""
 
 
 class RunError(Text2SimError):
-    """A program that did not run to its end."""
+    """A program that failed."""
 
 
 class MachineError(Text2SimError):
-    """Something that this machine lacks."""
+    """A requirement that this machine does not meet."""
 
 
 class EngineError(MachineError):
-    """An engine that does not start, whatever it is given."""
+    """An engine that does not start."""
 
 
 def sort_problems(problems: Iterable[Problem]) -> list[Problem]:
-    """Return the problems in the order of the file, each once."""
+    """Return the problems in the order of the file, without duplicates."""
     return sorted(dict.fromkeys(problems), key=lambda p: (p.file, p.line, p.column, p.path, p.message))
 
 
 def nearest(word: object, allowed: Iterable[str]) -> str | None:
-    """Return the allowed word that is most like `word`, or None if none is near."""
+    """Return the allowed word that is most similar to `word`, or None if none is similar."""
     if not isinstance(word, str) or not word or len(word) > 100:
         return None
     words = list(allowed)
@@ -108,15 +108,15 @@ def did_you_mean(word: object, allowed: Iterable[str]) -> str:
 
 
 def format_problems(problems: Iterable[Problem], source: Any = None) -> str:
-    """Format problems for people: place, reason, the nearest right word, and the line with a caret.
+    """Format problems for people: position, message, the nearest valid word, and the line with a caret.
 
     Args:
-        problems: What to report.
-        source: The `Source` of the case or its text (or a mapping of file name to either); without it there
-            are no excerpts.
+        problems: The problems.
+        source: The `Source` of the case or its text (or a mapping of file name to either); without it there are no
+            excerpts.
 
     Returns:
-        Lines for the first `SHOWN` problems, and how many more there are.
+        Lines for the first `SHOWN` problems, and the number of further ones.
     """
     blocks, lines = [], dict[str, list[str]]()
     found = sort_problems(problems)
@@ -141,9 +141,8 @@ def _lines(source: Any, file: str) -> list[str]:
 
 def _excerpt(line: str, problem: Problem, width: int = 110) -> str:
     column = problem.column - 1
-    # A window around the column, for lines that are longer than a terminal is wide.
+    # A window around the column of a long line.
     first = max(0, column - width * 2 // 3) if len(line) > width else 0
-    # One column for each character, of the marks as well.
     shown = plain_line(line[first : first + width])
     at = f"  at {plain_line(problem.path)}" if problem.path else ""
     return f"    {shown.rstrip()}\n    {' ' * (column - first)}^{at}"

@@ -1,9 +1,9 @@
-"""Loading of a file into a validated case that knows where each of its values stands."""
+"""Loading of a file into a validated case with the positions of its values."""
 
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from text2sim.spec_schema.arithmetic.resolution import Resolver
 from text2sim.spec_schema.errors import Problem, SpecError
@@ -22,10 +22,10 @@ def load_case(path: FilePath | str, overlay: CaseOverlay = NOTHING) -> LoadedCas
 
     Args:
         path: The case's folder, or its YAML file.
-        overlay: What is laid over it.
+        overlay: Changes to apply to it.
 
     Raises:
-        SpecError: With everything that is wrong with the form of the case, in the order of the file.
+        SpecError: With all problems in the form of the case, in the order of the file.
     """
     path = FilePath(path)
     if path.is_dir():
@@ -34,15 +34,15 @@ def load_case(path: FilePath | str, overlay: CaseOverlay = NOTHING) -> LoadedCas
 
 
 def load_text(text: str, path: FilePath | str = CASE_FILE, overlay: CaseOverlay = NOTHING) -> LoadedCase:
-    """Load a case from text, as if it stood in the file `path`; see `load_case`.
+    """Load a case from text, as if it were in the file `path`; see `load_case`.
 
     Args:
         text: The text.
-        path: The file that it would stand in.
-        overlay: What is laid over the case.
+        path: Path of the file.
+        overlay: Changes to apply to the case.
 
     Raises:
-        SpecError: With everything that is wrong.
+        SpecError: With all problems.
     """
     return _load(check_source(Source(text, str(path))), FilePath(path), overlay)
 
@@ -62,7 +62,7 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
     resolver = Resolver(document)
     data = resolver.data()
     case, problems = _validate(document, data)
-    # What has no value cannot be judged: of it, only the expression is reported.
+    # A value whose expression failed is not checked further.
     problems = [p for p in problems if not _touches(resolver.broken, p)]
     problems = [*resolver.problems, *problems]
     if layers is not None:
@@ -86,17 +86,16 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
 
 
 def _validate(document: Document, data: dict[str, Any]) -> tuple[Case | None, list[Problem]]:
-    model: type[BaseModel] = Case
     try:
         return Case.model_validate(data, by_alias=True, by_name=False), []
     except ValidationError as error:
         from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
-        return None, diagnose(document, error, model, data)
+        return None, diagnose(document, error, Case, data)
 
 
 def _touches(broken: set[Path], problem: Problem) -> bool:
-    """Whether a problem may come from a value that could not be evaluated."""
+    """Return whether a problem may come from a value that could not be evaluated."""
     for path in broken:
         place = pointer(path)
         if problem.path == place or problem.path.startswith(place + "/"):

@@ -1,7 +1,7 @@
-"""A case in memory: its models, its plain data, and the document that says where each value stands."""
+"""Case in memory: its models, its plain data, and the document with the positions of its values."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -24,33 +24,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LoadedCase:
-    """A case that passed the check of its form, with the document that it came from."""
+    """A case with a valid form, with the document that it came from."""
 
     path: FilePath
     """The YAML file."""
     case: Case
-    """The models; expressions that vary from copy to copy have their value for copy 0."""
+    """The models; expressions that vary between copies have their value for copy 0."""
     data: dict[str, Any]
     """Plain data with every expression evaluated."""
     document: Document
-    """The case as it is checked: of the latest version, with overlays laid over it and prefabs expanded."""
+    """The case as it is checked: in the latest version, with overlays applied and prefabs expanded."""
     written: Document
-    """The case as it stands in the file."""
+    """The case as it is in the file."""
     resolver: Resolver = field(repr=False)
     _varying: frozenset[Path] = field(repr=False)
     overlay: CaseOverlay = NOTHING
-    """What was laid over it."""
+    """Changes that were applied to it."""
     _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
-    """Arguments of prefabs that may differ from copy to copy."""
+    """Arguments of prefabs that may vary between copies."""
 
     @property
     def folder(self) -> FilePath:
-        """The case's folder, in which its assets are."""
+        """The case's folder, which contains its assets."""
         return self.path.parent
 
     @property
     def raw(self) -> dict[str, Any]:
-        """Plain data of `document`, with `${…}` left in."""
+        """Plain data of `document`, with unevaluated `${…}`."""
         return self.document.data
 
     @property
@@ -59,7 +59,7 @@ class LoadedCase:
         return self.document.source
 
     def line(self, where: str | Path) -> int:
-        """Return the line of a value, from 1, or of what there is of the way to it; of its key, if it has one."""
+        """Return the line (from 1) of the key of a value, or of its nearest existing ancestor."""
         return self.document.place(_path(where), key=True)[0]
 
     def problem(
@@ -77,35 +77,35 @@ class LoadedCase:
         Args:
             where: JSON Pointer or path.
             message: What is wrong.
-            key: Point at the key instead of the value.
+            key: Whether to point at the key instead of the value.
             rule: Stable id of the rule.
-            hint: The nearest right word.
+            hint: The nearest valid word.
             severity: `error` or `warning`.
         """
         return self.document.problem(_path(where), message, key=key, rule=rule, hint=hint, severity=severity)
 
     def varies(self, where: str | Path) -> bool:
-        """Whether the value, or something inside it, differs from copy to copy."""
+        """Return whether the value, or a part of it, varies between copies."""
         return _path(where) in self._varying
 
     def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
-        """Return the body as one of its copies has it.
+        """Return the model of one copy of a body.
 
         Args:
             name: Name of the body.
             variables: `i`, `n`, `u`, `row`, `column`, `layer` of the copy.
 
         Raises:
-            SpecError: If an expression has no value, or one that is not allowed, for this copy.
+            SpecError: If an expression has no value, or an invalid one, for this copy.
         """
         return self._copy(("bodies", name), self.case.bodies[name], variables)
 
     def static_copy(self, name: str, variables: Mapping[str, Value]) -> Static:
-        """Return the static as one of its copies has it; see `body_copy`."""
+        """Return the model of one copy of a static; see `body_copy`."""
         return self._copy(("scene", "statics", name), self.case.scene.statics[name], variables)
 
     def control_copy(self, name: str, variables: Mapping[str, Value]) -> Control:
-        """Return the control as it acts on one copy; see `body_copy`."""
+        """Return the control for one copy; see `body_copy`."""
         return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
 
     def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
@@ -125,9 +125,7 @@ class LoadedCase:
 
                 problems = diagnose(self.document, error, type(model), data, root)
         which = f"copy {known['i']}: "
-        raise SpecError(
-            Problem(p.path, which + p.message, p.line, p.column, p.file, p.hint, p.rule, p.severity) for p in problems
-        )
+        raise SpecError(replace(problem, message=which + problem.message) for problem in problems)
 
     def _judge_arguments(self, root: Path, known: Mapping[str, Value]) -> list[Problem]:
         arguments = [argument for argument in self._arguments if root in argument.roots]

@@ -1,4 +1,4 @@
-"""Dotted paths, as people write them: `bodies.ball.material.density`, `bodies.ball.pose.pos[2]`."""
+"""Dotted paths: `bodies.ball.material.density`, `bodies.ball.pose.pos[2]`."""
 
 import re
 
@@ -9,7 +9,7 @@ MAX_LENGTH = 500
 
 
 def dotted(path: Path) -> str:
-    """Return the text of a path; indices stand in brackets."""
+    """Return the text of a path, with indices in brackets."""
     text = ""
     for step in path:
         text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else str(step)
@@ -17,16 +17,16 @@ def dotted(path: Path) -> str:
 
 
 def parse_dotted(text: str) -> Path:
-    """Return the path of a text; the last of its steps may be an index in brackets, or several.
+    """Return the path of a text.
 
     Raises:
-        ValueError: If it is not such a path.
+        ValueError: If it is not a dotted path.
     """
     steps: list[Step] = []
     for part in text.split("."):
         found = _STEP.fullmatch(part)
         if found is None or len(text) > MAX_LENGTH:
-            raise ValueError("a path is written like bodies.ball.material.density or bodies.ball.pose.pos[2]")
+            raise ValueError("a path has the form bodies.ball.material.density or bodies.ball.pose.pos[2]")
         steps.append(found[1])
         steps += [int(index) for index in re.findall(r"\d+", found[2])]
     return tuple(steps)

@@ -1,4 +1,4 @@
-"""Files that come into being whole or not at all, and errors that say which could not be written."""
+"""Atomic writes of files, with errors that name the file."""
 
 import os
 from collections.abc import Iterator
@@ -8,10 +8,10 @@ from pathlib import Path
 
 @contextmanager
 def naming(path: Path | str) -> Iterator[None]:
-    """While this lasts, an error of the system names what is written: where a disk is full it names none.
+    """Add the path to a system error in this context; some, such as a full disk, name no file.
 
     Raises:
-        OSError: in place of any other.
+        OSError: with the path, in place of the original one.
     """
     try:
         yield
@@ -21,12 +21,12 @@ def naming(path: Path | str) -> Iterator[None]:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A file to write beside `path`, which takes its place at the end: what is there is whole.
+    """Yield a temporary path that replaces `path` at the end.
 
     Raises:
-        OSError: with the name of `path`, if it cannot be written; then nothing is left of it.
+        OSError: with the name of `path`, if it cannot be written; then the temporary file is removed.
     """
-    # Whoever watches the folder for names with a certain ending must not see it before it is whole.
+    # The suffix hides the file from programs that watch the folder.
     partial = path.with_name(f".{os.getpid()}-{path.name}.part")
     try:
         with naming(path):
@@ -38,6 +38,6 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write a file that is complete from the moment on at which it is there; see `replacing`."""
+    """Write a file atomically; see `replacing`."""
     with replacing(path) as partial:
         partial.write_bytes(content.encode() if isinstance(content, str) else content)

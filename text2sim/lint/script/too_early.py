@@ -20,6 +20,7 @@ from text2sim.lint.script.targets import Target, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
+from text2sim.spec_schema.models.measures import Displacement, Position
 
 MAX_PAIRS = 2_000
 """Most pairs of bodies that are tested."""
@@ -43,13 +44,9 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
             measure = actions.measures[expect.measure]
-            if measure.kind not in ("position", "displacement") or bound.stat in ("mean", "std", "range"):
+            if not isinstance(measure, Position | Displacement) or bound.stat in ("mean", "std", "range"):
                 continue
-            if (
-                values.start is None
-                or values.frozen
-                or getattr(measure, "stat", None) in ("count", "sum", "std", "range")
-            ):
+            if values.start is None or values.frozen or measure.stat in ("count", "sum", "std", "range"):
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.
             by = bound.first if bound.stat == "all" else bound.last

@@ -1,1 +1,1 @@
-"""The arithmetic of `${…}`: parsed, bounded, and evaluated without running code."""
+"""Arithmetic of `${…}`: parsed, bounded, and evaluated without running code."""

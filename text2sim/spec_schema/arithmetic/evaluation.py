@@ -1,4 +1,4 @@
-"""The interpreter of checked expressions: it walks the tree, and bounds what it makes."""
+"""Interpreter of checked expressions, with bounded values."""
 
 import ast
 import math
@@ -46,7 +46,7 @@ def evaluate(node: ast.expr, names: Mapping[str, Value]) -> Value:
         ExpressionError: If the expression has no value.
     """
     if isinstance(node, ast.Constant):
-        return node.value  # type: ignore[return-value]  # _check_constant has seen it
+        return node.value  # type: ignore[return-value]  # checked by _check_constant
     if isinstance(node, ast.Name):
         return _name(node.id, names)
     if isinstance(node, ast.BinOp):
@@ -79,7 +79,7 @@ def _name(name: str, names: Mapping[str, Value]) -> Value:
         known = list(names)
         message = f"unknown name `{name}`" + (f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else "")
         if not known:
-            message += "; there are none here: give it a value in `params`"
+            message += "; there are no names here: add it to `params`"
         raise ExpressionError(message, nearest(name, [*known, *CONSTANTS]), "unknown-name")
     return names[name]
 
@@ -88,7 +88,7 @@ def _binary(node: ast.BinOp, left: Value, right: Value) -> Value:
     sign = BINARY[type(node.op)]
     for value in (left, right):
         if isinstance(value, list):
-            raise ExpressionError(f"`{sign}` works on numbers, not on lists; take items, a[0] {sign} b[0]")
+            raise ExpressionError(f"`{sign}` works on numbers, not on lists; use items, a[0] {sign} b[0]")
     a, b = number(left), number(right)
     if sign == "+":
         result = a + b
@@ -101,7 +101,7 @@ def _binary(node: ast.BinOp, left: Value, right: Value) -> Value:
     elif b == 0:
         raise ExpressionError("division by zero")
     elif sign == "/":
-        # Half of six is the whole number three, so that it can be a count.
+        # Half of six is the integer three, so that it can be a count.
         exact = isinstance(a, int) and isinstance(b, int) and a % b == 0
         result = a // b if exact else a / b
     else:
@@ -114,7 +114,7 @@ def _power(base: float, exponent: float) -> float:
         raise ExpressionError("a negative number has no fractional power")
     if base == 0 and exponent < 0:
         raise ExpressionError("division by zero")
-    # The size is known before the power is: 9 ** 9 ** 9 never gets computed.
+    # The magnitude is checked first, so that 9 ** 9 ** 9 is never computed.
     if base != 0 and exponent * math.log10(abs(base)) > math.log10(MAX_NUMBER):
         raise ExpressionError(f"the result is larger than {MAX_NUMBER:g}")
     if abs(base) <= 1 or abs(exponent) > 1000:

@@ -1,8 +1,7 @@
-"""Expressions: the arithmetic of `${…}`, checked and evaluated without running any code.
+"""Expressions: the arithmetic of `${…}`, checked and evaluated without running code.
 
-An expression is parsed by Python's own parser, every node is checked against a short list, and the tree is
-then walked by an interpreter that bounds what it makes. Names are parameters, copy variables, `pi`, `tau`,
-`true` and `false`.
+Python's parser parses an expression, every node is checked against a short list, and an interpreter evaluates the tree
+with bounded values. Names are parameters, copy variables, `pi`, `tau`, `true` and `false`.
 """
 
 import ast
@@ -21,15 +20,15 @@ RESERVED = frozenset(CONSTANTS) | frozenset(FUNCTIONS)
 MAX_LENGTH = 500
 MAX_DEPTH = 30
 MAX_ROOMY = (5000, 100)
-"""Length and depth of expressions that are put together from several: those of prefabs with their arguments."""
+"""Length and depth of composed expressions: those of prefabs with their arguments."""
 
 
 class Expression:
     """One checked expression.
 
     Attributes:
-        text: What was written between the braces.
-        tree: What it says.
+        text: The text between the braces.
+        tree: Its syntax tree.
         names: Parameters and copy variables that it uses.
     """
 
@@ -43,7 +42,7 @@ class Expression:
         """Return the value.
 
         Args:
-            names: What every name stands for.
+            names: Values by name.
 
         Raises:
             ExpressionError: If a name is unknown, types do not fit, or the result is not a finite number.
@@ -60,7 +59,7 @@ def parse_expression(text: str, roomy: bool = False) -> Expression:
 
     Args:
         text: The text.
-        roomy: Whether it may be as large as one that was put together from several.
+        roomy: Whether it may be as large as a composed one.
     """
     return Expression(text, MAX_ROOMY) if roomy else Expression(text)
 
@@ -79,17 +78,17 @@ _ALLOWED: set[type[ast.AST]] = {
 }
 _SIGNS = {*BINARY, *COMPARISONS, ast.UAdd, ast.USub, ast.Not, ast.And, ast.Or}
 _PARTS = {kind: [field for field in kind._fields if field not in ("func", "keywords", "ctx")] for kind in _ALLOWED}
-"""What is looked at inside of each; of a call, `_check_call` sees the rest."""
+"""Fields of each node that are checked; `_check_call` checks the others of a call."""
 _HINTS: dict[type[ast.AST], str] = {
     ast.Tuple: "write a list, [a, b]",
-    ast.Slice: "take one item, a[0]",
+    ast.Slice: "use one item, a[0]",
     ast.Attribute: "names have no dots",
-    ast.BitXor: "a power is written a ** b",
+    ast.BitXor: "write a power as a ** b",
     ast.Dict: "there are no mappings",
     ast.In: "compare with ==",
     ast.Is: "compare with ==",
-    ast.NamedExpr: "nothing can be assigned",
-    ast.Lambda: "functions cannot be made",
+    ast.NamedExpr: "there are no assignments",
+    ast.Lambda: "there are no function definitions",
     ast.ListComp: "write the items out",
     ast.JoinedStr: "write text with ${…} in it",
 }
@@ -112,13 +111,13 @@ def _parse(text: str, length: int, depth: int) -> tuple[ast.expr, frozenset[str]
 
 
 def _check(node: ast.AST, text: str, depth: tuple[int, int], names: set[str]) -> None:
-    """Refuse what is not of the language or too deep, and gather the names, in one pass: there may be thousands."""
+    """Refuse nodes that are not allowed or too deep, and collect the names."""
     kind = type(node)
     if kind in _SIGNS:
         return
     if kind not in _PARTS:
-        way_out = f"; {_HINTS[kind]}" if kind in _HINTS else ""
-        raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{way_out}")
+        hint = f"; {_HINTS[kind]}" if kind in _HINTS else ""
+        raise ExpressionError(f"`{_snippet(node, text)}` is not part of the language{hint}")
     at, most = depth
     if at > most:
         raise ExpressionError(f"the expression is nested more than {most} deep")
@@ -136,7 +135,7 @@ def _check(node: ast.AST, text: str, depth: tuple[int, int], names: set[str]) ->
 
 def _check_name(name: str, text: str, names: set[str]) -> None:
     if name not in text:
-        # Python folds look-alike letters into plain ones: what is read must be what is written.
+        # Python normalises look-alike letters to ASCII; the name must be as written.
         raise ExpressionError(f"`{text.strip()}` has letters that only look like those of a name")
     if name in FUNCTIONS:
         raise ExpressionError(f"`{name}` is a function: write {name}(…)")

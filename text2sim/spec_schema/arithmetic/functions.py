@@ -1,4 +1,4 @@
-"""The functions that expressions may call: a closed list."""
+"""Functions that expressions may call."""
 
 import math
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, bound
 
 
 def _spread(arguments: list[Any]) -> list[int | float]:
-    """The numbers to work on: the arguments, or those in the one list that was given."""
+    """Return the arguments as numbers, or those in the only argument if that is a list."""
     items = arguments[0] if len(arguments) == 1 and isinstance(arguments[0], list) else arguments
     if not items:
         raise ExpressionError("the list is empty")
@@ -65,7 +65,7 @@ def call(name: str, arguments: list[Value]) -> Value:
     """Call a function of the list.
 
     Raises:
-        ExpressionError: If the arguments do not fit, or there is no value.
+        ExpressionError: If the arguments are invalid, or there is no value.
     """
     if name == "len":
         if len(arguments) != 1:

@@ -1,4 +1,4 @@
-"""Text with `${…}` in it: a value that is wholly one expression takes its type, any other becomes text."""
+"""Text with `${…}` in it: a value that is one expression takes its type, any other becomes text."""
 
 import re
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ _BRACE = re.compile(r"[{}]")
 
 
 class Interpolation:
-    """One scalar with expressions in it.
+    """A scalar with expressions.
 
     Attributes:
         parts: Its text and its expressions, in order.
-        whole: Whether it is wholly one expression.
+        whole: Whether it is one expression.
         names: Parameters and copy variables that it uses.
     """
 
@@ -88,11 +88,11 @@ def _closing(text: str, start: int) -> int:
         depth += 1 if found[0] == "{" else -1
         if depth == 0:
             return found.start()
-    raise ExpressionError("`${` has no closing brace (the characters themselves are written `$${`)")
+    raise ExpressionError("`${` has no closing brace (write `$${` for the characters)")
 
 
 def as_text(value: Value) -> str:
-    """Return what a value is inside text.
+    """Return a value as part of a text.
 
     Raises:
         ExpressionError: If it is a list.
@@ -102,5 +102,5 @@ def as_text(value: Value) -> str:
     if isinstance(value, float):
         return str(int(value)) if value == int(value) else f"{value:.12g}"
     if isinstance(value, list):
-        raise ExpressionError("a list cannot stand inside text")
+        raise ExpressionError("a list cannot be part of a text")
     return str(value)

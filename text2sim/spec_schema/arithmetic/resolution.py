@@ -9,20 +9,21 @@ from text2sim.spec_schema.arithmetic.expressions import RESERVED
 from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at
 
 MAX_TEXTS = 600_000
-"""Characters of all expressions together; to read these takes a second."""
+"""Most characters of all expressions together, which take a second to parse."""
 COPY_VARIABLES: dict[str, int | float] = {"i": 0, "n": 1, "u": 0.0, "row": 0, "column": 0, "layer": 0}
-"""What varies from copy to copy, with the values that stand for a body without copies."""
+"""Variables of copies, with their values for a body without copies."""
 
 
 class Resolver:
-    """Evaluates the expressions of one document.
+    """Evaluation of the expressions of a document.
 
     Attributes:
-        problems: What is wrong with expressions and parameters.
-        broken: Paths of scalars that have no value.
+        problems: Problems of expressions and parameters.
+        broken: Paths of scalars without a value.
         varying: Paths of scalars that use copy variables.
     """
 
@@ -37,9 +38,7 @@ class Resolver:
             left -= len(text)
             try:
                 if left < 0:
-                    message = (
-                        f"the expressions up to here have more than {MAX_TEXTS} characters; write less, or numbers"
-                    )
+                    message = f"the expressions up to here have more than {MAX_TEXTS} characters; use fewer, or numbers"
                     raise ExpressionError(message, rule="too-large")
                 self.sites[path] = parse_interpolation(text, path in document.roomy)
             except ExpressionError as error:
@@ -65,21 +64,21 @@ class Resolver:
         return _Scope(self.params, variables)
 
     def data(self) -> Any:
-        """Return the document's data with every expression evaluated; copy variables stand at copy 0."""
+        """Return the document's data with every expression evaluated, for copy 0."""
         if self.params:
             self.params.evaluate_all()
         return self._replace(self.document.data, (), list(self.sites), COPY_VARIABLES)
 
     def copy(self, root: Path, value: Any, variables: Mapping[str, Value]) -> tuple[Any, list[Problem]]:
-        """Evaluate what varies inside a body, static or control for one of its copies.
+        """Evaluate the varying values of a body, static or control for one of its copies.
 
         Args:
             root: Path of the body, static or control.
-            value: Its data as `data` gave it; not changed.
+            value: Its data from `data`; not changed.
             variables: The copy variables.
 
         Returns:
-            The data for this copy, and what is wrong with it.
+            The data for this copy, and its problems.
         """
         if root not in self._varying_in:
             self._varying_in[root] = [path for path in self.varying if path[: len(root)] == root]
@@ -89,7 +88,7 @@ class Resolver:
         return data, fresh.problems
 
     def _replace(self, value: Any, root: Path, sites: list[Path], variables: Mapping[str, Value]) -> Any:
-        """Put values in the place of expressions; what has none is shared with `value`."""
+        """Replace expressions by values; parts without expressions are shared with `value`."""
         if not sites:
             return value
         names = self.scope(variables)
@@ -116,7 +115,7 @@ class Resolver:
         return copied[root]
 
     def _check_size(self, value: Value) -> None:
-        """Refuse a case that says little and means much: one long list, used ten thousand times."""
+        """Refuse a short case with a huge result, such as a long list that is used ten thousand times."""
         self._size += count_items(value)
         if self._size > MAX_NODES:
             raise ExpressionError(f"the expressions make more than {MAX_NODES} values", rule="too-large")
@@ -131,14 +130,13 @@ class Resolver:
 
     def _in_scope(self, path: Path, used: list[str]) -> bool:
         scope = next((path[:depth] for depth in range(1, len(path)) if path[:depth] in self.scopes), None)
-        word = f"`{used[0]}`"
+        word = f"`{used[0]}` varies between copies and"
         if scope is None:
-            where = "a body or static that has repeat, and in controls on such a body"
-            message = f"{word} differs from copy to copy, and is known only in {where}"
+            message = f"{word} is defined only in a body or static with repeat, and in controls on such a body"
         elif path[len(scope)] == "repeat":
-            message = f"{word} differs from copy to copy, and is not known where the copies are made"
+            message = f"{word} is not defined in `repeat` itself"
         elif path[0] == "actions" and path[len(scope)] in ("body", "joint", "kind"):
-            message = f"{word} counts the copies that `{path[len(scope)]}` names, and is not known in it"
+            message = f"{word} is not defined in `{path[len(scope)]}`, which selects the copies"
         else:
             return True
         self.fail(path, ExpressionError(message, rule="copy-variable"))
@@ -161,7 +159,7 @@ class _Parameters(Mapping[str, Value]):
         taken = {*RESERVED, *COPY_VARIABLES}
         for name, value in self._raw.items():
             if name in taken:
-                message = f"`{name}` already means something in expressions; choose another name"
+                message = f"`{name}` already has a meaning in expressions; choose another name"
                 problem = resolver.document.problem(("params", name), message, key=True, rule="taken-name")
                 resolver.problems.append(problem)
             self._check(("params", name), value)
@@ -184,16 +182,16 @@ class _Parameters(Mapping[str, Value]):
             try:
                 return list(TopologicalSorter(needs).static_order())
             except CycleError as error:
-                circle: list[str] = error.args[1][:0:-1]
-                first = min(circle, key=list(self._raw).index)
-                turn = circle.index(first)
-                way = " → ".join([*circle[turn:], *circle[:turn], first])
-                message = f"params refer to each other in a circle: {way}"
+                cycle: list[str] = error.args[1][:0:-1]
+                first = min(cycle, key=list(self._raw).index)
+                turn = cycle.index(first)
+                way = " → ".join([*cycle[turn:], *cycle[:turn], first])
+                message = f"params refer to each other in a cycle: {way}"
                 sites = [p for p in self._resolver.sites if p[:2] == ("params", first)]
                 self._resolver.fail(sites[0], ExpressionError(message, rule="cycle"))
-                for name in circle:
+                for name in cycle:
                     needs[name] = set()
-                self._failed |= set(circle)
+                self._failed |= set(cycle)
 
     def __getitem__(self, name: str) -> Value:
         if name in self._failed:
@@ -214,7 +212,7 @@ class _Parameters(Mapping[str, Value]):
             raise Cascade from None
 
     def _check(self, path: Path, value: Any) -> None:
-        """Refuse what no expression could use."""
+        """Refuse values that expressions cannot use."""
         if isinstance(value, list):
             for index, item in enumerate(value):
                 self._check((*path, index), item)
@@ -252,18 +250,15 @@ class _Scope(Mapping[str, Value]):
 
 
 def _scopes(data: Any) -> Iterator[Path]:
-    """Paths inside which copy variables are known: repeated bodies and statics, and controls on bodies."""
-    bodies = mapping_at(data, "bodies")
-    for name in bodies:
-        if mapping_at(bodies, name).get("repeat") is not None:
-            yield ("bodies", name)
-    statics = mapping_at(mapping_at(data, "scene"), "statics")
-    for name in statics:
-        if mapping_at(statics, name).get("repeat") is not None:
-            yield ("scene", "statics", name)
+    """Yield the paths in which copy variables are defined: repeated bodies and statics, and controls on bodies."""
+    bodies, statics = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
+    for section, entries in ((("bodies",), bodies), (("scene", "statics"), statics)):
+        for name in entries:
+            if mapping_at(entries, name).get("repeat") is not None:
+                yield (*section, name)
     controls = mapping_at(mapping_at(data, "actions"), "controls")
     for name in controls:
         control = mapping_at(controls, name)
         target = control.get("body", control.get("joint"))
-        if isinstance(target, str) and mapping_at(bodies, target.split("[")[0].split(".")[0]).get("repeat") is not None:
+        if isinstance(target, str) and mapping_at(bodies, body_of(target)).get("repeat") is not None:
             yield ("actions", "controls", name)

@@ -1,4 +1,4 @@
-"""Values of expressions: numbers, text, booleans and lists of these, all of them bounded."""
+"""Bounded values of expressions: numbers, text, booleans and lists of these."""
 
 from typing import Any
 
@@ -6,12 +6,12 @@ Value = bool | int | float | str | list[Any]
 
 MAX_NUMBER = 1e15
 MIN_NUMBER = 1e-30
-"""Least magnitude of a number that is not 0: nothing in a scene is so small, and to divide by less overflows."""
+"""Smallest magnitude of a number other than 0; division by less overflows."""
 MAX_ITEMS = 10_000
 
 
 class ExpressionError(ValueError):
-    """An expression that cannot be understood or has no value."""
+    """An expression that is invalid or has no value."""
 
     def __init__(self, message: str, hint: str | None = None, rule: str = "expression") -> None:
         super().__init__(message)
@@ -20,7 +20,7 @@ class ExpressionError(ValueError):
 
 
 def number(value: object) -> int | float:
-    """Return the value, if it is a number; booleans are none.
+    """Return the value, if it is a number and not a boolean.
 
     Raises:
         ExpressionError: If it is not a number.
@@ -31,7 +31,7 @@ def number(value: object) -> int | float:
 
 
 def bounded(value: int | float) -> int | float:
-    """Return the number, if it is finite and not too large; 0 for what rounding has left of it.
+    """Return the number, if it is finite and not too large; 0 if it is smaller than `MIN_NUMBER`.
 
     Raises:
         ExpressionError: If it is nan or too large.
@@ -42,10 +42,10 @@ def bounded(value: int | float) -> int | float:
 
 
 def bounded_list(items: list[Any]) -> list[Any]:
-    """Return the list, if it is not too long: lists of lists of lists grow fast.
+    """Return the list, if it has at most `MAX_ITEMS` items, counting those of nested lists.
 
     Raises:
-        ExpressionError: If it holds more.
+        ExpressionError: If it has more.
     """
     if count_items(items) > MAX_ITEMS:
         raise ExpressionError(f"the list has more than {MAX_ITEMS} items")
@@ -53,7 +53,7 @@ def bounded_list(items: list[Any]) -> list[Any]:
 
 
 def count_items(value: object) -> int:
-    """Return how many values there are in a list and the lists inside it; counting stops soon after `MAX_ITEMS`."""
+    """Return the number of values in a list and its nested lists; counting stops soon after `MAX_ITEMS`."""
     if not isinstance(value, list):
         return 1
     total = 0
@@ -65,7 +65,7 @@ def count_items(value: object) -> int:
 
 
 def truth(value: Value) -> bool:
-    """Whether a condition holds.
+    """Return whether a condition holds.
 
     Raises:
         ExpressionError: If it is neither a boolean nor a number.
@@ -76,7 +76,7 @@ def truth(value: Value) -> bool:
 
 
 def show(value: object) -> str:
-    """Name a value in a message."""
+    """Return a value as messages show it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):

@@ -1,1 +1,1 @@
-"""YAML as text: read with positions, laid out with comments, written in canonical form."""
+"""YAML text: positions, comments, canonical form."""

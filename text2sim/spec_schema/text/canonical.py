@@ -1,7 +1,7 @@
-"""The one canonical form of a case: order, indentation, quotes. Comments stay.
+"""Canonical form of a case: order, indentation, quotes. Comments are kept.
 
-Keys stand in the order of the language, names in the order of their author. Sections and bodies are written
-line by line; anything smaller goes on one line if it fits.
+Keys are in the order of the language, names in the order of the author. Sections and bodies are written line by line;
+smaller mappings go on one line if they fit.
 """
 
 from collections.abc import Mapping
@@ -47,37 +47,37 @@ _SPREAD: tuple[Path, ...] = (
     ("sweeps", ANY, "points"),
     ("waive",),
 )
-"""Mappings that are written line by line even if they would fit on one."""
+"""Mappings that are always written line by line."""
 
 
 def format_text(text: str, file: str = "case.yaml") -> str:
-    """Bring the text of a case into canonical form; the data stays the same.
+    """Return the text of a case in canonical form; its data does not change.
 
     Raises:
-        SpecError: If the text is not YAML that the language accepts. The case need not be valid otherwise.
+        SpecError: If the text is not YAML that the language accepts. The case may be invalid otherwise.
     """
     return format_source(check_source(Source(text, file)))
 
 
 def format_source(source: Source) -> str:
-    """Bring a file that was read into canonical form; see `format_text`."""
+    """Return the text of a file in canonical form; see `format_text`."""
     document = parse_document(source)
     text = dump_layout(*written_layout(document))
     again = parse_document(Source(text, source.file))
     if again.data != document.data:
-        raise AssertionError("the canonical form says something else than the original")
+        raise AssertionError("the canonical form has other data than the original")
     return text
 
 
 def dump_case(case: Case | Mapping[str, Any]) -> str:
-    """Write a case, or its plain data (in which `${…}` may stand), in canonical form."""
+    """Return a case, or its plain data (which may contain `${…}`), in canonical form."""
     if isinstance(case, Case):
         case = case.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
     return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
 
 
 def dump_layout(root: LayoutEntry, head: list[str], foot: list[str]) -> str:
-    """Write a document with the comments above and below everything in canonical form.
+    """Return a document, with the comments above and below it, in canonical form.
 
     Args:
         root: The document.
@@ -91,7 +91,7 @@ def dump_layout(root: LayoutEntry, head: list[str], foot: list[str]) -> str:
 
 
 def _trimmed(lines: list[str]) -> list[str]:
-    """Without blank lines at the start and the end, and with one for several."""
+    """Return lines without blank ones at the start and the end, and without repeated blank lines."""
     rows: list[str] = []
     for line in lines:
         if line or (rows and rows[-1]):
@@ -103,13 +103,13 @@ def _trimmed(lines: list[str]) -> list[str]:
 
 class _Writer:
     def document(self, root: LayoutEntry) -> list[str]:
-        """Lines of a whole document."""
+        """Return the lines of a whole document."""
         if not isinstance(root.value, list) or not root.value:
             return [_flow(root)]
         return self._block(root, *_root(root), 0)
 
     def _block(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
-        """Lines of a collection, one or more for each of its entries."""
+        """Return the lines of a collection, one or more for each entry."""
         margin = " " * indent
         lines: list[str] = []
         slot = _chosen(slot, entry)
@@ -121,7 +121,7 @@ class _Writer:
             lines += [margin + row if row else "" for row in before]
             lines += self._entry(child, _inside(slot, child), inner, indent)
             lines += [margin + row for row in child.after]
-        # A blank line above the first entry would part it from its key.
+        # A blank line above the first entry would separate it from its key.
         return lines[1:] if lines[:1] == [""] else lines
 
     def _entry(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
@@ -143,12 +143,13 @@ class _Writer:
         spread = entry.value and (entry.has_comments or _spread(path, entry))
         if not spread and (len(text) <= WIDTH or not entry.value):
             return [text + trail]
-        if not spread and not entry.mapping and all(not isinstance(item.value, list) for item in entry.value):
-            return self._filled(entry, lead, indent, trail)
+        # A comment behind the bracket would be read as that of the last item.
+        if not (spread or entry.mapping or trail or any(isinstance(item.value, list) for item in entry.value)):
+            return self._filled(entry, lead, indent)
         return [lead + trail, *self._block(entry, slot, path, indent + INDENT)]
 
-    def _filled(self, entry: LayoutEntry, lead: str, indent: int, trail: str) -> list[str]:
-        """A long list of scalars, as many on each line as fit."""
+    def _filled(self, entry: LayoutEntry, lead: str, indent: int) -> list[str]:
+        """Return the lines of a long list of scalars, filled to the width."""
         rows = [lead + " ["]
         words = [scalar(item.value, flow=True) for item in entry.value]
         for number, word in enumerate(words):
@@ -158,12 +159,11 @@ class _Writer:
                 rows.append(" " * (indent + INDENT) + word)
             else:
                 rows[-1] += gap + word
-        rows[-1] += trail
         return rows
 
 
 def _flow(entry: LayoutEntry, slot: LanguageSlot | None = None) -> str:
-    """A value on one line."""
+    """Return a value on one line."""
     if not isinstance(entry.value, list):
         return scalar(entry.value, flow=True)
     slot = _chosen(slot, entry)
@@ -174,7 +174,7 @@ def _flow(entry: LayoutEntry, slot: LanguageSlot | None = None) -> str:
 
 
 def _in_order(entry: LayoutEntry, slot: LanguageSlot | None) -> list[LayoutEntry]:
-    """Entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
+    """Return entries in canonical order: that of the language for the fields of a model, the author's otherwise."""
     if not entry.mapping:
         return entry.value
     ranks = {key: rank for rank, key in enumerate(slots_by_key(slot))}
@@ -182,16 +182,16 @@ def _in_order(entry: LayoutEntry, slot: LanguageSlot | None) -> list[LayoutEntry
 
 
 def _root(entry: LayoutEntry) -> tuple[LanguageSlot, Path]:
-    """What a document is: a case, or a prefab in a file of its own."""
+    """Return the slot and path of a document: a case, or a prefab in its own file."""
     if entry.mapping and any(child.key == "prefab" for child in entry.value):
         return slot_of(PrefabFile), ("prefabs", ANY)
     return slot_of(Case), ()
 
 
 def _chosen(slot: LanguageSlot | None, entry: LayoutEntry) -> LanguageSlot | None:
-    """The alternative of a union that a collection is written for, None if that cannot be told.
+    """Return the alternative of a union that a collection is for, or None if it is unknown.
 
-    A union itself if the entry says no kind: what is laid over something need not, nor what uses a prefab.
+    An entry without a kind gets the union itself, because overlays and uses of prefabs need none.
     """
     if slot is None or not isinstance(entry.value, list):
         return None
@@ -209,7 +209,7 @@ def _chosen(slot: LanguageSlot | None, entry: LayoutEntry) -> LanguageSlot | Non
 
 
 def _inside(slot: LanguageSlot | None, child: LayoutEntry) -> LanguageSlot | None:
-    """What the language takes for an entry of a collection."""
+    """Return the slot of an entry of a collection."""
     if slot is None:
         return None
     if get_origin(slot.base) is dict:

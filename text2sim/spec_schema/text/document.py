@@ -1,6 +1,7 @@
-"""A YAML document as plain data, with the position of every key and value."""
+"""YAML document as plain data, with the position of every key and value."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +18,7 @@ MAX_NODES = 300_000
 MAX_DEPTH = 40
 MAX_SCALAR = 20_000
 
-# libyaml where it is there: ten times as fast, with the same events.
+# libyaml, if available: ten times as fast, with the same events.
 open_parser: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
@@ -27,10 +28,10 @@ class Document:
 
     Attributes:
         source: Its text.
-        data: Its content; `${…}` stands in it as text.
+        data: Its content, with `${…}` as text.
         root: Positions.
         sites: Every scalar with `${` in it, by path.
-        roomy: Paths of expressions that were put together from several, and may be longer than written ones.
+        roomy: Paths of composed expressions, which may be longer than written ones.
     """
 
     source: Source
@@ -40,24 +41,20 @@ class Document:
     roomy: frozenset[Path] = frozenset()
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
-        """Return the line and column of a value, or of its key; of what there is of the way to it, if it is missing."""
-        node = self.root
-        place = (node.line, node.column)
-        for step in path:
-            children = node.children
-            if isinstance(children, dict) and step in children:
-                place = node.keys[str(step)] if key else (children[str(step)].line, children[str(step)].column)
-                node = children[str(step)]
-            elif isinstance(children, list) and isinstance(step, int) and step < len(children):
-                node = children[step]
-                place = (node.line, node.column)
-            else:
-                break
-        return place
+        """Return the line and column of a value, or of its key; of its nearest existing ancestor, if it is missing."""
+        *above, node = nodes = list(self._nodes(path))
+        if key and above and isinstance(above[-1].children, dict):
+            return above[-1].keys[str(path[len(nodes) - 2])]
+        return node.line, node.column
 
     def origin(self, path: Path) -> Origin | None:
-        """Return where a value comes from, if it does not stand in the file itself."""
+        """Return where a value comes from, if it is not in the file itself."""
+        return [*self._nodes(path)][-1].origin
+
+    def _nodes(self, path: Path) -> Iterator[Node]:
+        """Yield the nodes along a path, as far as they exist."""
         node = self.root
+        yield node
         for step in path:
             children: Any = node.children
             if isinstance(children, dict) and step in children:
@@ -65,8 +62,8 @@ class Document:
             elif isinstance(children, list) and isinstance(step, int) and step < len(children):
                 node = children[step]
             else:
-                break
-        return node.origin
+                return
+            yield node
 
     def problem(
         self,
@@ -78,14 +75,14 @@ class Document:
         hint: str | None = None,
         severity: Severity = "error",
     ) -> Problem:
-        """Return a problem at a place of the document.
+        """Return a problem at a position of the document.
 
         Args:
-            path: The place.
+            path: Path of the value.
             message: What is wrong.
-            key: Whether it is the key that is wrong, and not its value.
+            key: Whether to point at the key instead of the value.
             rule: Id of the rule.
-            hint: What was probably meant.
+            hint: The nearest valid word.
             severity: `error` or `warning`.
         """
         line, column = self.place(path, key=key)
@@ -127,9 +124,8 @@ def parse_document(source: Source) -> Document:
     """Parse one YAML document.
 
     Raises:
-        SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language
-        leaves
-            out: anchors and aliases, tags, several documents, numbers that are not finite.
+        SpecError: If it is not valid YAML, has a duplicate key, or uses a part of YAML that the language excludes:
+            anchors and aliases, tags, several documents, numbers that are not finite.
     """
     try:
         return _Composer(source).compose()
@@ -138,13 +134,13 @@ def parse_document(source: Source) -> Document:
 
 
 class _Composer:
-    """Turns the parser's events into data and positions in one pass, without recursion."""
+    """Conversion of the parser's events to data and positions in one pass, without recursion."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.problems: list[Problem] = []
         self.sites: dict[Path, str] = {}
-        # One frame for each open collection: its data, its node, and the key that awaits a value.
+        # One frame for each open collection: its data and its node; and the key that awaits a value.
         self.frames: list[tuple[Any, Node]] = []
         self.keys: list[Any] = []
         self.cache: dict[str, Scalar] = {}
@@ -183,7 +179,7 @@ class _Composer:
                 message = f"aliases (`*{event.anchor}`) are not part of the language; use params or repeat"
                 raise self._fatal(event.start_mark, message, "alias")
             elif isinstance(event, yaml.DocumentStartEvent) and root is not None:
-                raise self._fatal(event.start_mark, "a file holds one document; a second one starts here", "documents")
+                raise self._fatal(event.start_mark, "a file has one document; a second one starts here", "documents")
             else:
                 continue
 
@@ -217,7 +213,7 @@ class _Composer:
         self.keys[-1] = _KEY
         if key in data:
             first = parent.keys[key]
-            message = f"the key `{key}` is already given in line {first[0]}"
+            message = f"the key `{key}` is already in line {first[0]}"
             path = pointer((*self._path(), key))
             self.problems.append(Problem(path, message, line, column, self.source.file, rule="duplicate-key"))
             return
@@ -227,7 +223,7 @@ class _Composer:
         parent.keys[key] = (line, column)
 
     def _path(self) -> Path:
-        """Path of the innermost open collection."""
+        """Return the path of the innermost open collection."""
         path: list[Step] = []
         for data, _ in self.frames[:-1]:
             path.append(len(data) - 1 if isinstance(data, list) else next(reversed(data)))
@@ -274,11 +270,7 @@ class _Composer:
         if event.style == '"':
             written = self.source.text[event.start_mark.index : event.end_mark.index]
             if "\\" in written and (_ESCAPED.search(written) or _CONTROL.search(text)):
-                self._add(
-                    event.start_mark,
-                    "the text has an escape for a character that is not allowed",
-                    "character",
-                )
+                self._add(event.start_mark, "the text has an escape for a character that is not allowed", "character")
         return unmask(text)
 
     def _refuse(self, event: Any) -> None:
@@ -297,15 +289,14 @@ class _Composer:
 
 
 _KEY = object()
-"""Stands where a mapping waits for its next key."""
+"""Marks a mapping that awaits its next key."""
 _PLAIN = (None, "")
-# Escapes for the private use area would be taken for masks, those for control characters hide what a text
-# says.
+# Escapes for the private use area would be read as masks, those for control characters hide text.
 _ESCAPED = re.compile(r"\\u[eE][0-9a-fA-F]{3}|\\U0000[eE]|\\U000[fF]|\\U0010")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\u202a-\u202e\u2066-\u2069\ufeff]")
 
 
 def mapping_at(data: Any, key: Any) -> dict[str, Any]:
-    """Return the mapping under a key of data; empty where there is none."""
+    """Return the mapping under a key of data, or an empty one."""
     value = data.get(key) if isinstance(data, dict) else None
     return value if isinstance(value, dict) else {}

@@ -1,4 +1,4 @@
-"""A document as it was written: its entries in order, each with its comments and blank lines."""
+"""Layout of a document: its entries in order, with comments and blank lines."""
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
@@ -19,9 +19,9 @@ class LayoutEntry:
     """Scalar, or list of entries."""
     key: str | None = None
     mapping: bool = False
-    """Whether the value is a mapping; a list otherwise, if its value is one."""
+    """Whether the value is a mapping, not a list, if it is a collection."""
     before: list[str] = field(default_factory=list)
-    """Comments above it; an empty string stands for a blank line."""
+    """Comments above it; an empty string is a blank line."""
     trail: str | None = None
     """Comment at the end of its line."""
     after: list[str] = field(default_factory=list)
@@ -36,7 +36,7 @@ class LayoutEntry:
 
     @property
     def inner(self) -> list["LayoutEntry"]:
-        """Entries inside it; none of a scalar."""
+        """Entries inside it; none for a scalar."""
         return self.value if isinstance(self.value, list) else []
 
     @property
@@ -49,7 +49,7 @@ class LayoutEntry:
 
 @dataclass(frozen=True)
 class Comment:
-    """A comment, with its place in the text."""
+    """A comment, with its position."""
 
     line: int
     column: int
@@ -59,7 +59,7 @@ class Comment:
 
 
 _BLOCKS = ("|", ">")
-"""Styles of text on lines of its own."""
+"""Styles of block scalars."""
 
 
 def plain_layout(data: Any, key: str | None = None) -> LayoutEntry:
@@ -76,7 +76,7 @@ def plain_layout(data: Any, key: str | None = None) -> LayoutEntry:
 
 
 def plain_data(entry: LayoutEntry) -> Any:
-    """Return what an entry says, without comments."""
+    """Return the data of an entry."""
     if not isinstance(entry.value, list):
         return entry.value
     if entry.mapping:
@@ -85,7 +85,7 @@ def plain_data(entry: LayoutEntry) -> Any:
 
 
 def written_layout(document: Document) -> tuple[LayoutEntry, list[str], list[str]]:
-    """Return the root entry of a document, and the comments above and below everything."""
+    """Return the root entry of a document, and the comments above and below it."""
     reader = _Reader(document)
     reader.read()
     head = _attach(reader, document.source.lines)
@@ -93,7 +93,7 @@ def written_layout(document: Document) -> tuple[LayoutEntry, list[str], list[str
 
 
 class _Reader:
-    """Goes through the parser's events once more, for what `parse_document` leaves out."""
+    """Second pass over the parser's events, for comments and layout."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -104,7 +104,7 @@ class _Reader:
 
     def read(self) -> None:
         text = self.document.source.text
-        # Open collections: entry, data, and the keys that are still to come.
+        # Open collections: entry, data, and the remaining keys.
         stack: list[tuple[LayoutEntry, Any, Iterator[str]]] = []
         key: tuple[str, Any] | None = None
         parser = open_parser(mask(text))
@@ -123,7 +123,7 @@ class _Reader:
             entry = self._entry(event, data, key, stack[-1][0] if stack else None)
             key = None
             if isinstance(event, yaml.CollectionStartEvent):
-                # The end of a block is where the next thing begins: only that of brackets says something.
+                # A block ends where the next entry begins, so only the end of brackets is useful.
                 entry.flow = bool(event.flow_style)
                 stack.append((entry, data, iter(data)))
         self._scan(self.scanned, len(text))
@@ -131,14 +131,10 @@ class _Reader:
     def _entry(self, event: Any, data: Any, key: tuple[str, Any] | None, parent: LayoutEntry | None) -> LayoutEntry:
         collection = isinstance(event, yaml.CollectionStartEvent)
         entry = LayoutEntry([] if collection else data, mapping=isinstance(data, dict), parent=parent)
-        entry.line, entry.column, entry.end = (
-            event.start_mark.line,
-            event.start_mark.column,
-            event.end_mark.line,
-        )
+        mark = event.start_mark
         if key is not None:
-            mark = key[1].start_mark
-            entry.key, entry.line, entry.column = key[0], mark.line, mark.column
+            entry.key, mark = key[0], key[1].start_mark
+        entry.line, entry.column, entry.end = mark.line, mark.column, event.end_mark.line
         if parent is None:
             self.root = entry
         else:
@@ -147,10 +143,10 @@ class _Reader:
         return entry
 
     def _step_over(self, event: Any) -> None:
-        """Look for comments between the last scalar and this one."""
+        """Find the comments between the last scalar and this one."""
         text = self.document.source.text
         start, end = event.start_mark.index, event.end_mark.index
-        if event.style in _BLOCKS:  # a comment may follow in the line of the header
+        if event.style in _BLOCKS:  # a comment may follow the header
             start = next((i for i in range(start, end) if text[i] in "\r\n"), end)
         self._scan(self.scanned, start)
         self.scanned = max(end, self.scanned)
@@ -168,7 +164,7 @@ class _Reader:
 
 
 def _attach(reader: _Reader, lines: list[str]) -> list[str]:
-    """Give every comment and blank line to an entry; return those above everything."""
+    """Attach every comment and blank line to an entry; return those above all entries."""
     starts: dict[int, list[LayoutEntry]] = {}
     for entry in reader.entries:
         starts.setdefault(entry.line, []).append(entry)
@@ -183,16 +179,16 @@ def _attach(reader: _Reader, lines: list[str]) -> list[str]:
     gap = _gap_above(len(lines), alone, lines)
     below = _attach_below(reader, starts, gap, 0)
     reader.root.after += [row.text for row in gap[below:] if row is not None]
-    if not reader.entries:  # of nothing but a value, or empty brackets
+    if not reader.entries:  # only a scalar, or empty brackets
         return [comment.text for comment in alone.values() if comment.line < len(lines) - len(gap)]
     return _take_head(reader)
 
 
 def _attach_below(reader: _Reader, starts: dict[int, list[LayoutEntry]], gap: list[Comment | None], column: int) -> int:
-    """Give the comments that stand deeper than the next entry to the end of the block that they stand in.
+    """Attach the comments that are indented deeper than the next entry to the end of their block.
 
     Returns:
-        Number of rows of the gap that are used up; the rest goes with the next entry.
+        Number of attached rows of the gap; the rest belongs to the next entry.
     """
     used = 0
     for number, row in enumerate(gap):
@@ -210,7 +206,7 @@ def _attach_below(reader: _Reader, starts: dict[int, list[LayoutEntry]], gap: li
 
 
 def _gap_above(number: int, alone: dict[int, Comment], lines: list[str]) -> list[Comment | None]:
-    """Comments and blank lines (None) right above a line."""
+    """Return the comments and blank lines (None) right above a line."""
     gap: list[Comment | None] = []
     while number > 0 and (
         number - 1 in alone or not lines[number - 1].strip() or lines[number - 1].startswith(("---", "..."))
@@ -221,7 +217,7 @@ def _gap_above(number: int, alone: dict[int, Comment], lines: list[str]) -> list
 
 
 def _squeezed(gap: list[Comment | None]) -> list[str]:
-    """Text of a gap, with one blank line for several."""
+    """Return the text of a gap, without repeated blank lines."""
     rows: list[str] = []
     for row in gap:
         text = row.text if row is not None else ""
@@ -231,7 +227,7 @@ def _squeezed(gap: list[Comment | None]) -> list[str]:
 
 
 def _attach_trail(reader: _Reader, comment: Comment, starting: list[LayoutEntry]) -> None:
-    """A comment beside something goes with the outermost entry that is complete there, or was just begun."""
+    """Attach a trailing comment to the outermost entry that ends on its line, or to the last that starts there."""
     complete = [entry for entry in starting if entry.end == comment.line]
     owner = complete[0] if complete else starting[-1] if starting else None
     if owner is None:
@@ -244,7 +240,7 @@ def _attach_trail(reader: _Reader, comment: Comment, starting: list[LayoutEntry]
 
 
 def _take_head(reader: _Reader) -> list[str]:
-    """Take what stands above a blank line before the first entry, and the line that editors look for."""
+    """Remove and return the comments above a blank line before the first entry, and the modeline of editors."""
     first = reader.entries[0]
     rows = first.before[1:] if first.before[:1] == [""] else first.before
     cut = max((i + 1 for i, row in enumerate(rows) if not row), default=0)

@@ -1,4 +1,4 @@
-"""Positions: where values stand in a file, and where those come from that do not."""
+"""Positions of values in a file, and origins of values from elsewhere."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ Path = tuple[Step, ...]
 
 
 class Node:
-    """Where a value stands, and where the values inside it stand.
+    """Position of a value and of the values inside it.
 
     Attributes:
         line: Line of its first character, from 1.
@@ -19,7 +19,7 @@ class Node:
     __slots__ = ("children", "column", "keys", "line")
 
     origin: "Origin | None" = None
-    """Where it really comes from, if that is not the place in the file."""
+    """Where it comes from, if not from its position in the file."""
 
     def __init__(self, line: int, column: int) -> None:
         self.line = line
@@ -28,7 +28,7 @@ class Node:
         self.keys: dict[str, tuple[int, int]] = {}
 
     def copy(self) -> "Node":
-        """Return a node of its own at the same place, with the same children."""
+        """Return a new node at the same position, with the same children."""
         node = Node(self.line, self.column) if self.origin is None else Derived(self.line, self.column, self.origin)
         node.children, node.keys = self.children, self.keys
         return node
@@ -36,13 +36,13 @@ class Node:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where a value comes from that does not stand in the file itself; a message gets it as its end."""
+    """Source of a value that is not in the file itself; messages end with it."""
 
     text: str
     file: str = ""
     line: int = 0
     outer: "Origin | None" = None
-    """Where the text comes from that took this one in."""
+    """Origin of the text that includes this one."""
 
     def __str__(self) -> str:
         place = f", {self.file}:{self.line}" if self.file else ""
@@ -53,7 +53,7 @@ class Origin:
 
 
 class Derived(Node):
-    """The node of a value that does not stand in the file itself, at the place that brought it in."""
+    """Node of a value that is not in the file itself, at the position of its use."""
 
     __slots__ = ("origin",)
 

@@ -30,10 +30,10 @@ MAX_DIGITS = 100
 
 
 def resolve(text: str) -> Scalar:
-    """Return what a plain scalar means.
+    """Return the value of a plain scalar.
 
     Raises:
-        ValueError: For a number that is not finite, too large or too small, or has more digits than any quantity needs.
+        ValueError: For a number that is not finite, too large or too small, or has too many digits.
     """
     if text in _WORDS:
         return _WORDS[text]
@@ -74,5 +74,5 @@ def _check_size(value: float, text: str) -> None:
 
 
 def _short(text: str) -> str:
-    """A number that can be recognised: its exponent stays."""
+    """Return a shortened number with its exponent."""
     return text if len(text) <= 30 else f"{text[:15]}…{text[-12:]}"

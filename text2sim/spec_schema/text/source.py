@@ -1,4 +1,4 @@
-"""The text of a case: decoded, checked for characters that do not belong, with lines and columns."""
+"""Text of a case: decoded, checked for forbidden characters, with lines and columns."""
 
 import re
 from bisect import bisect_right
@@ -11,8 +11,8 @@ from text2sim.spec_schema.errors import Problem, SpecError
 
 MAX_BYTES = 2_000_000
 
-# What YAML 1.2 calls printable, less three families: the private use area (the loader needs it for itself),
-# byte order marks, and the marks that change the order in which text is shown (they hide what a file says).
+# The printable characters of YAML 1.2, except the private use area (for masks), byte order marks, and bidirectional
+# marks (which hide text).
 _FORBIDDEN = re.compile(
     "[^\t\n\r\x20-\x7e\x85\xa0-\u2029\u202f-\u2065\u206a-\ud7ff\uf900-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]"
 )
@@ -28,7 +28,7 @@ class Source:
 
     @cached_property
     def lines(self) -> list[str]:
-        """The lines, without their ends."""
+        """The lines, without line breaks."""
         return _BREAK.split(self.text)
 
     @cached_property
@@ -42,10 +42,10 @@ class Source:
         return line, index - self._starts[line - 1] + 1
 
     def error(self, index: int, message: str, rule: str) -> SpecError:
-        """Return a problem of the whole document, located at a character.
+        """Return a problem of the whole document at the position of a character.
 
         Args:
-            index: Number of the character.
+            index: Index of the character.
             message: What is wrong.
             rule: Id of the rule.
         """
@@ -54,7 +54,7 @@ class Source:
 
 
 def plain_text(text: str) -> str:
-    """Return a text with a blank in the place of each character that no case may hold."""
+    """Return a text with a blank for each forbidden character."""
     return _FORBIDDEN.sub(" ", text)
 
 
@@ -66,12 +66,12 @@ def read_source(path: Path, file: str | None = None) -> Source:
     """
     file = file if file is not None else str(path)
     try:
-        # A folder may be anybody's: what is read is in it, and not whatever a link in it points at.
+        # In a foreign folder, a link must not expose other files.
         if path.is_symlink() and not realpath(path).startswith(f"{realpath(path.parent)}{sep}"):
-            raise OSError(0, "it is a link that leads out of the folder; name the file that it points at")
-        # A pipe that nobody writes to would be waited for without end, and a device has no end.
+            raise OSError(0, "it is a link that leads out of the folder; name the file that it points to")
+        # Reading a pipe or a device may never end.
         if path.exists() and not path.is_dir() and not path.is_file():
-            raise OSError(0, "it is no ordinary file")
+            raise OSError(0, "it is not a regular file")
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except OSError as error:
@@ -101,10 +101,10 @@ def decode_source(data: bytes, file: str = "case.yaml") -> Source:
 
 
 def check_source(source: Source) -> Source:
-    """Refuse text that is too large or has characters that do not belong; return it otherwise.
+    """Return the source, unless it is too large or has forbidden characters.
 
     Raises:
-        SpecError: If it does.
+        SpecError: If it is too large or has forbidden characters.
     """
     if len(source.text) > MAX_BYTES:
         raise source.error(0, f"the text is larger than {MAX_BYTES // 1_000_000} MB", "too-large")

@@ -1,4 +1,4 @@
-"""Errors of the YAML parser in plain words."""
+"""Messages for errors of the YAML parser."""
 
 import re
 from unicodedata import name
@@ -9,7 +9,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.masking import find_unclosed, unmask
 from text2sim.spec_schema.text.source import Source
 
-# What the parser says, and what it means to someone who writes a case.
+# Messages of the parser, and ours for authors.
 _SYNTAX = (
     ("expected node content", "a value is missing here, or a bracket is closed that was not opened"),
     ("found character '\\t'", "tabs cannot indent; use spaces"),
@@ -30,7 +30,7 @@ _KEY = re.compile(r"\s*[\w.]+\s*:(\s|$)")
 
 
 def _comment_color(source: Source, before: int) -> tuple[int, int] | None:
-    """Line and column of a last colour like `#ff8800` without quotes, which is a comment, from so many lines up."""
+    """Return the position of the last colour like `#ff8800` without quotes, which is a comment, up to a line."""
     for line in range(before, max(0, before - 12), -1):
         found = _COLOR.search(source.lines[line - 1])
         if found is not None:
@@ -39,7 +39,7 @@ def _comment_color(source: Source, before: int) -> tuple[int, int] | None:
 
 
 def _bare_line(source: Source, line: int) -> int | None:
-    """The line above, if a colon or the space behind it is missing there: it has no key, and this line has one."""
+    """Return the line above, if it lacks a colon or the space after it, and this line has a key."""
     above = next((n for n in range(line - 1, 0, -1) if source.lines[n - 1].strip()), None)
     if above is None or not _KEY.match(source.lines[line - 1]):
         return None
@@ -48,11 +48,11 @@ def _bare_line(source: Source, line: int) -> int | None:
 
 
 LOOK_ALIKE = re.compile("[\u00a0\u2000-\u200a\u202f\u205f\u3000\uff1a\uff0c\uff3b\uff3d\uff5b\uff5d\u2018-\u201f]")
-"""Spaces that YAML does not know, wide punctuation, curly quotes: a word processor or a chat made them."""
+"""Special spaces, wide punctuation and curly quotes, as from word processors and chats."""
 
 
 def _look_alike(source: Source, line: int) -> tuple[int, int, str] | None:
-    """Line, column and character of what looks like YAML and is not, on the line of an error or on that before it."""
+    """Return line, column and character of a look-alike on the line of an error or on the line before it."""
     for number in (line - 1, line):
         found = LOOK_ALIKE.search(source.lines[number - 1].partition(" #")[0]) if number > 0 else None
         if found is not None:
@@ -61,12 +61,12 @@ def _look_alike(source: Source, line: int) -> tuple[int, int, str] | None:
 
 
 def taken_for_text(character: str) -> str:
-    """Say what a character is that only looks like one of YAML."""
-    return f"`{character}` is {name(character, 'no ASCII')}, which YAML takes for text; type an ordinary one"
+    """Say which character only looks like one of YAML."""
+    return f"`{character}` is {name(character, 'no ASCII')}, which YAML reads as text; type the ASCII character"
 
 
 def syntax_problem(source: Source, error: yaml.YAMLError) -> Problem:
-    """Say what the parser stumbled over, at the place where an author would look for it."""
+    """Return the problem of a parser error, at the position of its cause."""
     mark = getattr(error, "problem_mark", None)
     unclosed = find_unclosed(source.text)
     if unclosed is not None and (mark is None or unclosed < mark.index):

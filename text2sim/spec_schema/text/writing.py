@@ -1,4 +1,4 @@
-"""Scalars as text that every YAML tool reads back as the same value, whether it speaks YAML 1.1 or 1.2."""
+"""Scalars as text that both YAML 1.1 and 1.2 read back as the same value."""
 
 import json
 import re
@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.spec_schema.text.scalars import resolve
 
-# What YAML 1.1 takes for something else than text: booleans, numbers with colons or underscores, dates.
+# Words that YAML 1.1 does not read as text: booleans, numbers with colons or underscores, dates.
 _TRAPS = re.compile(
     r"(?i:yes|no|on|off|true|false|null|~)|[-+]?[0-9][0-9_,.:]*([eE][-+]?[0-9]+)?|0[xob][0-9a-fA-F_]+|[-+.].*|\d{4}-\d.*|=|<<"
 )
@@ -23,7 +23,7 @@ def scalar(value: Any, *, flow: bool) -> str:
 
     Args:
         value: None, a boolean, a finite number, or text.
-        flow: Whether it stands inside brackets or braces, where more has to be quoted.
+        flow: Whether it is inside brackets or braces, where more needs quotes.
     """
     if value is None:
         return "null"
@@ -46,21 +46,21 @@ def flow_text(value: Any) -> str:
 
 
 def key(name: str) -> str:
-    """Return the text of a key. A word is never quoted: the key `on` is one of the language's own."""
+    """Return the text of a key; words are never quoted, because the language has the key `on`."""
     return name if _WORD.fullmatch(name) else scalar(name, flow=True)
 
 
 def number(value: float) -> str:
-    """Return the shortest text of a number that is read back as the same number.
+    """Return the shortest text that is read back as the same number.
 
     Raises:
-        ValueError: If it is not finite, for which there are no words in the language.
+        ValueError: If it is not finite.
     """
     if not isfinite(value):
         raise ValueError(f"{value} is not a finite number")
     text = repr(float(value))
     mantissa, e, exponent = text.partition("e")
-    # YAML 1.1 takes `1e-05` for text.
+    # YAML 1.1 reads `1e-05` as text.
     return f"{mantissa}.0e{exponent}" if e and "." not in mantissa else text
 
 
@@ -71,10 +71,10 @@ def quoted(text: str) -> str:
 
 
 def block_lines(text: str, width: int) -> list[str] | None:
-    """Return a long or many-line text as a block scalar: its header, and its lines without indentation.
+    """Return a long or multi-line text as a block scalar: its header, and its lines without indentation.
 
     Returns:
-        None if the text has to be quoted, or is better written on one line.
+        None if the text needs quotes, or is better on one line.
     """
     if "${" in text or not text.strip() or not all(c.isprintable() or c == "\n" for c in text):
         return None
