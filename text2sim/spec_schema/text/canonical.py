@@ -5,6 +5,7 @@ smaller mappings go on one line if they fit.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
@@ -143,6 +144,8 @@ class _Writer:
         spread = entry.value and (entry.has_comments or _spread(path, entry))
         if not spread and (len(text) <= WIDTH or not entry.value):
             return [text + trail]
+        if entry.trail and entry.key is None:  # behind a dash alone, it would be read as that of the item before
+            return [margin + entry.trail, *self._entry(replace(entry, trail=None), slot, path, indent)]
         # A comment behind the bracket would be read as that of the last item.
         if not (spread or entry.mapping or trail or any(isinstance(item.value, list) for item in entry.value)):
             return self._filled(entry, lead, indent)
