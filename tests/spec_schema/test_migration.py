@@ -103,7 +103,7 @@ def test_a_document_of_the_latest_version_says_it_in_its_own_words():
 def test_a_version_that_is_not_known_is_an_error(version):
     problem = only_problem(small().replace("text2sim: 1", f"text2sim: {version}"))
     assert (problem.path, problem.line, problem.rule) == ("/text2sim", 1, "version")
-    assert problem.message.startswith(f"versions 1 to {LATEST} of the language are known here (got ")
+    assert problem.message.startswith(f"this text2sim supports versions 1 to {LATEST} of the language (got ")
 
 
 def test_besides_a_version_that_means_nothing_the_rest_is_judged():

@@ -98,7 +98,7 @@ def test_the_number_of_entries_can_be_set():
         ("repeat: ${spokes}", "repeat: 0", 14, "from 1 to 500 (got 0)"),
         ("repeat: ${spokes}", "repeat: ${spike}", 14, "unknown name `spike`"),
         ("repeat: ${spokes}", "repeat: 5.5", 14, "a whole number"),
-        ("rim:", "spoke_3:", 13, "`spoke_3` is there already"),
+        ("rim:", "spoke_3:", 13, "`spoke_3` already exists"),
         ("{spokes: 6, bins: 3}", "{spokes: 6, bins: 3, k: 1}", 4, "choose another name"),
         ('at: end, above: "${0.5 * k}"', 'at: end, above: "${q}"', 34, "unknown name `q`"),
     ],

@@ -227,7 +227,7 @@ def test_single_values_come_last_in_their_order():
         ("bodies.ball.shape.radius=&a 1", 26, "anchors", None),
         ("bodies.ball.shape.radius=!!python/none 1", 26, "tags", None),
         ("bodies.ball.shape.radius=1e99", 26, "too large", None),
-        ("bodies.box.pose.pos[0]=null", 24, "an item of a list cannot be taken away", None),
+        ("bodies.box.pose.pos[0]=null", 24, "an item of a list cannot be removed", None),
         ("bodies.ball", 1, "sets nothing: write PATH=VALUE", None),
         ("=3", 1, "there is no path before `=`", None),
         ("a..b=3", 1, "a path has the form", None),

@@ -29,7 +29,7 @@ def test_bodies_and_statics_rub(between):
         ("[pucks, floor]", "", "/between/0", "there is no body or static `pucks`"),
         ("[floor, wall]", "", "/between", "two statics never touch"),
         ("[flag, floor]", "", "/between/0", "`flag` deforms"),
-        ("[puck, floor]", "model: ipc,", "", "contact model ipc has its own friction"),
+        ("[puck, floor]", "model: ipc,", "", "contact model ipc combines the friction of both bodies"),
     ],
 )
 def test_what_cannot_rub_is_said_where_it_stands(between, model, where, said):

@@ -101,7 +101,7 @@ def test_partners_are_counted(stage):
     assert problems_of(stage, {"on": "brick[*]"}) == []  # one ball on all of them
     (problem,) = problems_of(stage, {"on": "brick[*]"}, eight)
     assert (problem.rule, problem.path, problem.hint) == ("pairs", f"{BALL}/place/on", "brick")
-    assert "`brick[*]` means 12, `ball` has 8; `brick` means all of them together" in problem.message
+    assert "`brick[*]` selects 12 and `ball` has 8; `brick` means all of them together" in problem.message
 
 
 def test_heights_have_words_of_their_own():

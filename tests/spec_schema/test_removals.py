@@ -63,7 +63,7 @@ def test_what_cannot_leave_is_said(remove, scene, said):
 )
 def test_nothing_acts_on_what_has_left(other):
     (line,) = problems("body: cube, at: 1", other)
-    assert "[after-removal] `cube` has left the scene by then: `take` removes it at 1 s" in line
+    assert "[after-removal] `cube` is no longer in the scene: `take` removes it at 1 s" in line
     assert problems("body: cube, at: 1.8", other) == []
 
 

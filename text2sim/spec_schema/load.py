@@ -77,9 +77,9 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
         problems += further_problems(half, problems, lambda data: _validate(document, data))
     if faults or problems:
         if layers is not None and layers.multiplied:
-            from text2sim.spec_schema.reuse.multiples import told_once
+            from text2sim.spec_schema.reuse.multiples import without_repeats
 
-            problems = told_once(problems)
+            problems = without_repeats(problems)
         raise SpecError([*faults, *problems])
     assert case is not None
     return LoadedCase(path, case, data, document, written, resolver, varying, overlay, arguments)

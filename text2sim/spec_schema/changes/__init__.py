@@ -1,1 +1,1 @@
-"""Two versions of a case: differences of meaning, patches on data and on text, merges."""
+"""Changes between versions of a case: differences, patches on data and on text, merges."""

@@ -1,29 +1,29 @@
-"""The entries of a written document while operations change them: what stays keeps its comments and its order."""
+"""Layout of a document under operations that change it: unchanged entries keep comments and order."""
 
 import copy
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from text2sim.spec_schema.changes.operation import Operation, split_pointer
+from text2sim.spec_schema.changes.operation import Operation, common_ends, split_pointer
 from text2sim.spec_schema.text.canonical import dump_layout
 from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.text.layout import LayoutEntry, plain_data, plain_layout, written_layout
 
 Origin = Callable[[tuple[str, ...]], LayoutEntry | None]
-"""Where an entry that is added may come from with its comments, by its path."""
+"""Entry with comments from which an added value may come, by path."""
 
 
 ORDERED = (("shots",), ("cameras",))
-"""Mappings whose order means something: what replaces one brings its own."""
+"""Mappings whose order has a meaning: a replacement has its own."""
 
 
 class DocumentLayout:
-    """The layout of a document that is changed in place.
+    """The layout of a document, changed in place.
 
     Attributes:
-        root: The layout as it is now.
-        head: The comments above everything.
-        foot: Those below.
+        root: The current layout.
+        head: Comments above it.
+        foot: Comments below it.
     """
 
     def __init__(self, document: Document, origin: Origin | None = None) -> None:
@@ -31,11 +31,11 @@ class DocumentLayout:
         self.origin = origin
 
     def dump(self) -> str:
-        """Return the document as it is now, written anew in canonical form."""
+        """Return the current document in canonical form."""
         return dump_layout(self.root, self.head, self.foot)
 
     def apply(self, operations: Sequence[Operation]) -> None:
-        """Apply operations that can be applied: whoever calls this has tried them on the data."""
+        """Apply operations that were successful on the data."""
         for operation in operations:
             op, path = operation["op"], split_pointer(operation["path"])
             if op == "test":
@@ -60,7 +60,7 @@ class DocumentLayout:
         return entry
 
     def fresh(self, path: tuple[str, ...], value: Any) -> LayoutEntry:
-        """Return a new entry for a value, with the comments of its origin if that says the same."""
+        """Return a new entry for a value, with the comments of its origin if that has the same data."""
         entry = self.origin(path) if self.origin is not None else None
         if entry is None or not identical(plain_data(entry), value):
             return plain_layout(value)
@@ -69,7 +69,7 @@ class DocumentLayout:
         return _loose(entry)
 
     def put(self, path: Sequence[str], entry: LayoutEntry) -> None:
-        """Put an entry, with its comments, where a path says; what a key had before is replaced."""
+        """Put an entry, with its comments, at a path; it replaces an old one with the same key."""
         parent = self.find(path[:-1])
         entry.parent = parent
         if not parent.mapping:
@@ -93,25 +93,25 @@ class DocumentLayout:
         return entry
 
     def move(self, source: Sequence[str], path: Sequence[str]) -> None:
-        """Move an entry with its comments; one that only gets another name keeps its place."""
+        """Move an entry with its comments; a renamed one keeps its position."""
         entry = self.find(source)
         if source == path:
             return
         if source[:-1] == path[:-1] and entry.parent and entry.parent.mapping and not _child(entry.parent, path[-1]):
             entry.key = path[-1]
             return
-        # What was written at the old place is gone there, and stands nowhere in the text at the new one.
+        # The copy has no text at the new position.
         moved = copy.copy(self.detach(source))
         moved.before = [row for row in moved.before if row]
         self.put(path, _loose(moved))
 
     def set(self, entry: LayoutEntry, value: Any, path: tuple[str, ...]) -> None:
-        """Give an entry another value; what is the same in both stays as it is written.
+        """Give an entry another value; equal parts stay as they are written.
 
         Args:
             entry: The entry.
             value: Its new value.
-            path: Where it stands.
+            path: Its path.
         """
         if isinstance(value, dict) and entry.mapping:
             for child in list(entry.value):
@@ -137,11 +137,9 @@ class DocumentLayout:
                 child.parent = entry
 
     def _set_items(self, entry: LayoutEntry, value: list[Any], path: tuple[str, ...]) -> None:
-        """Items at both ends that are equal stay; between them each takes the next value."""
+        """Set the items of a list: equal items at both ends stay; those between take the new values in order."""
         now = [plain_data(child) for child in entry.value]
-        least = min(len(now), len(value))
-        first = next((i for i in range(least) if not identical(now[i], value[i])), least)
-        last = next((i for i in range(least - first) if not identical(now[-1 - i], value[-1 - i])), least - first)
+        first, last = common_ends(now, value, identical)
         old, new = entry.value[first : len(now) - last], value[first : len(value) - last]
         for index, (child, inner) in enumerate(zip(old, new, strict=False), first):
             self.set(child, inner, (*path, str(index)))
@@ -167,7 +165,7 @@ def _child(entry: LayoutEntry, step: str) -> LayoutEntry | None:
 
 
 def identical(a: Any, b: Any) -> bool:
-    """Whether two values are equal and of the same types; the order of keys means nothing."""
+    """Return whether two values are equal and of the same types, in any order of keys."""
     if type(a) is not type(b):
         return False
     if isinstance(a, dict):
@@ -178,7 +176,7 @@ def identical(a: Any, b: Any) -> bool:
 
 
 def _loose(entry: LayoutEntry) -> LayoutEntry:
-    """A copy of an entry, and of those inside it, that no text knows."""
+    """Return an entry with copies of all entries inside it."""
     if isinstance(entry.value, list):
         entry.value = [_loose(copy.copy(child)) for child in entry.value]
         for child in entry.value:

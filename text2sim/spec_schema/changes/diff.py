@@ -1,11 +1,11 @@
-"""Differences of meaning between two versions of a case."""
+"""Differences between the data of two versions of a case."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import dist
 from typing import Any, Literal
 
-from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.operation import Operation, common_ends
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.text.document import Path, pointer
 
@@ -13,9 +13,9 @@ Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
 _CAMERA = ("from", "look_at")
 LONG = 8
-"""Lists with more items are compared item by item."""
+"""Longer lists are compared item by item."""
 SHOTS = ("render", "shots")
-"""The one mapping whose order means something: shots follow each other in it."""
+"""The only mapping whose order has a meaning: the sequence of shots."""
 
 
 class _Nothing:
@@ -24,7 +24,7 @@ class _Nothing:
 
 
 NOTHING: Any = _Nothing()
-"""Stands for a value that is not there, which null is not."""
+"""Marks a missing value, in contrast to null."""
 
 
 @dataclass(frozen=True)
@@ -32,38 +32,38 @@ class Change:
     """One difference."""
 
     kind: Kind
-    """`kind` is a value of another kind, such as a box for a sphere; `moved` one of a place in space."""
+    """`kind` replaces a value by one of another kind, such as a sphere by a box; `moved` changes a position."""
     path: Path
     old: Any = None
-    """What was there."""
+    """The old value."""
     new: Any = None
-    """What is there now."""
+    """The new value."""
     was: Any = NOTHING
-    """Value of `old`, if there are expressions in it and it is known."""
+    """Evaluated `old`, if it has expressions and is known."""
     now: Any = NOTHING
-    """Value of `new`, likewise."""
+    """Evaluated `new`, likewise."""
     by: tuple[float, ...] | None = None
-    """How far it moved [m]."""
+    """Displacement [m]."""
 
 
 def difference(a: Any, b: Any, values: tuple[Any, Any] = (NOTHING, NOTHING)) -> list[Change]:
-    """Return what is different in `b`.
+    """Return the changes from `a` to `b`.
 
     Args:
-        a: Plain data of a document, with `${…}` in it.
-        b: The same of another.
-        values: Their data with every expression evaluated, where it is known.
+        a: Plain data of a document, with `${…}`.
+        b: Plain data of another.
+        values: Their data with every expression evaluated, if known.
     """
     return list(_compare(a, b, *values, ()))
 
 
 def operations(a: Any, b: Any) -> list[Operation]:
-    """Return a short RFC 6902 patch that makes `b` of `a`, with the shots of a film in the order of `b`."""
+    """Return a short RFC 6902 patch from `a` to `b`, with the shots of a film in the order of `b`."""
     steps, old, new = _steps(a, b, ()), _shots(a), _shots(b)
     if [*new] == [*(name for name in old if name in new), *(name for name in new if name not in old)]:
         return steps
     if any(pointer(SHOTS).startswith(step["path"]) for step in steps):
-        return steps  # they are replaced as a whole
+        return steps  # the section is replaced as a whole
     others = [step for step in steps if not step["path"].startswith(pointer(SHOTS))]
     return [*others, {"op": "replace", "path": pointer(SHOTS), "value": new}]
 
@@ -126,7 +126,7 @@ def _evaluated(a: Any, was: Any, b: Any, now: Any) -> tuple[Any, Any]:
 
 
 def _value(raw: Any, value: Any) -> Any:
-    """What a value with expressions in it comes to; nothing if there are none."""
+    """Return the value of data with expressions; nothing if it has none."""
     return NOTHING if value is NOTHING or same(raw, value) else value
 
 
@@ -135,7 +135,7 @@ def _is_place(path: Path) -> bool:
 
 
 def _distance(a: Any, b: Any) -> tuple[float, ...] | None:
-    """From one point to another; None if they are no points."""
+    """Return the vector from one point to another; None if they are not points."""
     if not (isinstance(a, list) and isinstance(b, list) and len(a) == len(b)):
         return None
     if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in [*a, *b]) or dist(a, b) == 0:
@@ -165,10 +165,8 @@ def _steps(a: Any, b: Any, path: Path) -> list[Operation]:
 
 
 def _item_steps(a: list[Any], b: list[Any], path: Path) -> list[Operation]:
-    """What both ends have in common stays; between them, items are changed in their order."""
-    least = min(len(a), len(b))
-    first = next((i for i in range(least) if not same(a[i], b[i])), least)
-    last = next((i for i in range(least - first) if not same(a[-1 - i], b[-1 - i])), least - first)
+    """Return the steps for a list: equal items at both ends stay; those between change in order."""
+    first, last = common_ends(a, b, same)
     old, new = a[first : len(a) - last], b[first : len(b) - last]
     steps: list[Operation] = []
     for offset, (before, after) in enumerate(zip(old, new, strict=False)):
@@ -181,7 +179,7 @@ def _item_steps(a: list[Any], b: list[Any], path: Path) -> list[Operation]:
 
 
 def _size(steps: list[Operation]) -> int:
-    """About how much there is to read."""
+    """Return the approximate length of some steps as text."""
     return sum(20 + len(step["path"]) + (_weight(step["value"]) if "value" in step else 0) for step in steps)
 
 

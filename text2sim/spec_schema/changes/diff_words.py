@@ -1,4 +1,4 @@
-"""Differences in words, a line for each."""
+"""Differences as lines of text."""
 
 from collections.abc import Iterable
 from math import hypot
@@ -15,7 +15,7 @@ MARKS = {"added": "+", "removed": "-", "moved": "~", "changed": "~", "kind": "~"
 
 
 def change_line(change: Change) -> str:
-    """Say what changed: `~ bodies.ball.material.density  7800 → 500`."""
+    """Return a change as a line: `~ bodies.ball.material.density  7800 → 500`."""
     where, mark = dotted(change.path), MARKS[change.kind]
     if change.kind == "added":
         return f"{mark} {where}  {_with_value(change.new, change.now)}"
@@ -31,7 +31,7 @@ def change_line(change: Change) -> str:
 
 
 def effect_line(effect: Effect) -> str:
-    """Say what follows: `bodies.brick.repeat.rows  8 → 10  (rows)`."""
+    """Return an effect as a line: `bodies.brick.repeat.rows  8 → 10  (rows)`."""
     because = f"  ({', '.join(effect.because)})" if effect.because else ""
     return f"= {dotted(effect.path)}  {value_text(effect.was)} → {value_text(effect.now)}{because}"
 
@@ -47,7 +47,7 @@ def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
 
 
 def value_text(value: Any, shown: int = SHOWN) -> str:
-    """Return a value as the language writes it, shortened."""
+    """Return a value as YAML, shortened."""
     if value is NOTHING:
         return "nothing"
     if isinstance(value, str):

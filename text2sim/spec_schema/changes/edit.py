@@ -1,4 +1,4 @@
-"""Patches on the text of a case: comments and order of what they do not touch stay."""
+"""Patches on the text of a case, which keep the comments and the order of unchanged entries."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,19 +21,19 @@ def edit_text(text: str, operations: Sequence[Operation], file: str = "case.yaml
         file: Name of the file, for messages.
 
     Raises:
-        SpecError: If the text is not YAML that the language accepts, before or after. It need not be a valid case.
+        SpecError: If the text is not YAML that the language accepts, before or after. The case may be invalid.
         PatchError: If the patch cannot be applied.
     """
     return edit_source(check_source(Source(text, file)), operations)
 
 
 def edit_source(source: Source, operations: Sequence[Operation], origin: Origin | None = None) -> str:
-    """Apply a patch to a file that was read; see `edit_text`.
+    """Apply a patch to a source; see `edit_text`.
 
     Args:
         source: The text.
         operations: The patch.
-        origin: Where what is added has its comments from.
+        origin: Entries from which added values take their comments.
     """
     document = parse_document(source)
     wanted = apply_operations(document.data, operations)
@@ -50,9 +50,9 @@ def write_amended(source: Source, amendment: DocumentLayout, wanted: Any) -> str
     Args:
         source: The text.
         amendment: Its layout, amended.
-        wanted: What the text has to say.
+        wanted: The expected data.
     """
     text = amendment.dump()
     if not identical(parse_document(check_source(Source(text, source.file))).data, wanted):
-        raise AssertionError("the edited text says something else than the patched data")
+        raise AssertionError("the edited text has other data than the patch gives")
     return text

@@ -1,4 +1,4 @@
-"""Effects of a change: values in another version of a case that follow from others."""
+"""Effects of a change: values that change because of the parameters they use."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,21 +11,21 @@ from text2sim.spec_schema.text.document import Path
 
 @dataclass(frozen=True)
 class Effect:
-    """A value that is written as before, and is another one now, because of what it is computed from."""
+    """A value whose expression is unchanged, but whose value changed."""
 
     path: Path
     was: Any
     now: Any
     because: tuple[str, ...] = ()
-    """Parameters that changed and that it depends on."""
+    """Changed parameters that it depends on."""
 
 
 def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, frozenset[str]]) -> Iterator[Effect]:
-    """Values that are written in `b` as in `a`, and are others.
+    """Yield the values that are written in `b` as in `a`, but differ.
 
     Args:
-        a: Plain data of a document, with `${…}` in it, as `difference` takes it.
-        b: The same of another.
+        a: Plain data of a document, with `${…}`, as in `difference`.
+        b: Plain data of another.
         values: Their data with every expression evaluated.
         depends: Parameters on which expressions of `b` depend, by path.
     """
@@ -48,7 +48,7 @@ def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, froz
 
 
 def leaves(data: Any) -> Iterator[tuple[Path, Any]]:
-    """Scalars, and collections without anything in them, by path."""
+    """Yield scalars and empty collections, by path."""
     stack: list[tuple[Path, Any]] = [((), data)]
     while stack:
         path, value = stack.pop()

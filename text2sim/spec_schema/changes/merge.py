@@ -1,4 +1,4 @@
-"""Three-way merge of meaning: what two authors made of one case, put together."""
+"""Three-way merge of the data of a case."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -16,39 +16,39 @@ _CONTAINERS: tuple[Path, ...] = (
     *(("actions", name) for name in ("controls", "measures", "events", "expect")),
     *(("render", name) for name in ("cameras", "lights", "shots")),
 )
-"""Mappings that both may have begun without meaning the same thing by it."""
+"""Mappings that both sides may have added independently."""
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """What both changed, and not to the same."""
+    """A value that both sides changed differently."""
 
     path: Path
     ours: Any
-    """Our value; nothing where we took it away."""
+    """Our value; `NOTHING` if we removed it."""
     theirs: Any
 
 
 @dataclass(frozen=True)
 class Merged:
-    """What comes out of a merge."""
+    """The result of a merge."""
 
     data: Any
-    """With our values where there are conflicts."""
+    """The merged data, with our values for conflicts."""
     conflicts: list[Conflict]
 
 
 def merge(base: Any, ours: Any, theirs: Any, opposed: Iterable[Path] = ()) -> Merged:
     """Merge two versions of a case.
 
-    Entries are merged by name and key: changes of different values do not conflict, however near to each other they
-    are written. A list of scalars, such as a point or a colour, is one value.
+    Entries are merged by name and key: changes of different values do not conflict, even on adjacent lines. A list of
+    scalars, such as a point or a colour, is one value.
 
     Args:
         base: Plain data of the common ancestor.
-        ours: What we made of it.
-        theirs: What they made of it.
-        opposed: Entries of the merged case whose changes do not go together: conflicts, although only one side made
+        ours: Our version.
+        theirs: Their version.
+        opposed: Entries of the merged case whose changes are incompatible: conflicts, although only one side changed
             each of them.
     """
     merger = _Merger(frozenset(opposed))
@@ -78,7 +78,7 @@ class _Merger:
         elif _lists_of_collections(base, ours, theirs):
             rows = enumerate(zip(base, ours, theirs, strict=True))
             return [self.merge(*row, (*path, index)) for index, row in rows]
-        # 1 and 1.0 are two spellings of one value.
+        # 1 and 1.0 are the same value.
         if same(ours, theirs) or same(base, theirs):
             return ours
         if same(base, ours):
@@ -97,7 +97,7 @@ class _Merger:
 
 
 def _spelled(data: Any, ours: Any) -> Any:
-    """The data, with numbers that are equal to ours as we wrote them: they are no change of our text."""
+    """Return the data with equal numbers as we wrote them, so that our text does not change."""
     if isinstance(data, dict) and isinstance(ours, dict):
         return {key: _spelled(value, ours.get(key, NOTHING)) for key, value in data.items()}
     if isinstance(data, list) and isinstance(ours, list) and len(data) == len(ours):

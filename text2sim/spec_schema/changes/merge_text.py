@@ -1,4 +1,4 @@
-"""A three-way merge of meaning, on the texts: our comments stay, theirs come along, conflicts get markers."""
+"""Three-way merge of the texts of a case, with the comments of both sides and conflict markers."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -22,17 +22,17 @@ Steps = tuple[str, ...]
 
 @dataclass(frozen=True)
 class MergedText:
-    """What comes out of a merge."""
+    """The result of a merge."""
 
     text: str
-    """With conflict markers where there are conflicts."""
+    """The merged text, with markers for conflicts."""
     conflicts: list[Conflict]
     lost: list[str]
-    """Comments of theirs that found no place."""
+    """Their comments that were lost."""
     lost_ours: list[str]
-    """Comments of ours that went with what they took away."""
+    """Our comments that were lost with removed entries."""
     versions: tuple[Any, Any, Any]
-    """The data of the ancestor, of ours and of theirs, all in one version of the language."""
+    """The data of the ancestor, ours and theirs, in the same version of the language."""
 
 
 def merge_texts(
@@ -41,10 +41,10 @@ def merge_texts(
     """Merge two versions of a case.
 
     Args:
-        base: The common ancestor; without any text if there is none.
-        ours: What we made of it.
-        theirs: What they made of it.
-        marker: How many characters a conflict marker has.
+        base: The common ancestor; empty if there is none.
+        ours: Our version.
+        theirs: Their version.
+        marker: Length of a conflict marker.
         opposed: As in `merge`.
 
     Raises:
@@ -74,13 +74,13 @@ def _version(source: Source) -> Any:
 
 
 def _migrated(source: Source) -> Source:
-    """The text in the latest version of the language, of which the other side may be."""
+    """Return the text in the latest version of the language."""
     steps = steps_for(_data(source))
     return replace(source, text=edit_source(source, steps)) if steps else source
 
 
 def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, LayoutEntry], base: Source) -> str:
-    """Our text with their changes and their comments."""
+    """Return our text with their changes and their comments."""
     amendment = DocumentLayout(parse_document(ours), theirs.get)
     written = {entry for _, entry in _entries(amendment.root)}
     amendment.apply(steps)
@@ -98,14 +98,14 @@ def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps
 
 
 def _both(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
-    """Comments of a place after both could have changed them: what they wrote comes after what we wrote."""
+    """Return the merged comments of an entry: theirs follow ours."""
     if ours == base:
         return theirs
     return ours if theirs == base else [*ours, *(row for row in theirs if row not in ours and row not in base)]
 
 
 def _attached(rows: list[str]) -> list[str]:
-    """The comments right above an entry: those below the last blank line."""
+    """Return the comments above an entry below the last blank line."""
     return list(takewhile(bool, reversed(rows)))[::-1]
 
 
@@ -121,7 +121,7 @@ def _entries(entry: LayoutEntry, path: Steps = ()) -> Iterator[tuple[Steps, Layo
 
 
 def _lost(text: str, side: Source, base: Source) -> list[str]:
-    """Comments that a side added and that are not in the text."""
+    """Return the comments that a side added and that are not in the text."""
     return [row for row in _comments(side.text) if row not in text and row not in base.text]
 
 
@@ -138,7 +138,7 @@ def _comments(text: str) -> list[str]:
 
 
 def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
-    """What makes their version of the merged text."""
+    """Yield the operations from the merged text to their version."""
     for conflict in conflicts:
         place = pointer(conflict.path)
         if conflict.theirs is NOTHING:
@@ -148,11 +148,11 @@ def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
 
 
 def marked(ours: str, theirs: str, marker: int) -> str:
-    """Return two texts in one, with conflict markers around the lines in which they differ.
+    """Return two texts as one, with conflict markers around different lines.
 
     Args:
-        ours: The one text.
-        theirs: The other text.
+        ours: Our text.
+        theirs: Their text.
         marker: Length of a conflict marker.
     """
     mine, others = ours.splitlines(keepends=True), theirs.splitlines(keepends=True)
@@ -168,7 +168,7 @@ def marked(ours: str, theirs: str, marker: int) -> str:
 
 
 def unmarked(text: str) -> tuple[str, str] | None:
-    """Return the two texts that a text with conflict markers holds; None if it holds none, or others than ours."""
+    """Return the two texts in a text with conflict markers; None if it has none, or malformed ones."""
     both: tuple[list[str], list[str]] = ([], [])
     inside: int | None = None
     seen = False
@@ -188,4 +188,4 @@ _MARKER = re.compile(r"(<{7,}|\|{7,}|={7,}|>{7,})(?: .*)?\r?$")
 _STEPS: dict[tuple[str, int | None], int | None] = {
     ("<", None): 0, ("|", 0): -1, ("=", 0): 1, ("=", -1): 1, (">", 1): None,
 }  # fmt: skip
-"""What comes after each marker: our lines (0), those of the ancestor (-1), theirs (1), or those of both (None)."""
+"""State after each marker: our lines (0), those of the ancestor (-1), theirs (1), or common lines (None)."""

@@ -1,6 +1,7 @@
-"""Operations of a patch: their form, and what their values may be."""
+"""Operations of a patch: their form and their values."""
 
 import re
+from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
@@ -10,7 +11,7 @@ from text2sim.spec_schema.text.document import MAX_DEPTH, MAX_SCALAR, pointer
 from text2sim.spec_schema.text.source import Source, check_source
 
 Operation = dict[str, Any]
-"""`op`, `path`, and what it needs: `value`, or `from`."""
+"""Members `op`, `path`, and `value` or `from`."""
 Steps = tuple[str, ...]
 MAX_POINTER = 2000
 _BAD_TILDE = re.compile(r"~(?![01])")
@@ -26,7 +27,7 @@ MEMBERS: dict[str, tuple[str, ...]] = {
 
 
 class Refusal(Exception):
-    """Why an operation is not done; `member` of it is to blame."""
+    """An operation that is refused because of its `member`."""
 
     def __init__(self, reason: str, member: str = "path", hint: str | None = None) -> None:
         self.member = member
@@ -37,7 +38,7 @@ def split_pointer(text: object) -> Steps:
     """Return the steps of a JSON Pointer (RFC 6901).
 
     Raises:
-        ValueError: If it is none.
+        ValueError: If it is not a pointer.
     """
     if not isinstance(text, str) or len(text) > MAX_POINTER:
         raise ValueError("a path is a text such as /bodies/ball/shape/radius")
@@ -49,10 +50,10 @@ def split_pointer(text: object) -> Steps:
 
 
 def checked_form(operation: Any) -> str:
-    """Return the `op` of an operation that has the members it needs, and no others.
+    """Return the `op` of an operation with the members it needs, and no others.
 
     Raises:
-        Refusal: If it does not.
+        Refusal: If members are missing, unknown or invalid.
     """
     if not isinstance(operation, dict):
         raise Refusal('an operation is a mapping such as {"op": "remove", "path": "/bodies/ball"}', "op")
@@ -85,35 +86,49 @@ def steps_of(operation: Operation, member: str) -> Steps:
 
 
 def index_of(path: Steps, items: list[Any], last: int, member: str = "path") -> int:
-    """Return the index that the last step of a path means in a list; `last` is the largest that is allowed.
+    """Return the index in a list from the last step of a path.
 
     Args:
         path: The path.
         items: The list.
-        last: Largest index that is allowed.
-        member: Member of the operation that holds the path, for the message.
+        last: Largest allowed index.
+        member: Member of the operation with the path, for the message.
 
     Raises:
-        Refusal: If the step is no index, or too large.
+        Refusal: If the step is not an index, or too large.
     """
     step, place = path[-1], place_of(path[:-1])
     if step == "-":
-        raise Refusal(f"`-` stands for an item that is to be added; {place} has {len(items)} items", member)
+        raise Refusal(f"`-` means an item to add; {place} has {len(items)} items", member)
     if not (step.isascii() and step.isdigit()) or (step[0] == "0" and len(step) > 1):
         raise Refusal(f"{place} is a list: its items are counted from 0, without leading zeros", member)
     if len(step) > 9 or int(step) > last:
         many = f"has {len(items)} item{'' if len(items) == 1 else 's'}" if items else "is empty"
-        raise Refusal(f"{place} {many}, counted from 0; there is no place {step[:9]}", member)
+        raise Refusal(f"{place} {many}, counted from 0; there is no item {step[:9]}", member)
     return int(step)
 
 
 def place_of(path: Steps) -> str:
-    """Return a path in a message."""
+    """Return a path for a message."""
     return pointer(path)[:200] or "the document"
 
 
+def common_ends(a: list[Any], b: list[Any], equal: Callable[[Any, Any], bool]) -> tuple[int, int]:
+    """Return the number of equal items at the start and at the end of two lists.
+
+    Args:
+        a: A list.
+        b: Another list.
+        equal: Whether two items are equal.
+    """
+    least = min(len(a), len(b))
+    first = next((i for i in range(least) if not equal(a[i], b[i])), least)
+    last = next((i for i in range(least - first) if not equal(a[-1 - i], b[-1 - i])), least - first)
+    return first, last
+
+
 def measure(value: Any, depth: int = 0) -> tuple[int, int]:
-    """Return the number of values in a value, and how deep they are nested.
+    """Return the number of values in a value, and their depth.
 
     Raises:
         Refusal: If the language cannot write it.
@@ -129,7 +144,7 @@ def measure(value: Any, depth: int = 0) -> tuple[int, int]:
     if isinstance(value, str):
         check_text(value, "value")
     elif value is not None and not isinstance(value, bool | int | float):
-        raise Refusal(f"{type(value).__name__} is nothing that a case can hold", "value")
+        raise Refusal(f"a case cannot contain {type(value).__name__}", "value")
     elif isinstance(value, float) and not isfinite(value):
         raise Refusal(f"{value} is not a finite number", "value")
     elif value is not None and abs(value) > MAX_NUMBER:
@@ -140,7 +155,7 @@ def measure(value: Any, depth: int = 0) -> tuple[int, int]:
 
 
 def check_text(text: object, member: str) -> None:
-    """Refuse a key or text that cannot stand in a case.
+    """Check that a case can contain a key or text.
 
     Raises:
         Refusal: If it cannot.

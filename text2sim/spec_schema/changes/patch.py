@@ -1,6 +1,6 @@
-"""JSON Patch (RFC 6902) on plain data: all operations hold, or none.
+"""JSON Patch (RFC 6902) on plain data: all operations are applied, or none.
 
-Stricter than the RFC in one point: a member that an operation does not have is an error, not ignored.
+Stricter than the RFC in one point: unknown members of an operation are errors.
 """
 
 import copy
@@ -32,9 +32,9 @@ class PatchError(Text2SimError):
     """A patch that cannot be applied.
 
     Attributes:
-        index: Which operation, from 0; None if the patch as a whole is wrong.
-        reason: Why.
-        member: The member of the operation that is to blame: `op`, `path`, `from` or `value`.
+        index: Index of the operation; None if the patch as a whole is wrong.
+        reason: The reason.
+        member: The member of the operation that is wrong: `op`, `path`, `from` or `value`.
     """
 
     def __init__(self, index: int | None, reason: str, member: str = "path", what: str = "") -> None:
@@ -43,21 +43,21 @@ class PatchError(Text2SimError):
 
 
 def apply_operations(data: Any, operations: Sequence[Operation]) -> Any:
-    """Return what a patch makes of `data`, which stays as it is.
+    """Return patched `data`, without changing it.
 
     Raises:
-        PatchError: If an operation is not well formed, or cannot be done.
+        PatchError: If an operation is malformed, or cannot be applied.
     """
     return _run(data, operations)[0]
 
 
 def inverse(data: Any, operations: Sequence[Operation]) -> list[Operation]:
-    """Return the patch that leads from what `operations` make of `data` back to `data`; see `apply_operations`."""
+    """Return the patch that reverts `operations` on `data`; see `apply_operations`."""
     return _run(data, operations)[1]
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two values are equal as JSON says: 1 is 1.0, and is not true; the order of keys means nothing."""
+    """Return whether two values are equal in JSON: 1 equals 1.0, but not true; the order of keys does not matter."""
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
     if isinstance(a, list) and isinstance(b, list):
@@ -89,7 +89,7 @@ def _title(operation: Any) -> str:
 
 
 class _Patch:
-    """The data while it is patched, and what undoes it, last first."""
+    """Data under a patch, with the operations that undo it, in reverse order."""
 
     def __init__(self, data: Any) -> None:
         self.size = measure(data)[0]
@@ -124,7 +124,7 @@ class _Patch:
         value = self.remove(source)
         self.add(path, value, moved=len(path) + measure(value)[1])
         back, home = self.undo[-1], self.undo[-2]["path"]
-        # Into a list, a value may push its old place aside, and then seems to lie inside itself.
+        # In a list, a value may shift its old position, which then seems to be inside itself.
         if back["op"] == "remove" and not home.startswith(back["path"] + "/"):
             self.undo[-2:] = [{"op": "move", "from": back["path"], "path": home}]
         else:
@@ -160,7 +160,7 @@ class _Patch:
 
     def remove(self, path: Steps) -> Any:
         if not path:
-            raise Refusal("the whole document cannot be taken away")
+            raise Refusal("the whole document cannot be removed")
         self.find(path)
         parent = self.find(path[:-1])
         old = parent.pop(int(path[-1]) if isinstance(parent, list) else path[-1])
@@ -181,7 +181,7 @@ class _Patch:
         return value
 
     def fresh(self, value: Any, path: Steps) -> Any:
-        """A copy of a value that shall stand at `path`, if it is one of the language and not too large."""
+        """Return a copy of a value for `path`, if the language allows it and it is not too large."""
         size, depth = measure(value)
         self.size += size
         if self.size > MAX_NODES:

@@ -1,1 +1,1 @@
-"""The words of the language: one module for each section of a case and for what sections share."""
+"""Models of the language: one module for each section of a case and for shared parts."""

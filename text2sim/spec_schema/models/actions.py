@@ -1,4 +1,4 @@
-"""Section `actions`: what is driven, what is measured, and what must come true."""
+"""Section `actions`: controls, measures, events and expectations."""
 
 from pydantic import Field
 
@@ -10,13 +10,13 @@ from text2sim.spec_schema.models.measures import Measure
 
 
 class Actions(Model):
-    """The script: what is driven, what is measured, what must come true."""
+    """The script: controls, measures, events and expectations."""
 
     controls: dict[Name, Control] = Field(default_factory=dict)
-    """What acts on the bodies, by name."""
+    """Actions on the bodies, by name."""
     measures: dict[Name, Measure] = Field(default_factory=dict)
     """Numbers over time, by name."""
     events: dict[Name, Event] = Field(default_factory=dict)
     """Moments, by name."""
     expect: dict[Name, Expect] = Field(default_factory=dict)
-    """What must come true, by name."""
+    """Requirements on events and measures, by name."""

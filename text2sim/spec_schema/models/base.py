@@ -1,7 +1,7 @@
-"""The base of every model in the language, and the types and units that all sections share.
+"""Base of all models, with types and units that all sections share.
 
-Units are SI throughout; angles are radians except in fields whose name ends in ``deg``;
-quaternions are (w, x, y, z); z points up.
+Units are SI; angles are in radians except in fields whose name ends in `deg`; quaternions are (w, x, y, z); z points
+up.
 """
 
 import math
@@ -28,12 +28,12 @@ from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
 
 @dataclass(frozen=True)
 class Noun:
-    """What a kind of text is called in messages."""
+    """Name of a kind of text in messages."""
 
     one: str
     many: str
     form: str = ""
-    """How it is written."""
+    """Its form."""
 
 
 class Model(BaseModel):
@@ -47,7 +47,7 @@ class Model(BaseModel):
 
 
 class ByKind:
-    """Notes of a union that its models are told apart by `kind`.
+    """Marks a union that is discriminated by `kind`.
 
     The validator of a model is built when a case has that kind: building all takes a quarter of a `check`.
     """
@@ -64,7 +64,7 @@ class ByKind:
 
 
 def content_of(value: Any) -> Any:
-    """Return all that a model says, hashable; what is equal says the same."""
+    """Return the content of a model, hashable and comparable."""
     if isinstance(value, BaseModel):
         return (type(value), *(content_of(item) for _, item in value))
     if isinstance(value, dict):
@@ -74,7 +74,7 @@ def content_of(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class Carried:
-    """Magnitudes that arithmetic and the engine can carry. What is odd among them is for the lint to say."""
+    """Magnitudes that arithmetic and the engine support; the lint reports implausible ones."""
 
     low: float
     high: float
@@ -102,7 +102,7 @@ Integer = StrictInt
 Count = Annotated[StrictInt, Field(ge=1, le=100_000)]
 MAX_MULTIPLE = 500
 Multiple = Annotated[StrictInt, Field(ge=1, le=MAX_MULTIPLE)]
-"""As many entries as one stands for."""
+"""Number of entries from one with `repeat`."""
 Bool = StrictBool
 
 
@@ -121,23 +121,23 @@ def _ordered(value: tuple[float, float | str]) -> tuple[float, float | str]:
 Vec2 = tuple[Real, Real]
 Vec3 = tuple[Real, Real, Real]
 Direction = Annotated[Vec3, AfterValidator(_nonzero)]
-"""A vector that points somewhere; normalised when it is resolved."""
+"""A nonzero vector; normalised when it is resolved."""
 Size2 = tuple[Length, Length]
 Size3 = tuple[Length, Length, Length]
 Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
 """Orientation (w, x, y, z); normalised when it is resolved."""
 Window = Annotated[tuple[Seconds, Seconds | Literal["end"]], AfterValidator(_ordered)]
-"""A span of simulated time [s], (from, to); `end` is when the run is over."""
+"""A span of simulated time [s], (from, to); `end` is the end of the run."""
 Range = Annotated[tuple[Real, Real], AfterValidator(_ordered)]
 """A lowest and a highest value."""
 
 
 def span_of(window: tuple[float, float | str] | None, end: float) -> tuple[float, float]:
-    """Return the times [s] from and to which a window reaches; all of the run, if there is none.
+    """Return the start and end [s] of a window; those of the run without a window.
 
     Args:
-        window: From and to, which may be `end`.
-        end: When the run is over [s].
+        window: Start and end, which may be `end`.
+        end: End of the run [s].
     """
     first, last = window or (0.0, end)
     return first, end if isinstance(last, str) else last
@@ -179,7 +179,7 @@ Axis = Direction | AxisName
 
 
 class Bounds(Model):
-    """An upright box of space."""
+    """An axis-aligned box of space."""
 
     min: Vec3
     """Lowest corner [m]."""
@@ -194,14 +194,14 @@ class Bounds(Model):
 
 
 class Pose(Model):
-    """Where something is: a position, and at most one way of saying an orientation."""
+    """A position, and at most one form of an orientation."""
 
     pos: Vec3 = (0.0, 0.0, 0.0)
     """Position [m] of the frame's origin."""
     quat: Quat | None = None
     """Orientation (w, x, y, z)."""
     euler_deg: Vec3 | None = None
-    """Orientation [deg]: turns about the fixed x, then y, then z axis."""
+    """Orientation [deg]: rotations about the fixed x, then y, then z axis."""
 
     @model_validator(mode="after")
     def _one_orientation(self) -> "Pose":

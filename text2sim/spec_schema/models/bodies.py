@@ -36,7 +36,7 @@ class FreeMount(Model):
 
 
 class FixedMount(Model):
-    """The body is held by the world."""
+    """The body is fixed in the world."""
 
     kind: Literal["fixed"]
 
@@ -83,11 +83,11 @@ class Rigid(Placed):
 
     kind: Literal["rigid"]
     shape: Shape
-    """What it is shaped like."""
+    """Its shape."""
     material: Material = Material.model_construct()
     """Mass and contact."""
     mount: Mount = FreeMount.model_construct(kind="free")
-    """How it hangs in the world, as `{kind: fixed}`."""
+    """Its connection to the world, such as `{kind: fixed}`."""
 
     @property
     def startable(self) -> bool:
@@ -96,19 +96,19 @@ class Rigid(Placed):
 
 
 class Driven(Placed):
-    """A body with prescribed motion: named in the evidence, never subject of an event.
+    """A body with prescribed motion: listed in the evidence, never subject of an event.
 
-    It pushes what can move, and passes through what cannot: the ground, statics, bodies with a fixed mount, other
-    driven bodies. Evidence says how far it came off its path, which only loads of tonnes bring about.
+    It pushes movable bodies, and passes through others: the ground, statics, bodies with a fixed mount, other driven
+    bodies. Evidence reports how far it left its path, which only happens under loads of tonnes.
     """
 
     kind: Literal["driven"]
     shape: Shape
-    """What it is shaped like."""
+    """Its shape."""
     material: Material = Material.model_construct()
     """Contact; its mass does not matter."""
     motion: Motion
-    """How it moves."""
+    """Its motion."""
 
 
 class HingeJoint(HingeMount):
@@ -136,9 +136,9 @@ class Link(Model):
     """One link of a tree."""
 
     parent: Name | None = None
-    """The link it hangs on; exactly one link, the root, has none."""
+    """Its parent link; exactly one link, the root, has none."""
     shape: Shape
-    """What the link is shaped like."""
+    """Its shape."""
     pose: Pose = Pose.model_construct()
     """Its frame in the parent's frame, at the start (the root: in the body's frame)."""
     joint: Joint | None = None
@@ -148,15 +148,15 @@ class Link(Model):
     look: Look | None = None
     """If it differs from the body's."""
     repeat: Multiple | None = None
-    """So many of these links, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each.
-    With `parent: "NAME_${k - 1}"` each hangs on the one before, and number 0 is the root, without a joint."""
+    """Number of such links, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each.
+    With `parent: "NAME_${k - 1}"` they form a chain, and number 0 is the root, without a joint."""
 
 
 class Loop(Model):
     """A constraint that closes a loop of links."""
 
     kind: Literal["connect", "weld"] = "connect"
-    """`connect` holds one point together, `weld` the whole frame."""
+    """`connect` joins one point, `weld` the whole frame."""
     between: tuple[Name, Name]
     """Two links; `world` may be the second."""
     anchor: Vec3 = (0.0, 0.0, 0.0)
@@ -164,7 +164,7 @@ class Loop(Model):
 
 
 class JointOverride(Model):
-    """Changes to a joint that came from a file; what is left out stays as the file has it."""
+    """Changes to a joint from a file; missing fields keep the values of the file."""
 
     damping: NonNegative | None = None
     """Viscous damping [N s/m for a slider, N m s/rad for a hinge or ball]."""
@@ -175,40 +175,38 @@ class JointOverride(Model):
     spring: NonNegative | None = None
     """Stiffness of a spring to the position zero [N/m or N m/rad]."""
     actuator: Actuator | None = None
-    """The motor that a `drive` needs, instead of the file's. Without `max_force` the limit of the file
-    (`effort`, `forcerange`) holds."""
+    """The motor that a `drive` needs, instead of the file's. Without `max_force`, the limit of the file (`effort`,
+    `forcerange`) applies."""
 
 
 class Articulated(Placed):
     """Links and joints: written here, or read from an MJCF or URDF file.
 
-    A file decides about its masses, its inner contacts, its start pose and its motors, and about its colours
-    unless `look.color` is given. Links and joints go by the names in the file (in MJCF a joint without a name
-    goes by that of its link). An MJCF file decides about friction as well, unless `material.friction` is
-    given; a URDF has none, so that `material.friction` holds for all of it, and `material.density` for links
-    without inertial. A joint of a URDF has no motor unless `joints` gives it one. Meshes touch by their
-    convex hulls.
+    A file determines masses, self-collision, start pose and motors, and colours unless `look.color` is given. Links and
+    joints have the names of the file (in MJCF a joint without a name has that of its link). An MJCF file also
+    determines friction, unless `material.friction` is given; a URDF has none, so `material.friction` applies to all of
+    it, and `material.density` to links without inertial. A joint of a URDF has no motor unless `joints` gives it one.
+    Meshes collide by their convex hulls.
     """
 
     kind: Literal["articulated"]
     base: Literal["fixed", "free"] | None = None
-    """Whether the root link is held by the world; `fixed` if left out, but with an MJCF file as the file has
-    it."""
+    """Whether the root link is fixed in the world; by default `fixed`, and with an MJCF file as in the file."""
     links: dict[Name, Link] | None = Field(default=None, min_length=1, max_length=500)
     """The tree, by name of link."""
     file: str | None = Field(default=None, max_length=200)
-    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must lie in the folder, too. `genesis:` before
-    the path means the engine's own assets. Instead of `links`."""
+    """Path inside the case's folder: .xml (MJCF) or .urdf; its meshes must be in the folder, too. The prefix `genesis:`
+    means the engine's own assets. Instead of `links`."""
     joints: dict[Names, JointOverride] = Field(default_factory=dict)
-    """With `file`: changes to its joints, by their names, or of many by a pattern (`"*_hip"`), which names overrule."""
+    """With `file`: changes to its joints, by name or pattern (`"*_hip"`); names override patterns."""
     material: Material = Material.model_construct()
-    """Of every link that has none of its own."""
+    """Material of links without their own."""
     loops: dict[Name, Loop] = Field(default_factory=dict)
     """Constraints that close loops."""
     initial: dict[Names, Real] = Field(default_factory=dict)
     """Start position of hinge [rad] and slider [m] joints by name or pattern."""
     self_collision: Bool | None = None
-    """With `links`: let links that are not neighbours touch each other; false if left out."""
+    """With `links`: whether links that are not neighbours collide; by default false."""
 
     @model_validator(mode="after")
     def _one_source(self) -> "Articulated":
@@ -218,10 +216,10 @@ class Articulated(Placed):
 
 
 class Payload(Model):
-    """What hangs at the end of a chain."""
+    """A load at the end of a chain."""
 
     shape: SolidShape
-    """What it is shaped like."""
+    """Its shape."""
     material: Material = Material.model_construct()
     """Mass and contact."""
     look: Look | None = None
@@ -229,31 +227,31 @@ class Payload(Model):
 
 
 class Chain(Linked):
-    """Capsule links on ball joints, hung from a point of the world; pose is that of the point.
+    """Capsule links on ball joints that hang from a point of the world; the pose is that of the point.
 
-    Its links are `link_0` (the upper one) to `link_N`, and `payload`; each has its frame at its upper joint and runs
+    Its links are `link_0` (the upper one) to `link_N`, and `payload`; each has its frame at its upper joint and extends
     along its own -z. It does not stretch.
     """
 
     kind: Literal["chain"]
     links: Annotated[Integer, Field(ge=1, le=200)]
-    """How many links."""
+    """Number of links."""
     link_length: Length
     """Distance [m] between neighbouring joints."""
     radius: Length
     """Radius [m] of the bars."""
     direction: Axis = (0.0, 0.0, -1.0)
-    """Direction in which it is stretched at the start, from its upper end."""
+    """Direction at the start, from its upper end."""
     anchored: Bool = True
-    """Held by the world at its upper end."""
+    """Whether its upper end is fixed in the world."""
     payload: Payload | None = None
-    """What hangs at the end."""
+    """A load at the end."""
     joint: JointDynamics = JointDynamics.model_construct()
-    """Of every joint; of what is left out, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and
-    length L of a link. With a payload, the armature is at least 2e-6 of the payload's mass times the square of the
-    chain's length: less is lost in rounding beside a heavy payload, and the chain flies apart."""
+    """Every joint; by default, damping is 0.05 m L^2 per second and armature 0.02 m L^2, with mass m and length L of a
+    link. With a payload, the armature is at least 2e-6 of the payload's mass times the square of the chain's length:
+    less is lost in rounding beside a heavy payload, and the chain flies apart."""
     material: Material = Material.model_construct(density=7800.0)
-    """Of the bars."""
+    """Material of the bars."""
 
     @model_validator(mode="after")
     def _slender(self) -> "Chain":
@@ -264,11 +262,11 @@ class Chain(Linked):
 
 
 class Net(Linked):
-    """A rectangular net of capsule links and ball joints in the x-y plane, its edges held by the world.
+    """A rectangular net of capsule links and ball joints in the x-y plane, with edges fixed in the world.
 
-    Strands do not stretch: what falls into a net pulls it hardly deeper than `sag` built it. The strands along x are
-    `x1`, `x2`, … from the -y edge, those along y `y1`, … from the -x edge; their links are `x1_0`, `x1_1`, … from the
-    strand's first end, each with its frame there and the net's axes.
+    Strands do not stretch: a load pulls a net hardly deeper than its `sag`. The strands along x are `x1`, `x2`, … from
+    the -y edge, those along y `y1`, … from the -x edge; their links are `x1_0`, `x1_1`, … from the strand's first end,
+    each with its frame there and the net's axes.
     """
 
     kind: Literal["net"]
@@ -277,14 +275,14 @@ class Net(Linked):
     size: Size2
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
-    """How far [m] its middle hangs below its edges at the start; a net that is built flat stays flat."""
+    """Depth [m] of its centre below its edges at the start; a net that is built flat stays flat."""
     radius: Length
     """Radius [m] of the strands."""
     joint: JointDynamics = JointDynamics.model_construct()
-    """Of every joint; of what is left out, damping is 8 m L^2 per second and armature 0.4 m L^2, with mass m and
-    length L of a link."""
+    """Every joint; by default, damping is 8 m L^2 per second and armature 0.4 m L^2, with mass m and length L of a
+    link."""
     material: Material = Material.model_construct()
-    """Of the strands."""
+    """Material of the strands."""
 
     @model_validator(mode="after")
     def _open(self) -> "Net":
@@ -297,18 +295,18 @@ class Net(Linked):
 class Ragdoll(Linked):
     """A doll of eleven capsules on ball joints. Its frame is at the pelvis, z along the spine, x forward.
 
-    Links: pelvis, chest, head, arm_l, forearm_l, thigh_l, shin_l, and the same with _r; left is +y. Of a doll of the
-    height h the chest is 0.15 h thick, thighs 0.086 h, forearms 0.05 h; its volume is 0.0165 h^3: 88 kg for 1.75 m at
+    Links: pelvis, chest, head, arm_l, forearm_l, thigh_l, shin_l, and the same with _r; left is +y. With the height h,
+    the chest is 0.15 h thick, thighs 0.086 h, forearms 0.05 h; the volume is 0.0165 h^3: 88 kg for 1.75 m at
     1000 kg/m3.
     """
 
     kind: Literal["ragdoll"]
     height: Length
-    """From sole to crown [m]."""
+    """Height [m]."""
     joint: JointDynamics = JointDynamics.model_construct()
-    """Of every joint; damping and armature are derived if left out."""
+    """Every joint; damping and armature are derived by default."""
     material: Material = Material.model_construct()
-    """Of the whole doll."""
+    """Material of the whole doll."""
     limb_spread: Fraction = 0.3
     """0: arms and legs straight down; 1: spread wide."""
 

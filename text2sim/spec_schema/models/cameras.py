@@ -1,4 +1,4 @@
-"""Cameras of a film: where they stand, what they look at, how they frame it, and their lens."""
+"""Cameras of a film: positions, targets, framing, lenses."""
 
 import math
 from typing import Annotated, Literal
@@ -9,12 +9,12 @@ from text2sim.spec_schema.models.base import Bounds, ByKind, Direction, Model, P
 from text2sim.spec_schema.models.regions import BodyPoint
 
 Target = Vec3 | Selector | BodyPoint
-"""A point [m], or a body that is looked at (the middle of its copies, if there are several), or a region of it."""
+"""A point [m], or a body (the centre of its copies, if there are several), or a region of it."""
 Margin = Annotated[Real, Field(ge=0.0, le=0.45)]
 SENSOR = 24.0
 """Height [mm] of a picture on 35 mm film, 36 mm x 24 mm."""
 FOV = 40.0
-"""Vertical field of view [deg] of a camera that says none."""
+"""Default vertical field of view [deg]."""
 
 
 def fov_of_lens(focal: float) -> float:
@@ -27,22 +27,22 @@ class _Camera(Model):
     """Vertical field of view [deg]; 40 if no lens is given."""
     lens: Positive | None = Field(default=None, ge=5.0, le=600.0, alias="lens_mm")
     """Instead of `fov_deg`: focal length [mm] on 35 mm film, 36 mm x 24 mm. `fov_deg` = 2 atan(12 / `lens_mm`): 24
-    is wide (53 deg), 50 is plain (27 deg), 85 is for portraits (16 deg)."""
+    is wide (53 deg), 50 is normal (27 deg), 85 is for portraits (16 deg)."""
     f_stop: Positive | None = Field(default=None, ge=0.5, le=64.0)
-    """Opening of the lens; what is not at `focus` gets soft. The lens is `lens_mm` / `f_stop` wide, as in a real
-    camera: 2.8 is soft from a metre away, 16 hardly at all. All is sharp if left out. Path traced only."""
+    """Aperture of the lens; bodies away from `focus` are blurred. Its diameter is `lens_mm` / `f_stop`, as in a real
+    camera: 2.8 blurs from a metre away, 16 hardly at all. By default all is sharp. Path traced only."""
     focus: Target | None = None
-    """What is sharp where `f_stop` is given: a point [m] or a body, which is kept sharp while it moves. What the
-    camera looks at if left out."""
+    """With `f_stop`: the sharp point [m], or a body, which stays sharp while it moves. By default the target of the
+    camera."""
     up: Direction = (0.0, 0.0, 1.0)
-    """Which way is up in the picture; +y where it looks straight up or down."""
+    """Up direction of the picture; +y if the camera looks straight up or down."""
 
     @model_validator(mode="after")
     def _one_lens(self) -> "_Camera":
         if self.fov is not None and self.lens is not None:
             raise ValueError("give either fov_deg or lens_mm")
         if self.focus is not None and self.f_stop is None:
-            raise ValueError("focus means something only with an f_stop: without one all is sharp")
+            raise ValueError("focus needs an f_stop: without one all is sharp")
         return self
 
     @property
@@ -53,36 +53,34 @@ class _Camera(Model):
 
 class _Framing(_Camera):
     frame: Annotated[list[Selector], Field(min_length=1, max_length=50)] | None = None
-    """Bodies and statics that the picture is to show, from the first moment of the camera's shots to the last. The
-    place is worked out from what was recorded."""
+    """Bodies and statics that the picture shows, from the first moment of the camera's shots to the last. The position
+    is derived from the recording."""
     margin: Margin | None = None
-    """With `frame`: part of the picture that is kept free at each edge; 0.08 if left out."""
-
+    """With `frame`: share of the picture that stays free at each edge; by default 0.08."""
     within: Bounds | None = None
-    """With `frame`: the space in which bodies are followed; those that leave it may leave the picture."""
+    """With `frame`: the space in which bodies are followed; bodies outside it may leave the picture."""
 
     @model_validator(mode="after")
     def _margin_of_frame(self) -> "_Framing":
         if self.frame is None and (self.margin is not None or self.within is not None):
-            raise ValueError("margin and within mean something only with frame")
+            raise ValueError("margin and within need frame")
         return self
 
 
 class Still(_Framing):
     """A camera on a tripod.
 
-    With `frame` it stands, in the given `direction`, as near as shows all of the bodies; or it stands where `from`
-    says, and chooses its field of view.
+    With `frame` it stands in the given `direction`, as near as possible with all bodies in the picture; or it stands at
+    `from`, and derives its field of view.
     """
 
     kind: Literal["still"]
     from_: Vec3 | None = Field(default=None, alias="from")
-    """Where it stands [m]."""
+    """Its position [m]."""
     look_at: Target | None = None
-    """What it looks at (a body: where that is at the start)."""
+    """Its target (for a body: the position at the start)."""
     direction: Direction | None = None
-    """With `frame`, instead of `from`: the way from the bodies to the camera. One with a free view of them is chosen
-    if both are left out."""
+    """With `frame`, instead of `from`: direction from the bodies to the camera. By default one with a free view."""
 
     @model_validator(mode="after")
     def _one_way(self) -> "Still":
@@ -90,28 +88,28 @@ class Still(_Framing):
             if self.from_ is None or self.look_at is None:
                 raise ValueError("give from and look_at, or frame")
             if self.direction is not None:
-                raise ValueError("direction means something only with frame")
+                raise ValueError("direction needs frame")
             if self.from_ == self.look_at:
                 raise ValueError("from and look_at are the same point")
         elif self.look_at is not None:
-            raise ValueError("give either look_at or frame, which looks at the middle of what it shows")
+            raise ValueError("give either look_at or frame, which looks at the centre of its bodies")
         elif self.from_ is not None and self.direction is not None:
             raise ValueError("give either from or direction")
         elif self.from_ is not None and (self.fov is not None or self.lens is not None):
-            raise ValueError("with from and frame the lens follows; give a direction instead of from to choose it")
+            raise ValueError("with from and frame the lens is derived; give a direction instead of from to choose it")
         return self
 
 
 class Follow(_Camera):
-    """A camera that stands still or travels along, and keeps looking at a body."""
+    """A camera that keeps looking at a body, from a fixed position or moving along."""
 
     kind: Literal["follow"]
     body: Selector
-    """The body it looks at."""
+    """Its target."""
     from_: Vec3 | None = Field(default=None, alias="from")
-    """Where it stands [m]; give either this or `offset`."""
+    """Its position [m]; give either this or `offset`."""
     offset: Direction | None = None
-    """Its place relative to the body [m]: it travels along."""
+    """Its position relative to the body [m]: it moves along."""
     smooth: Seconds = Field(default=0.3, le=60.0)
     """Time [s] over which its motion is averaged."""
 
@@ -127,15 +125,15 @@ class Orbit(_Framing):
 
     kind: Literal["orbit"]
     look_at: Target | None = None
-    """Centre of the circle, and what it looks at; the middle of the bodies of `frame`, if that is given instead."""
+    """Centre of the circle and target; with `frame` instead, the centre of its bodies."""
     radius: Positive | None = None
-    """Radius [m]. With `frame`, radius and height may be left out: the circle is then as small as shows all."""
+    """Radius [m]. With `frame`, radius and height may be left out: then the circle is as small as possible."""
     height: Real | None = None
     """Height [m] above the centre."""
     start_deg: Real = -90.0
     """Angle [deg] from +x at the start."""
     turn_deg: Real = 90.0
-    """How far [deg] it goes round in its shots, or in the whole film."""
+    """Angle [deg] that it covers in its shots, or in the whole film."""
 
     @model_validator(mode="after")
     def _one_circle(self) -> "Orbit":
@@ -153,32 +151,34 @@ class Dolly(_Camera):
 
     kind: Literal["dolly"]
     from_: Vec3 = Field(alias="from")
-    """Where it starts [m]."""
+    """Its start [m]."""
     to: Vec3
-    """Where it ends [m]."""
+    """Its end [m]."""
     look_at: Target
-    """What it looks at (a body: where that is at the start)."""
+    """Its target (for a body: the position at the start)."""
 
 
 class Keyframed(_Camera):
-    """A camera on a smooth way through given points, at rest at both ends."""
+    """A camera on a smooth path through given points, at rest at both ends."""
 
     kind: Literal["keyframed"]
     times: Annotated[list[Seconds], Field(min_length=2, max_length=200)]
-    """Simulated times [s], rising; before the first and after the last it stands still."""
+    """Simulated times [s], ascending; it stands still before the first and after the last."""
     positions: Annotated[list[Vec3], Field(min_length=2, max_length=200)]
-    """Where it is at these times [m]."""
+    """Its positions at these times [m]."""
     look_at: Target | Annotated[list[Vec3], Field(min_length=2, max_length=200)]
-    """What it looks at (a body: where that is at the start), or a point [m] for each time."""
+    """Its target (for a body: the position at the start), or a point [m] for each time."""
 
     @model_validator(mode="after")
     def _alike(self) -> "Keyframed":
         if len(self.times) != len(self.positions):
-            raise ValueError(f"times and positions must be equally many (got {len(self.times)}, {len(self.positions)})")
+            counts = f"{len(self.times)} and {len(self.positions)}"
+            raise ValueError(f"times and positions must have the same length (got {counts})")
         if isinstance(self.look_at, list) and len(self.look_at) != len(self.times):
-            raise ValueError(f"times and look_at must be equally many (got {len(self.times)}, {len(self.look_at)})")
+            counts = f"{len(self.times)} and {len(self.look_at)}"
+            raise ValueError(f"times and look_at must have the same length (got {counts})")
         if any(late - early < 1e-6 for early, late in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("times must rise")
+            raise ValueError("times must be ascending")
         return self
 
 

@@ -1,4 +1,4 @@
-"""The case: the root of the language."""
+"""Case: the root of the language."""
 
 from typing import Annotated, Any, Literal
 
@@ -18,9 +18,9 @@ class Case(Model):
     text2sim: Literal[2]
     """Version of the language. Older ones stay valid; `text2sim migrate` rewrites them."""
     name: Name
-    """Name of the case; the folder's name, by custom."""
+    """Name of the case; usually that of the folder."""
     prompt: str = Field(default="", max_length=10_000)
-    """What was asked for, in words."""
+    """The request, in words."""
     params: dict[Name, Any] = Field(default_factory=dict)
     """Numbers, strings, and lists of them, for use in `${…}`."""
     prefabs: dict[Name, Any] = Field(default_factory=dict)
@@ -34,15 +34,15 @@ class Case(Model):
     render: Render = Render.model_construct()
     """The cinematography."""
     variants: dict[Name, Any] = Field(default_factory=dict)
-    """Changes to this case, by name: `--variant NAME` lays one over it."""
+    """Changes to this case, by name: `--variant NAME` applies one."""
     sweeps: dict[Name, Any] = Field(default_factory=dict)
     """Lists and grids of changes, by name: `text2sim run CASE --sweep NAME` runs them all."""
     waive: dict[str, Annotated[str, Field(min_length=10, max_length=500)]] = Field(default_factory=dict)
-    """What the lint finds and is meant: for the id of a rule, why (10 characters or more)."""
+    """Rules of the lint that do not apply, by id, with the reason (10 characters or more)."""
 
     @property
     def record_rate(self) -> float:
-        """Frames that are recorded in a simulated second; those of deformable bodies are large."""
+        """Recorded frames per simulated second; those of deformable bodies are large."""
         if self.scene.record.rate is not None:
             return self.scene.record.rate
         return 50.0 if any(isinstance(body, Deformable) for body in self.bodies.values()) else 100.0

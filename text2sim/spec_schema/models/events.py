@@ -20,9 +20,9 @@ from text2sim.spec_schema.models.space import Region
 
 class _Event(Model):
     after: Name | None = None
-    """Look only after the first time of this other event."""
+    """Only count times after the first time of this other event."""
     repeat: Multiple | None = None
-    """So many of these events, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such events, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class ContactEvent(_Event):
@@ -32,21 +32,21 @@ class ContactEvent(_Event):
     between: tuple[Selector, Selector]
     """Two bodies, links, or sets of copies; physics has to move one of them."""
     min_impulse: NonNegative = 0.0
-    """Ignore touches that give less than this [N s]."""
+    """Ignore contacts with a smaller impulse [N s]."""
 
 
 class SeparationEvent(_Event):
-    """Two bodies that touched touch no more, for at least `for`."""
+    """Two bodies separate for at least `for`."""
 
     kind: Literal["separation"]
     between: tuple[Selector, Selector]
     """Two bodies, links, or sets of copies; physics has to move one of them."""
     for_: Seconds = Field(default=0.05, alias="for")
-    """Time [s] without touch."""
+    """Time [s] without contact."""
 
 
 class ThresholdEvent(_Event):
-    """A measure passes a value; each time it does so anew counts."""
+    """A measure crosses a value; each crossing counts."""
 
     kind: Literal["threshold"]
     measure: Name
@@ -64,15 +64,15 @@ class ThresholdEvent(_Event):
 
 
 class RestEvent(_Event):
-    """Bodies have come to rest."""
+    """Bodies come to rest."""
 
     kind: Literal["rest"]
     of: Selector
     """A body or its copies."""
     speed: Positive = 0.02
-    """All are slower than this [m/s] …"""
+    """Largest speed [m/s] of bodies at rest."""
     for_: Positive = Field(default=0.2, alias="for")
-    """… for this long [s]."""
+    """Shortest time [s] at rest."""
 
 
 class LeftDomainEvent(_Event):
@@ -90,11 +90,11 @@ class RegionEvent(_Event):
     of: Selector
     """A body or its copies."""
     region: Region
-    """Which region."""
+    """The region."""
 
 
 class JointLimitEvent(_Event):
-    """A joint comes to the end of its range."""
+    """A joint reaches a limit of its range."""
 
     kind: Literal["joint_limit"]
     of: Selector
@@ -110,7 +110,7 @@ class ReleasedEvent(_Event):
 
 
 class RemovedEvent(_Event):
-    """Something leaves the scene; each copy counts."""
+    """A body is removed from the scene; each copy counts."""
 
     kind: Literal["removed"]
     remove: Name

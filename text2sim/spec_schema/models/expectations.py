@@ -1,4 +1,4 @@
-"""Expectations: what must come true."""
+"""Expectations: requirements on events and measures."""
 
 from typing import Literal
 
@@ -8,44 +8,44 @@ from text2sim.spec_schema.models.base import Bool, Integer, Model, Multiple, Nam
 
 
 class Expect(Model):
-    """What must come true, of an event or of a measure.
+    """A requirement on an event or a measure.
 
     An event happens (`within` a span, `count` times, `before` another) or `never`; a measure is `above`,
     `below` or near a value (`equals`, `tolerance`), `at` a time or `during` a span.
     """
 
     event: Name | None = None
-    """Name of the event that it is about."""
+    """Name of the event."""
     within: Window | None = None
-    """The first time of the event lies in this span [s]."""
+    """The first time of the event is in this span [s]."""
     never: Bool = False
     """The event must not happen."""
     count: tuple[Integer, Integer] | Integer | None = None
-    """How often the event happens: exactly, or from and to."""
+    """How often the event happens: an exact number, or the smallest and the largest."""
     before: Name | None = None
     """The event's first time is earlier than that of this other event."""
     on: Name | None = None
-    """Name of an event: the times of `within`, `at` and `during` count from its first time. Must happen."""
+    """Name of an event: the times of `within`, `at` and `during` are relative to its first time. It must happen."""
 
     measure: Name | None = None
-    """Name of the measure that it is about."""
+    """Name of the measure."""
     at: Seconds | Literal["start", "end"] | None = None
-    """Time [s] at which the measure is read."""
+    """Time [s] of the value."""
     during: Window | Literal["all"] | None = None
-    """Span [s] over which it is taken: every value must hold, or `stat` of them."""
+    """Span [s]: every value in it must satisfy the bounds, or the `stat` of them."""
     stat: Literal["max", "min", "mean", "std", "range"] | None = None
-    """With `during`: one number for the span; `std` is the standard deviation from its mean."""
+    """With `during`: statistic of the span; `std` is the standard deviation from its mean."""
     above: Real | None = None
-    """It is larger than this."""
+    """Lower bound, exclusive."""
     below: Real | None = None
-    """It is smaller than this."""
+    """Upper bound, exclusive."""
     equals: Real | None = None
-    """It is this, within `tolerance`."""
+    """Expected value, within `tolerance`."""
     tolerance: Positive | None = None
     """With `equals`: largest difference."""
 
     repeat: Multiple | None = None
-    """So many of these expectations, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such expectations, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
     @model_validator(mode="after")
     def _complete(self) -> "Expect":
@@ -57,7 +57,7 @@ class Expect(Model):
             if of_measure:
                 raise ValueError(f"{_listed(of_measure)} with a measure, not with an event")
             if self.never and (of_event - {"never", "within"}):
-                raise ValueError("never goes with within alone")
+                raise ValueError("never can only be combined with within")
             if self.on is not None and self.within is None:
                 raise ValueError("on goes with within, at or during")
             return self

@@ -9,35 +9,35 @@ from text2sim.spec_schema.models.motion import Schedule
 
 
 class Acting(Model):
-    """What every control has."""
+    """Fields of every control."""
 
     repeat: Multiple | None = None
-    """So many of these controls, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such controls, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class _During(Acting):
     during: Window | None = None
-    """From and to [s]; the whole run if left out."""
+    """Start and end [s]; by default the whole run."""
     scale: Schedule = 1.0
-    """Factor that may change with time: a wind that rises, a gust."""
+    """Factor that may change with time, such as for a gust."""
 
 
 class Wind(_During):
-    """A push along a direction, in a round stream or everywhere; on mpm and pbd bodies alone."""
+    """A wind in a cylindrical stream or everywhere; acts only on mpm and pbd bodies."""
 
     kind: Literal["wind"]
     direction: Axis
-    """Where it blows to, in the world."""
+    """Its direction in the world."""
     acceleration: Positive
-    """What it gives to everything in it [m/s2]."""
+    """Acceleration of everything in it [m/s2]."""
     center: Vec3 = (0.0, 0.0, 0.0)
     """A point [m] on the axis of the stream."""
     radius: Positive | None = None
-    """Radius [m] of the stream; everywhere if left out."""
+    """Radius [m] of the stream; everywhere by default."""
 
 
 class Drag(_During):
-    """Resistance against motion of mpm and pbd bodies alone: an acceleration `-linear v - quadratic |v| v`."""
+    """Resistance to motion; acts only on mpm and pbd bodies, with an acceleration `-linear v - quadratic |v| v`."""
 
     kind: Literal["drag"]
     linear: NonNegative = 0.0
@@ -47,7 +47,7 @@ class Drag(_During):
 
 
 class Attraction(_During):
-    """A pull towards a point (or away from it, with a negative strength); on mpm and pbd bodies alone."""
+    """Attraction to a point (or repulsion, with a negative strength); acts only on mpm and pbd bodies."""
 
     kind: Literal["attraction"]
     center: Vec3
@@ -55,11 +55,11 @@ class Attraction(_During):
     strength: Real
     """Acceleration [m/s2] at a distance of 1 m."""
     falloff: NonNegative = 0.0
-    """The pull goes with the distance to the power of minus this; 0: the same everywhere."""
+    """Exponent: the acceleration is proportional to the distance to the power of minus this; 0 is constant."""
 
 
 class Vortex(_During):
-    """A whirl about a vertical axis; on mpm and pbd bodies alone."""
+    """A vortex about a vertical axis; acts only on mpm and pbd bodies."""
 
     kind: Literal["vortex"]
     center: Vec3 = (0.0, 0.0, 0.0)
@@ -69,11 +69,11 @@ class Vortex(_During):
     inward: Real = 0.0
     """Acceleration [m/s2] towards the axis at a distance of 1 m."""
     falloff: NonNegative = 0.0
-    """Both go with the distance to the power of minus this."""
+    """Exponent: both are proportional to the distance to the power of minus this."""
 
 
 class Turbulence(_During):
-    """Gusts: smooth noise in space, which may travel; on mpm and pbd bodies alone."""
+    """Gusts: smooth noise in space, which may travel; acts only on mpm and pbd bodies."""
 
     kind: Literal["turbulence"]
     strength: Positive
@@ -81,7 +81,7 @@ class Turbulence(_During):
     frequency: Positive = 3.0
     """Gusts per metre [1/m]."""
     drift: Vec3 = (0.0, 0.0, 0.0)
-    """Velocity [m/s] with which the whole pattern travels, as a wind carries its gusts along: at one place it changes
-    `frequency` times the speed as often in a second. Standing still if left out."""
+    """Velocity [m/s] of the whole pattern, as in a wind: at a fixed point it changes `frequency` times the speed
+    per second. By default it does not move."""
     seed: Integer = Field(default=0, ge=0)
     """Same seed, same gusts."""

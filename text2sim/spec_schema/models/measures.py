@@ -29,33 +29,33 @@ class _Of(Measured):
     of: Selector
     """A body, its copies, or links of it (`net.x5_*`)."""
     stat: Stat | None = None
-    """How several copies or links become one number; needed if there are several. `std` is their standard deviation,
-    `count` counts those that are `above` or `below`."""
+    """Statistic over several copies or links; required if there are several. `std` is their standard deviation, `count`
+    the number of those that are `above` or `below`."""
     above: Real | None = None
-    """With `stat: count`."""
+    """With `stat: count`: lower bound."""
     below: Real | None = None
-    """With `stat: count`."""
+    """With `stat: count`: upper bound."""
 
     @model_validator(mode="after")
     def _count_needs_bound(self) -> "_Of":
         bounds = (self.above is not None) + (self.below is not None)
         if (self.stat == "count") != (bounds > 0):
-            raise ValueError("above and below go with stat: count, which needs one of them")
+            raise ValueError("above and below need stat: count, which needs one of them")
         return self
 
 
 class _OfRegion(_Of):
     region: BodyRegion | None = None
-    """Of a body that deforms: the mean over this part of it, chosen at the start, instead of its centre of mass."""
+    """For deformable bodies: the mean over this part, chosen at the start, instead of the centre of mass."""
 
 
 class Position(_OfRegion):
-    """A coordinate of the body's origin [m]; of a body that deforms, of its centre of mass."""
+    """A coordinate of the body's origin [m]; for a deformable body, of its centre of mass."""
 
     kind: Literal["position"]
     unit: ClassVar[str] = "m"
     axis: AxisName
-    """Which coordinate."""
+    """The coordinate."""
 
 
 class Velocity(_OfRegion):
@@ -64,7 +64,7 @@ class Velocity(_OfRegion):
     kind: Literal["velocity"]
     unit: ClassVar[str] = "m/s"
     axis: AxisName
-    """Which component."""
+    """The component."""
 
 
 class Speed(_OfRegion):
@@ -75,7 +75,7 @@ class Speed(_OfRegion):
 
 
 class AngularSpeed(_Of):
-    """Angular speed [rad/s]: how fast it turns, about whatever axis."""
+    """Angular speed [rad/s] about any axis."""
 
     kind: Literal["angular_speed"]
     unit: ClassVar[str] = "rad/s"
@@ -83,9 +83,9 @@ class AngularSpeed(_Of):
 
 class _Turning(_Of):
     axis: AxisName
-    """About which axis; positive is counterclockwise, seen from where the axis points to."""
+    """The axis; positive is counterclockwise, seen against the axis."""
     frame: Literal["world", "body"] = "world"
-    """Whose axis: that of the world, or the body's own, which turns with it."""
+    """Frame of the axis: the world, or the body, with which it turns."""
 
 
 class AngularVelocity(_Turning):
@@ -96,7 +96,7 @@ class AngularVelocity(_Turning):
 
 
 class Turns(_Turning):
-    """How often a body has turned about an axis since the start, with its sign: 0.5 is half a turn.
+    """Signed number of turns about an axis since the start: 0.5 is half a turn.
 
     It is the integral of `angular_velocity`: whole turns add up, for a free body too.
     """
@@ -105,9 +105,9 @@ class Turns(_Turning):
 
 
 class Bend(_Of):
-    """Angle [deg] between a link and the one that carries it, less that at the start: how far a joint is bent.
+    """Bend of a joint: angle [deg] between a link and its parent, minus that at the start.
 
-    Of chains, nets, ropes, dolls and mechanisms, whose joints are hinges and balls. All joints of a body are meant
+    For chains, nets, ropes, ragdolls and mechanisms with hinges and ball joints. It includes all joints of a body
     unless links are named; the root of a free body has none.
     """
 
@@ -116,7 +116,7 @@ class Bend(_Of):
 
 
 class Displacement(_OfRegion):
-    """Distance [m] of the body's origin from where it started; of a body that deforms, of its centre of mass."""
+    """Distance [m] of the body's origin from its start; for a deformable body, of its centre of mass."""
 
     kind: Literal["displacement"]
     unit: ClassVar[str] = "m"
@@ -125,18 +125,18 @@ class Displacement(_OfRegion):
 
 
 class Tilt(_Of):
-    """Angle [deg] by which one of the body's own axes has turned away from its direction at the start."""
+    """Angle [deg] between one of the body's own axes and its direction at the start."""
 
     kind: Literal["tilt"]
     unit: ClassVar[str] = "deg"
     axis: AxisName = "z"
-    """Which of the body's own axes."""
+    """The body's own axis."""
 
 
 class JointPosition(_Of):
-    """Position of a hinge [rad] or slider [m], counted from the pose that the case describes.
+    """Position of a hinge [rad] or slider [m], relative to the pose in the case.
 
-    In a body from a file it is counted from the file's zero.
+    For a body from a file it is relative to the file's zero.
     """
 
     kind: Literal["joint_position"]
@@ -149,31 +149,31 @@ class JointVelocity(_Of):
 
 
 class JointForce(_Of):
-    """Torque [N m] or force [N] that the actuator gives."""
+    """Torque [N m] or force [N] of the actuator."""
 
     kind: Literal["joint_force"]
 
 
 class Extent(Measured):
-    """How far bodies reach along an axis [m], by `stat`: max or min, a coordinate; range, their length along it."""
+    """Extent of bodies along an axis [m]: their highest (`max`) or lowest (`min`) coordinate, or length (`range`)."""
 
     kind: Literal["extent"]
     unit: ClassVar[str] = "m"
     of: Selector
     """A body or its copies."""
     region: BodyRegion | None = None
-    """Of bodies that deform: of this part of them alone, chosen at the start."""
+    """For deformable bodies: only this part, chosen at the start."""
     frame: Selector | None = None
-    """A rigid body or link, from whose origin and along whose axes is measured; the world if left out. So the height of
-    a soft body on a car does not change as the car pitches."""
+    """A rigid body or link whose origin and axes are the frame; by default the world. So the height of a soft body on a
+    car does not change as the car pitches."""
     axis: AxisName
-    """Which coordinate."""
+    """The coordinate."""
     stat: Literal["max", "min", "range"]
     """The highest or lowest coordinate of all, or the difference."""
 
 
 class Distance(Measured):
-    """Distance [m] between the origins of two bodies; of the nearest pair, if there are several."""
+    """Distance [m] between the origins of two bodies; for several, of the nearest pair."""
 
     kind: Literal["distance"]
     unit: ClassVar[str] = "m"
@@ -182,35 +182,35 @@ class Distance(Measured):
 
 
 class ContactForce(Measured):
-    """Size [N] of the sum of contact forces on a body (from another, if `by` is given)."""
+    """Magnitude [N] of the sum of contact forces on a body (from another, if `by` is given)."""
 
     kind: Literal["contact_force"]
     unit: ClassVar[str] = "N"
     of: Selector
-    """What is pushed on."""
+    """The body that the forces act on."""
     by: Selector | None = None
-    """What pushes; anything if left out."""
+    """The other body; any by default."""
 
 
 class ContactCount(Measured):
-    """How many pairs of bodies touch: those of `of` with anything, or with `by`."""
+    """Number of pairs of bodies in contact: those of `of` with any body, or with `by`."""
 
     kind: Literal["contact_count"]
     of: Selector
     """A body or its copies."""
     by: Selector | None = None
-    """What they touch; anything if left out."""
+    """The other body; any by default."""
 
 
 class Penetration(Measured):
-    """Deepest overlap [m] of touching bodies: of `of` with anything (or with `by`)."""
+    """Deepest overlap [m] of bodies in contact: of `of` with any body, or with `by`."""
 
     kind: Literal["penetration"]
     unit: ClassVar[str] = "m"
     of: Selector
     """A body or its copies."""
     by: Selector | None = None
-    """What they overlap with; anything if left out."""
+    """The other body; any by default."""
 
 
 class Energy(Measured):
@@ -219,9 +219,9 @@ class Energy(Measured):
     kind: Literal["energy"]
     unit: ClassVar[str] = "J"
     of: Selector | None = None
-    """All bodies if left out."""
+    """A body or its copies; by default all bodies."""
     part: Literal["kinetic", "potential", "total"] = "total"
-    """Which part of it."""
+    """The part of the energy."""
 
 
 class Momentum(Measured):
@@ -230,9 +230,9 @@ class Momentum(Measured):
     kind: Literal["momentum"]
     unit: ClassVar[str] = "kg m/s"
     of: Selector | None = None
-    """All bodies if left out."""
+    """A body or its copies; by default all bodies."""
     axis: AxisName
-    """Which component."""
+    """The component."""
 
 
 class AngularMomentum(Measured):
@@ -241,21 +241,21 @@ class AngularMomentum(Measured):
     kind: Literal["angular_momentum"]
     unit: ClassVar[str] = "kg m2/s"
     of: Selector | None = None
-    """All bodies if left out. Bodies that deform have none here."""
+    """A body or its copies; by default all bodies, except deformable ones."""
     axis: AxisName
-    """Which component."""
+    """The component."""
     about: Vec3 | None = None
-    """A point [m] of the axis; if left out, the common centre of mass of the bodies, which moves with them."""
+    """A point [m] of the axis; by default the common centre of mass of the bodies, which moves with them."""
 
 
 class CountIn(Measured):
-    """How many copies have their origin in a region (which a body carries with `moves_with: tray` in it)."""
+    """Number of copies with their origin in a region (which a body carries if it has `moves_with: tray`)."""
 
     kind: Literal["count_in"]
     of: Selector
     """A body and its copies."""
     region: Region
-    """Where they are counted."""
+    """The region."""
 
 
 Measure = Annotated[

@@ -1,1 +1,1 @@
-"""Checks that the names in a case mean something that is there, and fits."""
+"""Checks of the names and selectors in a case."""

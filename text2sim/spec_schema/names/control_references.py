@@ -1,4 +1,4 @@
-"""Checks that what controls act on is there, and can be acted on in that way."""
+"""Checks of the bodies, joints and times of controls."""
 
 from typing import Any
 
@@ -53,11 +53,11 @@ def check_controls(table: NameTable) -> None:
             starts |= {mode: start_of(schedule) for mode, schedule in modes.items() if schedule is not None}
         for field, start in starts.items():
             if start >= duration:
-                message = f"comes when the run is over ({duration:g} s)"
+                message = f"is after the end of the run ({duration:g} s)"
                 table.report((*where, field), message, "after-end", severity="warning")
         if during is not None and during[0] == span_of(during, duration)[1]:
-            blow = "; a blow is `kind: impulse`, in N s" if isinstance(control, Force) else ""
-            message = f"a span from {during[0]:g} s to the same time holds no time step; let it end later{blow}"
+            impulse = "; for an instant, use `kind: impulse`, in N s" if isinstance(control, Force) else ""
+            message = f"a span from {during[0]:g} s to the same time has no time step; let it end later{impulse}"
             table.report((*where, "during"), message, "empty-span")
 
 
@@ -78,9 +78,9 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
 
     Args:
         table: The bodies of the case.
-        where: Where the selector stands.
-        member: What it means.
-        purpose: What the joint is needed for: `drive` or `measure`.
+        where: Path of the selector.
+        member: The selected body or joint.
+        purpose: Use of the joint: `drive` or `measure`.
 
     Returns:
         The joint's model; None if there is none, or if only the compiler knows it.
@@ -90,12 +90,8 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
         if member.part is None:
             joints = [f"{name}.{link}" for link in _moving_joints(table, name, model)]
             listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
-            table.report(
-                where,
-                f"`{name}` has several joints; name one{listed}",
-                "no-joint",
-                joints[0] if joints else None,
-            )
+            message = f"`{name}` has several joints; name one{listed}"
+            table.report(where, message, "no-joint", joints[0] if joints else None)
             return None
         if model.links is None and name not in table.parts:
             return None
@@ -113,15 +109,13 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     else:
         kind = "static" if member.static else model.kind
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
-    near: list[str] = []
-    if isinstance(model, Articulated):
-        near = [f"{name}.{link}" for link in _moving_joints(table, name, model)]
-    table.report(where, message, "no-joint", nearest(member.text, near))
+    near = _moving_joints(table, name, model) if isinstance(model, Articulated) else []
+    table.report(where, message, "no-joint", nearest(member.text, [f"{name}.{link}" for link in near]))
     return None
 
 
 def _moving_joints(table: NameTable, body: str, model: Articulated) -> list[str]:
-    """Names of the hinges and sliders of an articulated body."""
+    """Return the names of the hinges and sliders of an articulated body."""
     joints = {name: link.joint for name, link in (model.links or {}).items()}
     if body in table.parts:
         joints = dict(table.parts[body].joints)
@@ -134,10 +128,8 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
         return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    ones = "only a free rigid body, a ragdoll, a loose rope or a body that deforms can start with a velocity"
-    message = f"{ones}, and `{member.name}` is none"
-    if not member.dynamic:
-        message = f"{member.why_not_dynamic}; {ones}"
+    ones = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
+    message = f"`{member.name}` cannot: {ones}" if member.dynamic else f"{member.why_not_dynamic}; {ones}"
     table.report((*where, "body"), message, "not-free")
 
 
@@ -147,7 +139,7 @@ def _check_push(table: NameTable, where: Path, control: Impulse | Force | Torque
         check_push_kind(table, where, control, member)
     if member is not None and not member.dynamic:
         article = "an" if control.kind[0] in "ai" else "a"
-        message = f"{member.why_not_dynamic}: {article} {control.kind} would change nothing"
+        message = f"{member.why_not_dynamic}: {article} {control.kind} has no effect"
         table.report((*where, "body"), message, "not-dynamic")
 
 
@@ -160,7 +152,7 @@ def _check_drive(table: NameTable, where: Path, control: Drive) -> None:
     for one in table.each(member, joint=True) if member is not None else ():
         before = len(table.problems)
         _check_motor(table, where, control, one)
-        if len(table.problems) > before:  # of a group, one tells enough
+        if len(table.problems) > before:  # one problem for a group is enough
             return
 
 
@@ -186,11 +178,10 @@ def _check_reach(table: NameTable, where: Path, control: Reach) -> None:
         return
     if not isinstance(member.model, Articulated) or member.part is None:
         what = "it has several links: name one" if isinstance(member.model, Articulated) else "it has no links"
-        table.report(
-            (*where, "body"), f"a link of an articulated body reaches, and `{member.text}` is none; {what}", "no-link"
-        )
+        message = f"reach needs a link of an articulated body, and `{member.text}` is none; {what}"
+        table.report((*where, "body"), message, "no-link")
     elif member.model.base == "free":
-        message = f"`{member.name}` stands free, so that its joints do not decide where its links are"
+        message = f"`{member.name}` has a free base, so its joints do not determine the positions of its links"
         table.report((*where, "body"), message, "no-link")
 
 
@@ -204,11 +195,8 @@ def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> 
     if body is None:
         return
     if not body.dynamic:
-        table.report(
-            (*where, "body"),
-            f"{body.why_not_dynamic}; attach what moves, `to` what it hangs on",
-            "not-dynamic",
-        )
+        message = f"{body.why_not_dynamic}; `body` is the moving one, `to` its holder"
+        table.report((*where, "body"), message, "not-dynamic")
     if target is None and not _to_world(table, control):
         return
     if not check_attach_kind(table, where, control, body, target) or target is None:
@@ -216,29 +204,28 @@ def _check_attach(table: NameTable, where: Path, name: str, control: Attach) -> 
     if body.text == target.text and (body.count == 1 or body.part == target.part):
         table.report((*where, "to"), f"`{body.text}` cannot be attached to itself", "itself")
     elif 1 not in (body.count, target.count) and body.count != target.count:
-        counts = f"`{body.text}` means {body.count}, `{target.text}` {target.count}"
-        table.report((*where, "to"), f"copies are attached one to one, and {counts}", "pairs")
+        counts = f"`{body.text}` selects {body.count}, `{target.text}` {target.count}"
+        table.report((*where, "to"), f"copies are attached one to one, but {counts}", "pairs")
 
 
 def _targets(table: NameTable, name: str, control: Attach) -> list[str]:
-    """What the first and the last copy is attached to."""
+    """Return the holders of the first and of the last copy."""
     model = table.bodies.get(parse_selector(control.body).body)
     if _to_world(table, control):
         return []
     if not table.loaded.varies(("actions", "controls", name, "to")) or model is None:
         return [control.to]
     last = table.copies(parse_selector(control.body).body, model) - 1
-    found = [control.to]
     try:
         copy: Control = table.loaded.control_copy(name, {"i": last, "n": last + 1, "u": 1.0 if last else 0.0})
     except SpecError as error:
         table.problems += error.problems
-        return found
-    return [control.to, copy.to] if isinstance(copy, Attach) else found
+        return [control.to]
+    return [control.to, copy.to] if isinstance(copy, Attach) else [control.to]
 
 
 def _to_world(table: NameTable, control: Attach) -> bool:
-    """Whether something is to be held where it is."""
+    """Return whether a control attaches a body to the world."""
     return control.to == WORLD and WORLD not in table.bodies and WORLD not in table.statics
 
 

@@ -7,7 +7,7 @@ from text2sim.spec_schema.models.repeat import Glyphs, Grid, Repeat, RunningBond
 from text2sim.spec_schema.models.shapes import Text
 
 UNKNOWN = 1000
-"""Copies of a sketch that nobody has looked at: at most as many as pieces have numbers."""
+"""Copies of an unread sketch: the largest number of pieces."""
 
 
 def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
@@ -15,7 +15,7 @@ def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
 
     Args:
         repeat: The pattern.
-        shape: Of what is repeated: a text has a copy for each letter.
+        shape: The repeated shape; a text has a copy for each letter.
     """
     if repeat is None:
         return 1

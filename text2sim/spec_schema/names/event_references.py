@@ -1,4 +1,4 @@
-"""Checks that what events look at is there, and that physics decides about it."""
+"""Checks of the bodies, measures and controls of events."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models import events, measures
@@ -16,7 +16,7 @@ from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
 NEVER = "never-released"
-"""Id of what is wrong where an event waits for a release that no control makes."""
+"""Rule of an event that waits for a release that no control makes."""
 
 
 def check_events(table: NameTable) -> None:
@@ -51,7 +51,7 @@ def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | even
     first, second = found
     if any(member is not None and deforms(member) for member in found):
         if isinstance(event, events.ContactEvent) and event.min_impulse > 0:
-            message = "the engine tells no forces on bodies that deform, so that no touch can be chosen by its impulse"
+            message = "the engine reports no forces on deformable bodies, so contacts cannot be filtered by impulse"
             table.report((*where, "min_impulse"), message, "contacts-not-recorded", key=True)
     else:
         check_contacts_recorded(table, where)
@@ -61,7 +61,7 @@ def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | even
         table.report((*where, "between", 1), f"`{first.text}` cannot touch itself", "itself")
     elif not first.dynamic and not second.dynamic:
         why = f"{first.why_not_dynamic}, and {second.why_not_dynamic}"
-        table.report((*where, "between"), f"nothing is left to physics here: {why}", "driven-subject")
+        table.report((*where, "between"), f"physics moves neither body: {why}", "driven-subject")
 
 
 def _check_threshold(table: NameTable, where: Path, event: events.ThresholdEvent) -> None:
@@ -71,12 +71,12 @@ def _check_threshold(table: NameTable, where: Path, event: events.ThresholdEvent
         message = f"there is no measure `{event.measure}`"
         table.report((*where, "measure"), message, "unknown-measure", nearest(event.measure, measures))
     elif prescribed(table, measure):
-        message = f"`{event.measure}` is of a body whose motion is prescribed, which shows nothing"
+        message = f"`{event.measure}` measures a body with prescribed motion, which tests nothing"
         table.report((*where, "measure"), message, "driven-subject")
 
 
 def prescribed(table: NameTable, measure: measures.Measure) -> bool:
-    """Whether a measure only repeats the motion that the case prescribes."""
+    """Return whether a measure only repeats the motion that the case prescribes."""
     members = measured(table, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
     return measure.kind not in CONTACT_KINDS and moved_by_the_case and any(member.driven for member in members)
@@ -90,7 +90,7 @@ def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) 
         table.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
         return
     released = [control.attach for control in controls.values() if isinstance(control, Release)]
-    # A release of nothing that is known may be meant for this one; that it is wrong is said of it.
+    # A release with an unknown `attach` is reported itself, and may be meant for this one.
     if event.attach not in released and all(name in attaches for name in released):
         table.report((*where, "attach"), f"no control releases `{event.attach}`", NEVER)
 
@@ -108,7 +108,7 @@ def _check_subject(
     event: events.RestEvent | events.LeftDomainEvent | events.RegionEvent | events.JointLimitEvent,
 ) -> None:
     if isinstance(event, events.LeftDomainEvent) and table.loaded.case.scene.domain is None:
-        table.report(where, "there is nothing to leave: `scene.domain` is missing", "no-domain", key=True)
+        table.report(where, "this event needs `scene.domain`, which is missing", "no-domain", key=True)
     member = table.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
     if member is None:
         return
@@ -117,5 +117,5 @@ def _check_subject(
         if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
             table.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
     elif not member.dynamic:
-        message = f"{member.why_not_dynamic}, so this event would show nothing"
+        message = f"{member.why_not_dynamic}, so this event would test nothing"
         table.report((*where, "of"), message, "driven-subject" if member.driven else "not-dynamic")

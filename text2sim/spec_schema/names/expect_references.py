@@ -1,4 +1,4 @@
-"""Checks that expectations are about something, and can be satisfied."""
+"""Checks of the events, measures and times of expectations."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
@@ -28,12 +28,12 @@ def _check_event(table: NameTable, where: Path, expect: Expect) -> None:
     if expect.before is not None and expect.before == expect.event:
         table.report((*where, "before"), "an event cannot come before itself", "impossible")
     if expect.within is not None and expect.within[0] > duration:
-        table.report((*where, "within"), f"starts when the run is over ({duration:g} s)", "after-end")
+        table.report((*where, "within"), f"starts after the end of the run ({duration:g} s)", "after-end")
     if isinstance(expect.count, tuple) and expect.count[1] < expect.count[0]:
         table.report((*where, "count"), "the second number must not be smaller than the first", "impossible")
     least = expect.count[1] if isinstance(expect.count, tuple) else expect.count
     if least is not None and least < 0:
-        table.report((*where, "count"), "nothing can happen less than 0 times", "impossible")
+        table.report((*where, "count"), "an event cannot happen less than 0 times", "impossible")
 
 
 def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
@@ -44,7 +44,7 @@ def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
         message = f"there is no measure `{expect.measure}`"
         table.report((*where, "measure"), message, "unknown-measure", nearest(expect.measure, measures))
     elif prescribed(table, measure):
-        message = f"`{expect.measure}` is of a body whose motion is prescribed, which shows nothing"
+        message = f"`{expect.measure}` measures a body with prescribed motion, which tests nothing"
         table.report((*where, "measure"), message, "driven-subject", severity="warning")
     if isinstance(expect.at, float) and expect.at > duration:
         table.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
@@ -57,7 +57,7 @@ def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
 
 
 def _bounds(expect: Expect) -> tuple[float, float]:
-    """The open interval in which a value must lie."""
+    """Return the open interval of allowed values."""
     low = expect.above if expect.above is not None else float("-inf")
     high = expect.below if expect.below is not None else float("inf")
     if expect.equals is not None and expect.tolerance is not None:

@@ -1,4 +1,4 @@
-"""Checks that cameras, lights, shots and overlays name what there is, at times within the run."""
+"""Checks of the names and times of cameras, lights, shots and overlays."""
 
 from typing import Any
 
@@ -9,13 +9,13 @@ from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 MAX_FILMED = 100_000
-"""Frames of a film: at 25 frames per second, more than an hour."""
+"""Most frames of a film: at 25 frames per second, more than an hour."""
 DERIVED = "main"
-"""Name of the camera that a case gets which has none."""
+"""Name of the camera of a case without cameras."""
 
 
 def check_film(table: NameTable) -> None:
-    """Check what the render section refers to."""
+    """Check the references of the render section."""
     render = table.loaded.case.render
     for section, things in (("cameras", render.cameras), ("lights", render.lights)):
         for name, thing in things.items():
@@ -28,7 +28,7 @@ def check_film(table: NameTable) -> None:
             table.report(("render", "overlay", "values", i), message, "unknown-measure", nearest(name, measures))
     _check_length(table)
     if render.quality == "final":
-        message = "a run makes the rasterised preview; `text2sim render RUN --quality final` makes the final film of it"
+        message = "a run makes the rasterised preview; `text2sim render RUN --quality final` makes the final film"
         table.report(("render", "quality"), message, "no-final", severity="warning")
 
 
@@ -42,7 +42,7 @@ def _check_targets(table: NameTable, where: Path, thing: Any) -> None:
     for i, selector in enumerate(getattr(thing, "frame", None) or ()):
         found = table.find(selector, (*where, "frame", i))
         if found is not None and getattr(getattr(found.model, "shape", None), "kind", None) == "plane":
-            message = f"`{found.name}` has no end; name what stands on it"
+            message = f"`{found.name}` is infinite; name the bodies on it"
             table.report((*where, "frame", i), message, "endless-frame")
 
 
@@ -58,13 +58,13 @@ def _check_shots(table: NameTable) -> None:
         first = start if shot.from_ is None else shot.from_
         last = min(end, scene.duration) if shot.to is None else shot.to
         if first >= scene.duration:
-            message = f"the shot begins at {first:g} s, when the run is over ({scene.duration:g} s)"
+            message = f"the shot begins at {first:g} s, after the end of the run ({scene.duration:g} s)"
             table.report((*where, "from") if shot.from_ is not None else where, message, "after-end")
         elif last <= first:
-            message = f"the shot would last from {first:g} s to {last:g} s; what is not said is that of the film"
+            message = f"the shot would last from {first:g} s to {last:g} s; missing times are those of the film"
             table.report((*where, "from") if shot.from_ is not None else (*where, "to"), message, "empty-shot")
         elif last > scene.duration:
-            message = f"the run is over after {scene.duration:g} s; the shot ends there"
+            message = f"the run ends at {scene.duration:g} s, and so does the shot"
             table.report((*where, "to"), message, "after-end", severity="warning")
 
 
@@ -72,7 +72,7 @@ def _check_length(table: NameTable) -> None:
     scene, render = table.loaded.case.scene, table.loaded.case.render
     start, end = span_of(render.during, scene.duration)
     if start >= scene.duration:
-        message = f"the film would start when the run is over ({scene.duration:g} s)"
+        message = f"the film would start after the end of the run ({scene.duration:g} s)"
         table.report(("render", "during"), message, "after-end")
     seconds = (min(end, scene.duration) - start) / render.speed
     if render.shots:
@@ -81,5 +81,5 @@ def _check_length(table: NameTable) -> None:
             first, last = shot.from_ or start, min(end if shot.to is None else shot.to, scene.duration)
             seconds += max(last - first, 0.0) / (shot.speed or render.speed) + shot.hold
     if seconds * render.fps > MAX_FILMED:
-        message = f"makes {seconds * render.fps:.3g} frames of film; at most {MAX_FILMED:,} are possible"
+        message = f"gives {seconds * render.fps:.3g} frames of film; at most {MAX_FILMED:,} are possible"
         table.report(("render",), message, "too-many", key=True)

@@ -1,4 +1,4 @@
-"""Checks that what measures look at is there, and has what is measured."""
+"""Checks of the bodies, joints and regions of measures."""
 
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
@@ -12,7 +12,7 @@ from text2sim.spec_schema.text.document import Path
 JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
 CONTACT_KINDS = ("contact_force", "contact_count", "penetration")
 _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
-"""Measures of something that never moves which still say something."""
+"""Measures that statics may have."""
 
 
 def check_measures(table: NameTable) -> None:
@@ -21,7 +21,7 @@ def check_measures(table: NameTable) -> None:
         where: Path = ("actions", "measures", name)
         since, duration = measure.change_from, table.loaded.case.scene.duration
         if isinstance(since, float) and since > duration:
-            table.report((*where, "change_from"), f"the run is over by then ({duration:g} s)", "after-end")
+            table.report((*where, "change_from"), f"is after the end of the run ({duration:g} s)", "after-end")
         if isinstance(measure, measures.Distance):
             _check_distance(table, where, measure)
             continue
@@ -34,14 +34,14 @@ def check_measures(table: NameTable) -> None:
             if other is not None:
                 check_other_side(table, where, measure, other)
             sides = [*measured(table, measure), other]
-            # How deep the points of what deforms are in something is read from where they are.
+            # The penetration of deformable bodies comes from the positions of their points.
             if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
         if isinstance(measure, measures.Extent) and measure.frame is not None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
-                _check_rigid(table, (*where, "frame"), frame, "has the axes along which is measured")
+                _check_rigid(table, (*where, "frame"), frame, "can be the frame")
         if measure.of is None:
             continue
         joint = isinstance(measure, JOINT_KINDS)
@@ -51,7 +51,7 @@ def check_measures(table: NameTable) -> None:
 
 
 def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
-    """Return the bodies that a measure is about, without selectors that mean nothing: those are reported already."""
+    """Return the bodies of a measure, without those of invalid selectors, which are already reported."""
     quiet = NameTable(table.loaded, counts=table.counts)
     if isinstance(measure, measures.Distance):
         selectors = measure.between
@@ -64,14 +64,14 @@ def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
 
 
 def check_contacts_recorded(table: NameTable, where: Path) -> None:
-    """Report that there will be no contacts to look at."""
+    """Report that no contacts are recorded."""
     if not table.loaded.case.scene.record.contacts:
         message = "needs contacts, and `scene.record.contacts` is false"
         table.report(where, message, "contacts-not-recorded", key=True)
 
 
 def check_carrier(table: NameTable, where: Path, thing: measures.Measure | events.Event) -> None:
-    """Report a region that nothing could carry along.
+    """Report a region with an invalid carrier.
 
     Args:
         table: The table; problems are added to it.
@@ -81,13 +81,13 @@ def check_carrier(table: NameTable, where: Path, thing: measures.Measure | event
     carrier = getattr(getattr(thing, "region", None), "moves_with", None)
     member = table.find(carrier, (*where, "region", "moves_with")) if carrier is not None else None
     if member is not None:
-        _check_rigid(table, (*where, "region", "moves_with"), member, "carries a region")
+        _check_rigid(table, (*where, "region", "moves_with"), member, "can carry a region")
 
 
 def _check_rigid(table: NameTable, where: Path, member: Member, does: str) -> None:
     if member.count > 1 or deforms(member):
-        what = "deforms" if deforms(member) else f"means {member.count} copies"
-        table.report(where, f"`{member.text}` {what}: one body of links, or one link, {does}", "carrier")
+        what = "deforms" if deforms(member) else f"selects {member.count} copies"
+        table.report(where, f"`{member.text}` {what}: only one rigid body, or one link, {does}", "carrier")
 
 
 def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -> None:
@@ -108,7 +108,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
     if isinstance(measure, JOINT_KINDS):
         found = [check_joint(table, (*where, "of"), one, "measure") for one in table.each(member, joint=True)]
         if len({joint.kind for joint in found if joint is not None}) > 1:
-            message = f"`{member.text}` means hinges and sliders, whose positions have different units"
+            message = f"`{member.text}` selects hinges and sliders, whose positions have different units"
             table.report((*where, "of"), message, "measure-kind")
     elif member.static and measure.kind not in _OF_STATICS:
         table.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
@@ -118,7 +118,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
     if per_copy and measure.stat is None and member.count > 1:  # type: ignore[union-attr]
         what = "copies" if member.part is None or "*" not in member.part else "links"
         what = "joints" if what == "links" and isinstance(measure, JOINT_KINDS) else what
-        message = f"`{member.text}` means {member.count} {what}: `stat` says how they become one number"
+        message = f"`{member.text}` selects {member.count} {what}: give a `stat` that combines them"
         table.report(where, message, "needs-stat", key=True)
 
 
@@ -126,8 +126,8 @@ def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: M
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
     if not (mounted or isinstance(model, Articulated | Linked)):
-        message = f"`{member.name}` has no joints that could bend; of a cloth, measure its `wrinkling`"
+        message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"
         table.report((*where, "of"), message, "measure-kind")
     elif measure.stat is None and not mounted and (member.part is None or member.count > 1):
-        message = f"`{member.text}` has several joints: `stat` says how their bends become one number"
+        message = f"`{member.text}` has several joints: give a `stat` that combines their bends"
         table.report(where, message, "needs-stat", key=True)

@@ -1,4 +1,4 @@
-"""Table of a case's names: what its selectors mean, and what is wrong with those that mean nothing."""
+"""Table of a case's names, with lookup of its selectors."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ from text2sim.spec_schema.text.document import Path
 
 @dataclass(frozen=True)
 class Parts:
-    """What selectors can name of a body whose links are not written in the case."""
+    """Links and joints of a body whose links are not in the case."""
 
     links: tuple[str, ...]
     joints: Mapping[str, Any]
@@ -25,7 +25,7 @@ class Parts:
 
 @dataclass(frozen=True)
 class Member:
-    """What a selector means."""
+    """The target of a selector."""
 
     text: str
     """The selector."""
@@ -33,7 +33,7 @@ class Member:
     """Name of the body or static."""
     model: Any
     count: int
-    """How many copies are meant; where a pattern names links or joints, how many of these."""
+    """Number of selected copies, or of links or joints if a pattern selects them."""
     part: str | None
     """Link or joint, if one is named."""
 
@@ -49,34 +49,34 @@ class Member:
 
     @property
     def fixed(self) -> bool:
-        """Whether it is held by the world, and cannot move at all."""
+        """Whether it cannot move at all."""
         return self.static or (isinstance(self.model, Rigid) and self.model.mount.kind == "fixed")
 
     @property
     def dynamic(self) -> bool:
-        """Whether physics decides how it moves."""
+        """Whether physics moves it."""
         return not (self.fixed or self.driven)
 
     @property
     def why_not_dynamic(self) -> str:
-        """Why physics does not decide how it moves, in words."""
+        """Why physics does not move it."""
         if self.static:
             return f"`{self.name}` is a static, which never moves"
         if self.driven:
             return f"the motion of `{self.name}` is prescribed (`kind: driven`)"
-        return f"`{self.name}` is held by the world (`mount: {{kind: fixed}}`)"
+        return f"`{self.name}` is fixed (`mount: {{kind: fixed}}`)"
 
 
 @dataclass
 class NameTable:
-    """The bodies and statics of a case, and what has been found wrong so far."""
+    """The bodies and statics of a case, and its problems so far."""
 
     loaded: LoadedCase
     parts: Mapping[str, Parts] = field(default_factory=dict)
-    """Of files, chains, nets and ragdolls, by name of the body, as far as they are known."""
+    """Parts of files, chains, nets and ragdolls, by name of the body, as far as known."""
     problems: list[Problem] = field(default_factory=list)
     counts: Mapping[str, int] = field(default_factory=dict)
-    """Copies of what has one for each letter or piece, by name, as far as they are known."""
+    """Number of copies of texts and sketches, by name, as far as known."""
 
     def __post_init__(self) -> None:
         self.bodies = self.loaded.case.bodies
@@ -99,11 +99,11 @@ class NameTable:
         """Add a problem.
 
         Args:
-            where: Path of what is wrong.
+            where: Path of the value.
             message: What is wrong.
             rule: Id of the rule.
-            hint: What was probably meant.
-            key: Whether it is the key that is wrong, and not its value.
+            hint: The nearest valid word.
+            key: Whether to point at the key instead of the value.
             severity: `error` or `warning`.
         """
         self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
@@ -111,14 +111,14 @@ class NameTable:
     def find(
         self, selector: str, where: Path, *, parts: bool = True, joint: bool = False, many: bool = False
     ) -> Member | None:
-        """Return what a selector means, or report why it means nothing.
+        """Return the target of a selector, or report why it has none.
 
         Args:
-            selector: The text, which the models have accepted.
-            where: Where it stands.
-            parts: Whether a link or joint may be named.
-            joint: Whether that is a joint, where links and joints have different names.
-            many: Whether a pattern may name several links or joints.
+            selector: The selector, in a valid form.
+            where: Its path.
+            parts: Whether it may name a link or joint.
+            joint: Whether that is a joint, if links and joints have different names.
+            many: Whether a pattern may select several links or joints.
         """
         chosen = parse_selector(selector)
         model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
@@ -133,7 +133,7 @@ class NameTable:
         count = chosen.count(copies)
         if chosen.part is not None:
             if "*" in chosen.part and not (many and parts):
-                message = f"one is meant here, and `{chosen.part}` may name many; give the name of one link"
+                message = f"only one link is allowed here, and `{chosen.part}` may select many; give the name of one"
                 self.report(where, message, "part-pattern")
                 return None
             if not self._has_part(chosen.part, chosen.body, model, where, parts):
@@ -145,7 +145,7 @@ class NameTable:
         return Member(selector, chosen.body, model, count, chosen.part)
 
     def each(self, member: Member, *, joint: bool = False) -> list[Member]:
-        """Return a member for each link or joint that a pattern names; the member itself if it names one."""
+        """Return a member for each link or joint that a pattern selects; the member itself without a pattern."""
         if member.part is None or "*" not in member.part:
             return [member]
         head = member.text.partition(".")[0]
@@ -153,7 +153,7 @@ class NameTable:
         return [replace(member, text=f"{head}.{name}", part=name, count=1) for name in names]
 
     def _names(self, name: str, model: Any, joint: bool) -> list[str]:
-        """Names of the links or joints of a body, as far as they are known."""
+        """Return the names of the links or joints of a body, as far as known."""
         if name in self.parts:
             return list(self.parts[name].joints if joint and self.parts[name].joints else self.parts[name].links)
         links = getattr(model, "links", None)
@@ -166,15 +166,12 @@ class NameTable:
         if chosen.first is None or chosen.last is None:
             return True
         if model.repeat is None:
-            self.report(where, f"`{name}` has no repeat, and so no numbers", "no-copies", name)
+            self.report(where, f"`{name}` has no repeat, so it has no copies", "no-copies", name)
             return False
         there = f"`{name}` has {copies} copies, `{name}[0]` to `{name}[{copies - 1}]`"
         if chosen.last <= chosen.first:
-            self.report(
-                where,
-                f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be later than its start",
-                "no-such-copy",
-            )
+            message = f"`{name}[{chosen.first}:{chosen.last}]` is empty: its end must be larger than its start"
+            self.report(where, message, "no-such-copy")
             return False
         if chosen.last > copies:
             self.report(where, there, "no-such-copy")
@@ -183,9 +180,9 @@ class NameTable:
 
     def _has_part(self, part: str, name: str, model: Any, where: Path, parts: bool) -> bool:
         if not parts:
-            self.report(where, "the whole body is meant here", "part", name)
+            self.report(where, "only a whole body is allowed here", "part", name)
             return False
-        if isinstance(model, Static | Driven | Rigid) or isinstance(model, Deformable):
+        if isinstance(model, Static | Driven | Rigid | Deformable):
             self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
@@ -195,12 +192,12 @@ class NameTable:
         return True
 
     def _has_known_part(self, part: str, name: str, where: Path, joint: bool) -> bool:
-        """Whether a link or joint that is not written in the case is there, as far as that is known."""
+        """Return whether a link or joint that is not in the case exists, as far as known; report if not."""
         if name not in self.parts:
             return True
         known = self.parts[name]
         names = list(known.joints) if joint else list(known.links)
-        # Of chains, nets and ragdolls no joint has a name, and why none can be driven is said elsewhere.
+        # Joints of chains, nets and ragdolls have no names; other checks report that they cannot be driven.
         if named_by(part, names) or (joint and not names and named_by(part, known.links)):
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")
@@ -211,7 +208,7 @@ class NameTable:
 
 
 def _nearest(part: str, names: Iterable[str]) -> str | None:
-    """Return the name that is most like a part; for a pattern, a pattern: one name would leave out the others."""
+    """Return the name that is most similar to a part; for a pattern, the most similar pattern."""
     if "*" not in part:
         return nearest(part, names)
     cuts = [(name, i) for name in names for i, letter in enumerate(name) if letter == "_"]

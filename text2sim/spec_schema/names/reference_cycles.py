@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 
 def find_cycles(following: Mapping[str, str]) -> list[list[str]]:
-    """Return the cycles of a graph in which each name has at most one successor, each from its first name on."""
+    """Return the cycles of a graph in which each name has at most one successor."""
     cycles: list[list[str]] = []
     seen: set[str] = set()
     for start in following:

@@ -1,4 +1,4 @@
-"""Checks that everything that a case names is there, and fits."""
+"""Checks of all names and selectors of a case."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -31,13 +31,12 @@ def check_references(
 
     Args:
         loaded: The case.
-        parts: Links and joints of files, chains, nets and ragdolls by name of the body, which only the
-            compiler knows; those of bodies that are not in it are taken for granted.
-        counts: How many copies bodies and statics have that have one for each letter or piece, which only the
-            compiler knows of pictures.
+        parts: Links and joints of files, chains, nets and ragdolls by name of the body, which only the compiler knows;
+            those of other bodies are assumed to exist.
+        counts: Number of copies of texts and sketches by name; only the compiler knows that of sketches.
 
     Returns:
-        What is wrong, in the order of the file. Whatever needs geometry is left to the compiler.
+        The problems, in the order of the file. The compiler makes the checks that need geometry.
     """
     table = NameTable(loaded, parts or {}, counts=counts or {})
     _check_names(table)
@@ -62,7 +61,7 @@ def _check_names(table: NameTable) -> None:
     for name in table.bodies:
         if name in table.statics:
             line = table.loaded.line(("scene", "statics", name))
-            message = f"`{name}` is the name of a static, too (line {line}); a name stands for one thing"
+            message = f"`{name}` is already the name of a static (line {line}); choose another name"
             table.report(("bodies", name), message, "duplicate-name", key=True)
 
 
@@ -71,13 +70,13 @@ def _check_friction(table: NameTable) -> None:
     for name, pair in contact.pairs.items():
         where: Path = ("scene", "contact", "pairs", name)
         if contact.model in ("sap", "ipc"):
-            message = f"contact model {contact.model} has its own friction, made of that of both bodies"
+            message = f"contact model {contact.model} combines the friction of both bodies and ignores pairs"
             table.report(where, message, "pair-friction", key=True)
         found = [table.find(selector, (*where, "between", k)) for k, selector in enumerate(pair.between)]
         members = [member for member in found if member is not None]
         for k, member in enumerate(members):
             if deforms(member):
-                message = f"`{member.name}` deforms, and rubs as the material of what it touches says"
+                message = f"`{member.name}` deforms, and its friction is that of the other body's material"
                 table.report((*where, "between", k), message, "pair-friction")
         if len(members) == 2 and all(member.static for member in members):
             table.report((*where, "between"), "two statics never touch each other", "pair-friction")
@@ -98,12 +97,12 @@ def _check_places(table: NameTable) -> None:
                     targets[name] = found.name
     for cycle in find_cycles(targets):
         way = " -> ".join([*cycle, cycle[0]])
-        message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
+        message = f"is placed relative to itself: {way}; give one of them a pose, or place it relative to another body"
         table.report((*roots[cycle[0]], "place"), message, "circular-place", key=True)
 
 
 def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member | None:
-    """Check one place; return what it is in relation to."""
+    """Check one place; return the body that it is relative to."""
     place: Place = model.place
     for key, message in contradictions(place):
         table.report((*where, key), message, "placement")
@@ -117,7 +116,7 @@ def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member
     copies = table.copies(name, model)
     if model.repeat is not None and parse_selector(place.target).indexed and found.count not in (1, copies):
         message = (
-            f"copies are placed one by one where brackets name several, and `{found.text}` means {found.count}, "
+            f"copies are placed one by one on a selector with brackets, but `{found.text}` selects {found.count} and "
             f"`{name}` has {copies}; `{found.name}` means all of them together"
         )
         table.report((*where, place.relation), message, "pairs", found.name)

@@ -1,4 +1,4 @@
-"""Checks that what leaves the scene can leave it, and that nothing is asked of it afterwards."""
+"""Checks of removed bodies, and of later references to them."""
 
 from typing import Any
 
@@ -12,11 +12,11 @@ from text2sim.spec_schema.names.soft_control_references import WORLD, deforms
 from text2sim.spec_schema.text.document import Path
 
 LATE = "after-removal"
-"""Id of what is wrong where something is asked of a body that has left."""
+"""Rule of a reference to a body after its removal."""
 
 
 def check_removals(table: NameTable) -> None:
-    """Check every control that removes something, and what comes after it."""
+    """Check every control that removes a body, and later references to it."""
     actions, scene = table.loaded.case.actions, table.loaded.case.scene
     for name, control in actions.controls.items():
         if not isinstance(control, Remove):
@@ -29,22 +29,20 @@ def check_removals(table: NameTable) -> None:
         if member is None:
             continue
         if deforms(member):
-            message = (
-                f"`{member.name}` deforms, and only bodies of links, driven bodies and statics can leave the scene"
-            )
+            message = f"`{member.name}` deforms; only rigid and driven bodies, trees and statics can be removed"
             table.report((*where, "body"), message, "not-removable")
         elif scene.contact.model in ("sap", "ipc") or scene.solver.hibernation:
-            why = "with `hibernation` what rests on it would sleep on in the air"
+            why = "with `hibernation`, bodies that rest on it would stay asleep in the air"
             if not scene.solver.hibernation:
-                why = f"contact model {scene.contact.model} cannot let go of a body in the middle of a run"
-            table.report((*where, "kind"), f"nothing can leave this scene: {why}", "not-removable")
+                why = f"contact model {scene.contact.model} cannot remove a body during a run"
+            table.report((*where, "kind"), f"nothing can be removed from this scene: {why}", "not-removable")
         elif control.at is not None and not table.loaded.varies(where):
             _check_controls(table, name, control)
             _check_expectations(table, name, control)
 
 
 def _check_controls(table: NameTable, name: str, removal: Remove) -> None:
-    """Report what is to act on a body that has left."""
+    """Report controls of a removed body."""
     for other, control in table.loaded.case.actions.controls.items():
         where: Path = ("actions", "controls", other)
         start = _start(control)
@@ -57,7 +55,7 @@ def _check_controls(table: NameTable, name: str, removal: Remove) -> None:
 
 
 def _check_expectations(table: NameTable, name: str, removal: Remove) -> None:
-    """Report what is to be measured of bodies all of which have left."""
+    """Report expectations on measures of removed bodies."""
     actions, duration = table.loaded.case.actions, table.loaded.case.scene.duration
     for key, expect in actions.expect.items():
         measure = actions.measures.get(expect.measure or "")
@@ -76,12 +74,12 @@ def _check_expectations(table: NameTable, name: str, removal: Remove) -> None:
 
 
 def _report(table: NameTable, where: Path, selector: str, name: str, at: float) -> None:
-    message = f"`{selector}` has left the scene by then: `{name}` removes it at {at:g} s"
+    message = f"`{selector}` is no longer in the scene: `{name}` removes it at {at:g} s"
     table.report(where, message, LATE, key=True)
 
 
 def _start(control: Any) -> float | None:
-    """When [s] a control begins to act, if that is known; None for what comes at an event."""
+    """Return when [s] a control begins to act; None if it begins at an event."""
     if getattr(control, "on", None) is not None or control.kind == "release":
         return None
     during = getattr(control, "during", None)
@@ -89,7 +87,7 @@ def _start(control: Any) -> float | None:
 
 
 def _covers(removed: str, selector: str) -> bool:
-    """Whether all that a selector means is removed with another."""
+    """Return whether a selector removes all copies of another."""
     gone, other = parse_selector(removed), parse_selector(selector)
     if gone.body != other.body:
         return False

@@ -1,4 +1,4 @@
-"""Selectors taken apart: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`, `net.x5_*`."""
+"""Selectors: `brick`, `brick[*]`, `brick[3]`, `brick[2:5]`, `arm[1].hand`, `net.x5_*`."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 _FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>[\w*]+))?\Z", re.ASCII)
 WORLD = "world"
-"""Name that models in files give to the link that stands for the world."""
+"""Name of the world in model files."""
 
 
 @dataclass(frozen=True)
 class Selection:
-    """What a selector says."""
+    """The parts of a selector."""
 
     body: str
     """Name of a body or static."""
@@ -22,10 +22,10 @@ class Selection:
     part: str | None = None
     """Link or joint, or a pattern of names with `*` for any letters."""
     indexed: bool = False
-    """Whether there are brackets."""
+    """Whether it has brackets."""
 
     def count(self, copies: int) -> int:
-        """Return how many it means, of so many copies."""
+        """Return the number of selected copies, of a number of copies."""
         if self.first is None or self.last is None:
             return copies
         return max(0, min(self.last, copies) - self.first)
@@ -45,16 +45,16 @@ def strings_in(value: object) -> list[str]:
 
 
 def named_by(part: str, names: Iterable[str]) -> list[str]:
-    """Return those names that a link or joint of a selector means: itself, or all that a pattern with `*` fits."""
+    """Return the names that the link or joint of a selector matches: itself, or those of a pattern with `*`."""
     if "*" not in part:
         return [name for name in names if name == part]
     return [name for name in names if name != WORLD and _fits(part.split("*"), name)]
 
 
 def _fits(pieces: list[str], name: str) -> bool:
-    """Whether a name consists of these pieces, with any letters between.
+    """Return whether a name consists of these pieces, with any letters between.
 
-    Each piece is taken where it comes first: a regular expression would try all places, in exponential time.
+    Each piece is matched at its first occurrence: a regular expression may take exponential time.
     """
     first, *inner, last = pieces
     if not name.startswith(first) or not name.endswith(last):
@@ -69,21 +69,21 @@ def _fits(pieces: list[str], name: str) -> bool:
 
 
 def keys_for(name: str, keys: Iterable[str]) -> list[str]:
-    """Return those keys of a mapping that mean something of this name, patterns first: names overrule them."""
+    """Return the keys of a mapping that match a name, patterns first, because names override them."""
     return sorted((key for key in keys if named_by(key, [name])), key=lambda key: "*" not in key)
 
 
 def spread_over(names: Iterable[str], values: Mapping[str, float]) -> dict[str, float]:
-    """Return the values of a mapping by name, where its keys may be patterns."""
+    """Return the values by name from a mapping whose keys may be patterns."""
     found = {name: keys_for(name, values) for name in names}
     return {name: values[keys[-1]] for name, keys in found.items() if keys}
 
 
 def parse_selector(text: str) -> Selection:
-    """Take a selector apart.
+    """Parse a selector.
 
     Raises:
-        ValueError: If it is none; the models accept no such text.
+        ValueError: If it is not a selector; the models refuse such text.
     """
     found = _FORM.match(text)
     if found is None:

@@ -1,4 +1,4 @@
-"""Checks that controls fit what they act on: bodies of links, or bodies that deform."""
+"""Checks of controls against the kind of body: rigid or deformable."""
 
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release, Torque
@@ -9,96 +9,93 @@ from text2sim.spec_schema.text.document import Path
 
 WORLD = "world"
 HELD = ("soft", "cloth")
-"""Kinds of which points can be held; grains and drops would slip away."""
+"""Kinds whose points can be held."""
 
 
 def deforms(member: Member) -> bool:
-    """Whether a body is points, not links."""
+    """Return whether a body is deformable."""
     return isinstance(member.model, Deformable)
 
 
 def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | Torque, member: Member) -> None:
-    """Report what a force, torque or blow says that its body does not have.
+    """Report fields of a force, torque or impulse that its body does not support.
 
     Args:
         table: The table; problems are added to it.
         where: Path of the control.
         control: The control.
-        member: What it acts on.
+        member: Its body.
     """
     if not deforms(member):
         for key in ("region", "drag"):
             if getattr(control, key, None):
-                message = f"{key} is for bodies that deform, and `{member.name}` does not"
+                message = f"{key} is for deformable bodies, and `{member.name}` is rigid"
                 hint = "point" if key == "region" else None
                 table.report((*where, key), message, "not-soft", hint, key=True)
         return
     if isinstance(control, Torque):
-        message = f"`{member.name}` deforms, and has no axis to turn about; push regions of it with forces"
+        message = f"`{member.name}` deforms, so no torque can act on it; use forces on its regions"
         table.report((*where, "kind"), message, "soft-torque")
     elif isinstance(control, Impulse):
         if control.point is not None and not isinstance(control.point, BodyRegion):
-            message = f"`{member.name}` deforms: say which region of it is struck, such as a sphere"
+            message = f"`{member.name}` deforms: give a region of it, such as a sphere"
             table.report((*where, "point"), message, "soft-point", key=True)
     else:
         if control.point is not None:
-            message = f"`{member.name}` deforms: a region of it is pushed, not a point"
+            message = f"`{member.name}` deforms: give a region of it, not a point"
             table.report((*where, "point"), message, "soft-point", "region", key=True)
         if control.frame == "body":
-            message = f"`{member.name}` deforms, and has no frame that turns with it; give the force in the world"
+            message = f"`{member.name}` deforms, so it has no body frame; give the force in the world"
             table.report((*where, "frame"), message, "soft-frame", key=True)
 
 
 def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Member, target: Member | None) -> bool:
-    """Report what an attachment says that its bodies cannot do; return whether there is anything to pair.
+    """Report fields of an attachment that its bodies do not support; return whether there are copies to pair.
 
     Args:
         table: The bodies of the case.
-        where: The control.
-        control: What it says.
-        body: What is attached.
-        target: What it is attached to; None for the world.
+        where: Path of the control.
+        control: The control.
+        body: The attached body.
+        target: Its holder; None for the world.
     """
     if not deforms(body):
         for key in ("region", "points", "stiffness") if body.dynamic else ():
             if getattr(control, key) is not None:
-                message = f"{key} is for bodies that deform, and `{body.name}` does not: it is welded as a whole"
+                message = f"{key} is for deformable bodies, and `{body.name}` is rigid: it is welded as a whole"
                 table.report((*where, key), message, "not-soft", key=True)
         if target is not None and deforms(target):
-            message = f"only a body of links can hold; attach `{target.text}` to `{body.text}` instead"
+            message = f"a deformable body cannot be the holder; attach `{target.text}` to `{body.text}` instead"
             table.report((*where, "to"), message, "soft-holder")
             return False
         if target is None and not table.statics:
-            message = "a weld to the world needs a static that stands for it, and the scene has none"
+            message = "a weld to the world needs a static, and the scene has none"
             table.report((*where, "to"), message, "no-world")
         return target is not None
     if body.model.kind not in HELD:
-        message = f"`{body.name}` ({body.model.kind}) cannot be held: only soft bodies and cloth keep together"
+        message = f"`{body.name}` ({body.model.kind}) cannot be attached: only soft bodies and cloth can"
         table.report((*where, "body"), message, "not-held")
         return False
     if target is None:
         return False
     if deforms(target):
-        message = (
-            f"`{target.name}` deforms, too, and the engine cannot tie points to points; attach both to a body of "
-            "links, such as a light rigid one"
-        )
+        message = f"`{target.name}` also deforms, and the engine cannot connect points; attach both to a rigid body"
         table.report((*where, "to"), message, "soft-holder")
         return False
     if control.points is not None and body.count == 1 and control.points < target.count:
-        message = f"{control.points} points are too few for the {target.count} bodies in `{target.text}`: one for each"
+        message = f"{control.points} points are too few: each of the {target.count} bodies in `{target.text}` needs one"
         table.report((*where, "points"), message, "points")
-    return not (body.count == 1 and target.count > 1)  # one body is shared by all that hold it
+    return not (body.count == 1 and target.count > 1)  # several holders share one body
 
 
 def check_release_moment(table: NameTable, where: Path, control: Release, attach: Attach) -> None:
-    """Report a release that comes too early, or on nothing.
+    """Report a release that comes too early, or at an unknown event.
 
     Args:
         table: The table; problems are added to it.
         where: Path of the release.
         control: The release.
-        attach: What it releases.
+        attach: The control that it releases.
     """
     events = table.loaded.case.actions.events
     if control.on is not None and control.on not in events:

@@ -1,4 +1,4 @@
-"""Checks of the bodies that measures are taken of: some need points that move, others a frame or forces."""
+"""Checks of measures against the kind of body: rigid or deformable."""
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.name_table import Member, NameTable
@@ -17,19 +17,19 @@ KINDS: dict[str, tuple[str, ...]] = {
     "self_penetration": ("cloth",),
     "share_in": ("soft", "cloth", "granular", "liquid", "snow"),
 }
-"""Kinds of body that have what is measured."""
-WAYS = {
-    ("volume", "cloth"): "its area stays nearly the same: measure its `stretch`",
-    ("pieces", "cloth"): "its threads do not break",
-    ("largest_piece", "cloth"): "its threads do not break",
-    ("pieces", "grains"): "it is many from the start: measure the `share_in` a region",
-    ("largest_piece", "grains"): "it is many from the start: measure the `share_in` a region",
-    ("leaked", "soft"): "it does not run out: measure the `gap` to its walls",
-    ("leaked", "cloth"): "it does not run out: measure the `gap` to what carries it",
-    ("strain", "cloth"): "it is all surface: measure its `stretch`",
-    ("volume", "grains"): "it is particles without a surface: measure its `extent`, or the `share_in` a region",
-    ("strain", "grains"): "it flows, and has no shape to go back to: measure its `extent`",
-    ("stretch", "grains"): "it is particles without edges: measure its `extent`",
+"""Kinds of body that each measure supports."""
+INSTEAD = {
+    ("volume", "cloth"): "its area stays nearly constant: measure its `stretch`",
+    ("pieces", "cloth"): "cloth does not tear",
+    ("largest_piece", "cloth"): "cloth does not tear",
+    ("pieces", "grains"): "it consists of many from the start: measure the `share_in` a region",
+    ("largest_piece", "grains"): "it consists of many from the start: measure the `share_in` a region",
+    ("leaked", "soft"): "it does not flow: measure the `gap` to its walls",
+    ("leaked", "cloth"): "it does not flow: measure the `gap` to its support",
+    ("strain", "cloth"): "it has no inside: measure its `stretch`",
+    ("volume", "grains"): "its particles have no surface: measure its `extent`, or the `share_in` a region",
+    ("strain", "grains"): "it flows and has no rest shape: measure its `extent`",
+    ("stretch", "grains"): "its particles have no edges: measure its `extent`",
 }
 """What to measure instead, by measure and kind of body."""
 FRAMED = {
@@ -40,19 +40,19 @@ FRAMED = {
     "angular_momentum": "measure its `momentum`",
     "tilt": "measure the `position` of two regions of it",
 }
-"""Measures of a body's own frame, and the way out."""
+"""Measures of a body's own frame, and what to measure instead."""
 FORCES = ("contact_force", "contact_count")
-"""Measures of contacts, of which the engine tells those of rigid bodies alone."""
+"""Measures of contacts, which the engine reports only for rigid bodies."""
 
 
 def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> bool:
-    """Report what is wrong between a measure and the kind of body that it is of; return whether anything was.
+    """Report a measure that its kind of body does not support; return whether there was a problem.
 
     Args:
         table: The bodies of the case.
-        where: Where the measure stands.
+        where: Path of the measure.
         measure: The measure.
-        member: What its `of` means.
+        member: Its body.
     """
     kind = measure.kind
     if kind in KINDS and (not deforms(member) or member.model.kind not in KINDS[kind]):
@@ -60,35 +60,35 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         return True
     if not deforms(member):
         if getattr(measure, "region", None) is not None and kind != "count_in":
-            message = f"a region is for bodies that deform, and `{member.name}` does not: leave it out"
+            message = f"a region is for deformable bodies, and `{member.name}` is rigid: leave it out"
             table.report((*where, "region"), message, "not-soft", key=True)
             return True
         return False
     if kind in FRAMED:
-        message = f"`{member.name}` deforms, so that it has no {kind.replace('_', ' ')}; {FRAMED[kind]}"
+        message = f"`{member.name}` deforms, so it has no {kind.replace('_', ' ')}; {FRAMED[kind]}"
         table.report((*where, "of"), message, "measure-kind")
         return True
     if kind in FORCES:
-        table.report((*where, "of"), _untold(member), "contacts-not-recorded")
+        table.report((*where, "of"), _unreported(member), "contacts-not-recorded")
         return True
     return False
 
 
 def check_other_side(table: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
-    """Report a body that deforms where contact forces between rigid bodies are meant (`by`).
+    """Report a deformable body in `by` of a measure of contact forces.
 
     Args:
         table: The table; problems are added to it.
         where: Path of the measure.
         measure: The measure.
-        other: What `by` names.
+        other: The body in `by`.
     """
     if measure.kind in FORCES and deforms(other):
-        table.report((*where, "by"), _untold(other), "contacts-not-recorded")
+        table.report((*where, "by"), _unreported(other), "contacts-not-recorded")
 
 
 def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
-    """Check both sides of a gap: one has to deform, and it has to be another than the other.
+    """Check both sides of a gap: they have to be different, and one has to deform.
 
     Args:
         table: The table; problems are added to it.
@@ -108,14 +108,14 @@ def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
 def _report_kind(table: NameTable, where: Path, kind: str, member: Member) -> None:
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
-    known = WAYS.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
-    takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 4 else "a body that deforms"
+    known = INSTEAD.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
+    takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 4 else "a deformable body"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
-    table.report((*where, "of"), f"{message}; {known or f'it is measured of {takes}'}", "measure-kind")
+    table.report((*where, "of"), f"{message}; {known or f'it needs {takes}'}", "measure-kind")
 
 
-def _untold(member: Member) -> str:
+def _unreported(member: Member) -> str:
     return (
-        f"the engine tells no contacts of bodies that deform, such as `{member.name}`; measure the `gap`, or look for "
-        "a `contact` event, which is found by how near they come"
+        f"the engine reports no contacts of deformable bodies such as `{member.name}`; measure the `gap`, or use a "
+        "`contact` event, which is found by distance"
     )

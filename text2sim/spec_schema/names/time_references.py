@@ -1,12 +1,12 @@
-"""Checks that the times of a case fit together, and ask for no more than anybody can wait for."""
+"""Checks of the time step, the rate of recording, and the number of steps."""
 
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
 MAX_STEPS = 10_000_000
-"""Time steps of a run: at a millisecond each, three hours."""
+"""Most time steps of a run: at a millisecond each, three hours."""
 MAX_RECORDED = 1_000_000
-"""Recorded frames of a run."""
+"""Most recorded frames of a run."""
 
 
 def check_time(table: NameTable) -> None:
@@ -20,10 +20,10 @@ def check_time(table: NameTable) -> None:
     recorded = duration * min(rate, 1 / scene.dt)
     _check_amount(table, ("scene", "record", "rate"), "recorded frames", recorded, MAX_RECORDED)
     if duration * rate < 1:
-        message = f"only the start would be recorded: a run of {duration:g} s needs at least {1 / duration:g}"
+        message = f"records only the start: a run of {duration:g} s needs at least {1 / duration:g}"
         table.report(("scene", "record", "rate"), message, "rate")
 
 
 def _check_amount(table: NameTable, where: Path, noun: str, amount: float, most: int) -> None:
     if amount > most:
-        table.report(where, f"makes {amount:.3g} {noun}; at most {most:,} are possible", "too-many", key=True)
+        table.report(where, f"gives {amount:.3g} {noun}; at most {most:,} are possible", "too-many", key=True)

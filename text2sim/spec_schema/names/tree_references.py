@@ -1,4 +1,4 @@
-"""Checks that the links of an articulated body make a tree, and that its other names fit."""
+"""Checks of the links, loops, joints and start positions of articulated bodies."""
 
 from collections.abc import Mapping
 from math import degrees
@@ -26,12 +26,12 @@ def check_tree(table: NameTable, name: str, body: Articulated) -> None:
     links = body.links
     if links is None:
         if body.loops:
-            table.report((*root, "loops"), "loops go with links; a file has its own", "tree", key=True)
+            table.report((*root, "loops"), "loops need links; a file has its own", "tree", key=True)
         if name in table.parts:
             _check_file(table, root, body, table.parts[name].joints)
         return
     if body.joints:
-        message = "joints changes those of a file; with links, give each link its own"
+        message = "`joints` changes those of a file; with links, give each link its own"
         table.report((*root, "joints"), message, "tree", key=True)
     _check_roots(table, root, links)
     _check_loops(table, root, body, links)
@@ -74,13 +74,13 @@ def _check_roots(table: NameTable, root: Path, links: dict[str, Link]) -> None:
     for name, link in links.items():
         where = (*root, "links", name)
         if name == WORLD:
-            table.report(where, f"`{WORLD}` stands for the world; choose another name", "tree", key=True)
+            table.report(where, f"`{WORLD}` is the name of the world; choose another name", "tree", key=True)
         if link.parent is None:
             if first is not None:
-                message = f"only one link, the root, has no parent, and `{first}` has none already"
-                table.report(where, message, "tree", nearest("parent", ["parent"]), key=True)
+                message = f"only the root has no parent, and `{first}` is already the root"
+                table.report(where, message, "tree", key=True)
             elif link.joint is not None:
-                message = "the root has no joint; whether it moves freely is said by `base`"
+                message = "the root has no joint; `base` says whether it moves freely"
                 table.report((*where, "joint"), message, "tree", key=True)
             first = first or name
             continue
@@ -88,13 +88,13 @@ def _check_roots(table: NameTable, root: Path, links: dict[str, Link]) -> None:
             message = f"there is no link `{link.parent}`"
             table.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
         if link.joint is None:
-            message = "`joint` is missing: every link but the root has one; `joint: {kind: fixed}` welds it on"
+            message = "`joint` is missing: every link except the root has one; `joint: {kind: fixed}` welds it"
             table.report(where, message, "tree", key=True)
     for cycle in find_cycles({name: link.parent for name, link in links.items() if link.parent is not None}):
-        message = f"links hang on each other in a circle: {' -> '.join([*cycle, cycle[0]])}"
+        message = f"links are parents of each other in a cycle: {' -> '.join([*cycle, cycle[0]])}"
         table.report((*root, "links", cycle[0], "parent"), message, "circular-tree")
     if first is None and all(link.parent in links for link in links.values()):
-        table.report((*root, "links"), "one link, the root, must have no parent", "tree", key=True)
+        table.report((*root, "links"), "one link must have no parent: the root", "tree", key=True)
 
 
 def _check_loops(table: NameTable, root: Path, body: Articulated, links: dict[str, Link]) -> None:
@@ -105,7 +105,7 @@ def _check_loops(table: NameTable, root: Path, body: Articulated, links: dict[st
                 continue
             message = f"there is no link `{link}`"
             if link == WORLD:
-                message = f"`{WORLD}` comes second: the anchor is in the frame of the first"
+                message = f"`{WORLD}` must be second: the anchor is in the frame of the first"
             table.report((*where, index), message, "unknown-link", nearest(link, links))
         if loop.between[0] == loop.between[1]:
             table.report(where, "a loop is between two different links", "tree")
@@ -139,7 +139,7 @@ def _range_field(joint: HingeMount | SliderMount) -> str:
 
 
 def _start_and_range(joint: HingeMount | SliderMount, value: float) -> tuple[float, float, float, str]:
-    """Range and start position of a joint, in the unit of its range."""
+    """Return the range and the start position of a joint, in the unit of its range."""
     if isinstance(joint, HingeMount) and joint.range_deg is not None:
         return (*joint.range_deg, round(degrees(value), 9), "deg")
     if isinstance(joint, SliderMount) and joint.range is not None:

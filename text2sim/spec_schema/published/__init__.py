@@ -1,1 +1,1 @@
-"""The language for others: the JSON Schema and the language reference, both made from the models."""
+"""Published forms of the language: JSON Schema and language reference, generated from the models."""

@@ -1,1 +1,1 @@
-"""Layers and expansions of a case: variants, single values, sweeps, prefabs, older versions."""
+"""Reuse in a case: variants, single values, sweeps, prefabs, older versions."""

@@ -1,4 +1,4 @@
-"""Checks of the arguments that are given for a prefab's parameters."""
+"""Checks of the arguments of prefabs."""
 
 import re
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ _SELECTOR = re.compile(bounds_of(slot_of(Selector))["pattern"])
 
 
 class Unfit(Exception):
-    """Why a value is not what a parameter takes."""
+    """A value that a parameter does not accept."""
 
     def __init__(self, message: str, hint: str | None = None, rule: str = "argument") -> None:
         super().__init__(message)
@@ -29,22 +29,22 @@ class Unfit(Exception):
 
 @dataclass(frozen=True)
 class Argument:
-    """A value that was given for a parameter, and depends on parameters of the case or on the copy."""
+    """An argument that depends on parameters of the case or on the copy."""
 
     path: Path
-    """Where it stands, or would stand."""
+    """Its path, which need not exist."""
     node: Node
     param: PrefabParam
     data: Any
     roots: tuple[Path, ...]
-    """The bodies or the static that it went into."""
+    """The bodies or the static that use it."""
 
 
 def check_value(param: PrefabParam, value: Any) -> None:
     """Check a value for a parameter.
 
     Raises:
-        Unfit: If it is not what the parameter takes.
+        Unfit: If the parameter does not accept it.
     """
     wrong = Unfit(f"needs {describe_param(param)} (got {_shown(value)})")
     if param.kind in ("vec2", "vec3"):
@@ -71,7 +71,7 @@ def check_value(param: PrefabParam, value: Any) -> None:
 
 
 def is_open(data: Any) -> bool:
-    """Whether the value of something is not known before its expressions are evaluated."""
+    """Return whether a value is unknown before its expressions are evaluated."""
     return bool(sites_of(data)) and not _has_mapping(data)
 
 
@@ -80,7 +80,7 @@ def _has_mapping(data: Any) -> bool:
 
 
 def describe_param(param: PrefabParam) -> str:
-    """Say what a parameter takes."""
+    """Return what a parameter accepts."""
     if param.kind in ("vec2", "vec3"):
         return f"{param.kind[-1]} numbers{_range(param)}"
     numbers = {
@@ -100,9 +100,7 @@ def describe_param(param: PrefabParam) -> str:
 def check_arguments(
     document: Document, resolver: Resolver, arguments: list[Argument]
 ) -> tuple[list[Problem], set[Path]]:
-    """Find what is wrong with arguments, now that the parameters of the case have values.
-
-    What differs from copy to copy is judged by copy 0 here.
+    """Check arguments when the parameters of the case have values; varying ones are checked for copy 0.
 
     Args:
         document: The expanded document.
@@ -110,17 +108,17 @@ def check_arguments(
         arguments: Arguments of prefabs.
 
     Returns:
-        The problems, and the bodies and statics that they went into.
+        The problems, and the bodies and statics with wrong arguments.
     """
     problems: list[Problem] = []
     blamed: set[Path] = set()
-    # Where an argument is wrong, so is every default that it went into: what was written is judged first.
+    # A wrong argument makes the defaults that use it wrong too, so written ones are checked first.
     for argument in sorted(arguments, key=lambda argument: argument.node.origin is not None):
         if argument.node.origin is not None and not blamed.isdisjoint(argument.roots):
             continue
         used = sorted(names_in(argument.data) & COPY_VARIABLES.keys() - set(resolver.params))
         if used and not any(root in resolver.scopes for root in argument.roots):
-            message = f"`{used[0]}` differs from copy to copy, and is known only beside a repeat"
+            message = f"`{used[0]}` varies between copies and is defined only beside a repeat"
             problem = locate(document, argument.path, argument.node, message, rule="copy-variable")
         else:
             problem = judge(document, resolver, argument, COPY_VARIABLES)
@@ -131,7 +129,7 @@ def check_arguments(
 
 
 def judge(document: Document, resolver: Resolver, argument: Argument, variables: Mapping[str, Any]) -> Problem | None:
-    """Return what is wrong with an argument, for one copy.
+    """Return the problem of an argument for one copy, or None.
 
     Args:
         document: The expanded document.
@@ -149,7 +147,7 @@ def judge(document: Document, resolver: Resolver, argument: Argument, variables:
 
 
 def locate(document: Document, path: Path, node: Node, message: str, *, rule: str, hint: str | None = None) -> Problem:
-    """Return a problem at a node of a document that may no longer be in it.
+    """Return a problem at a node that may no longer be in the document.
 
     Args:
         document: The document.
@@ -157,7 +155,7 @@ def locate(document: Document, path: Path, node: Node, message: str, *, rule: st
         node: The node.
         message: What is wrong.
         rule: Id of the rule.
-        hint: What was probably meant.
+        hint: The nearest valid word.
     """
     if node.origin is not None:
         message += f" ({node.origin})"
@@ -165,7 +163,7 @@ def locate(document: Document, path: Path, node: Node, message: str, *, rule: st
 
 
 def names_in(data: Any) -> frozenset[str]:
-    """Return the names that the expressions in a value use."""
+    """Return the names in the expressions of a value."""
     if isinstance(data, list):
         return frozenset().union(*map(names_in, data))
     if isinstance(data, str) and "${" in data:
@@ -204,7 +202,7 @@ def _range(param: PrefabParam) -> str:
 
 
 def _check_color(value: Any, wrong: Unfit) -> None:
-    """A colour, or a list of names that copies take in turn."""
+    """Check a colour, or a list of names that copies take in turn."""
     if isinstance(value, list) and len(value) == 3 and all(map(_is_number, value)):
         if not all(0 <= channel <= 1 for channel in value):
             raise wrong

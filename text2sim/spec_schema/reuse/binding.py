@@ -1,4 +1,4 @@
-"""Binding of a prefab's parameters where it is used: arguments, and defaults for the rest."""
+"""Binding of a prefab's parameters to arguments and defaults."""
 
 from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class RefusedUse(Exception):
-    """A use that cannot be expanded, and all that is wrong with it."""
+    """A use that cannot be expanded, with its problems."""
 
     def __init__(self, problems: list[Problem]) -> None:
         super().__init__("; ".join(problem.message for problem in problems))
@@ -32,7 +32,7 @@ class Binding:
 
     values: dict[str, BoundParameter] = field(default_factory=dict)
     arguments: list[Argument] = field(default_factory=list)
-    """Those whose value is not known before the case's own parameters are."""
+    """Those whose value depends on the case's parameters or on the copy."""
 
 
 def bind_all(document: Document, entry: LocatedValue, definition: Definition, path: Path, filler: "Filler") -> Binding:
@@ -43,10 +43,10 @@ def bind_all(document: Document, entry: LocatedValue, definition: Definition, pa
         entry: The entry that uses it.
         definition: The prefab.
         path: Path of the entry.
-        filler: Counts what is put together.
+        filler: Fills defaults.
 
     Raises:
-        RefusedUse: If an argument is unknown, missing, or not what the parameter takes.
+        RefusedUse: If an argument is unknown, missing or invalid.
     """
     use = entry.child("use")
     given = entry.child("with") if entry.data.get("with") is not None else LocatedValue({}, use.node)
@@ -88,7 +88,7 @@ def bind_all(document: Document, entry: LocatedValue, definition: Definition, pa
 def _bind_defaults(
     document: Document, definition: Definition, path: Path, use: Node, binding: Binding, filler: "Filler"
 ) -> None:
-    """Bind what was not given, each default after those that it uses."""
+    """Bind the defaults of missing arguments, each after those that it uses."""
     params = definition.model.params
     rest = {name: names_in(param.default) for name, param in params.items() if name not in binding.values}
     for name in TopologicalSorter(rest).static_order():
@@ -110,13 +110,13 @@ def _bind_defaults(
             message = f"the default of `{name}` {error}"
             raise RefusedUse([locate(document, path, node, message, rule=error.rule, hint=error.hint)]) from None
         except ExpressionError as error:
-            # The message says already where in the prefab it is.
+            # The message already has the position in the prefab.
             plain = Node(use.line, use.column)
             raise RefusedUse([locate(document, path, plain, str(error), rule=error.rule, hint=error.hint)]) from None
 
 
 def _at(node: Node, key: str) -> Node:
-    """A node at the place of a key."""
+    """Return a node at the position of a key."""
     line, column = node.keys[key]
     assert isinstance(node.children, dict)
     origin = node.children[key].origin or node.origin

@@ -1,4 +1,4 @@
-"""Catalogue of prefabs, with what a person has to know to use one."""
+"""Catalogue of prefabs, with parameters and examples."""
 
 import json
 from functools import cache
@@ -22,27 +22,27 @@ STAGE: dict[str, Any] = {
         "statics": {"floor": {"shape": {"kind": "plane", "size": 20}}},
     },
 }
-"""What the examples lack."""
+"""The case around the examples."""
 
 
 class ParamRow(NamedTuple):
-    """A parameter in words."""
+    """A parameter as text."""
 
     name: str
     takes: str
     default: str
-    """As YAML; empty where it is required."""
+    """As YAML; empty if it is required."""
     doc: str
 
 
 def library(folder: Path | None = None) -> PrefabLibrary:
-    """Return what can be used in a case's folder, or in any."""
+    """Return the prefabs that are available in a case's folder, or in any."""
     return PrefabLibrary(parse_document(Source("text2sim: 2\n", "case.yaml")), folder or Path("/nowhere"))
 
 
 @cache
 def built_in() -> dict[str, Definition]:
-    """Return the prefabs that come with the package, by name, in the order of their examples."""
+    """Return the built-in prefabs, by name, in the order of their examples."""
     return {name: library().find(name) for name in examples()}
 
 
@@ -58,7 +58,7 @@ def example_case(example: str) -> str:
 
 
 def usage(definition: Definition) -> str:
-    """Return how to use a prefab, as YAML: what its example says, or the least that is needed."""
+    """Return a use of a prefab as YAML: its example, or the required parameters."""
     if definition.place.startswith("text2sim/") and definition.name in examples():
         return examples()[definition.name]
     needed = [f"{name}: …" for name, param in definition.model.params.items() if param.default is None]
@@ -68,7 +68,7 @@ def usage(definition: Definition) -> str:
 
 
 def param_rows(definition: Definition) -> list[ParamRow]:
-    """Return the parameters of a prefab in words."""
+    """Return the parameters of a prefab as text."""
     return [
         ParamRow(name, describe_param(param), _default(param), " ".join(param.doc.split()))
         for name, param in definition.model.params.items()
@@ -76,7 +76,7 @@ def param_rows(definition: Definition) -> list[ParamRow]:
 
 
 def parts_of(definition: Definition) -> tuple[str, ...]:
-    """Return the names of the bodies of a prefab that has several."""
+    """Return the names of the parts of a prefab with several bodies."""
     return tuple(definition.model.bodies or ())
 
 

@@ -1,4 +1,4 @@
-"""Checks of a prefab itself, whatever is given for its parameters."""
+"""Checks of a prefab, independent of its arguments."""
 
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -20,9 +20,9 @@ def check_definition(document: Document, root: Path, prefab: Prefab) -> list[Pro
     """Check names, defaults, and the expressions and keys of the bodies of a prefab.
 
     Args:
-        document: Where it stands.
-        root: Its path there.
-        prefab: The prefab, whose form is right.
+        document: The document with the prefab.
+        root: Its path in the document.
+        prefab: The validated prefab.
     """
     check = _Check(document, root, prefab)
     check.params()
@@ -46,7 +46,7 @@ class _Check:
         for name, param in self.prefab.params.items():
             path = (*self.root, "params", name)
             if name in RESERVED or name in COPY_VARIABLES:
-                message = f"`{name}` already means something in expressions; choose another name"
+                message = f"`{name}` already has a meaning in expressions; choose another name"
                 self.report(path, message, "taken-name", key=True)
             if param.default is None:
                 continue
@@ -57,14 +57,14 @@ class _Check:
         try:
             list(TopologicalSorter(needs).static_order())
         except CycleError as error:
-            circle = error.args[1][::-1]
-            message = f"defaults refer to each other in a circle: {' → '.join(circle)}"
-            self.report((*self.root, "params", circle[0], "default"), message, "cycle")
+            cycle = error.args[1][::-1]
+            message = f"defaults refer to each other in a cycle: {' → '.join(cycle)}"
+            self.report((*self.root, "params", cycle[0], "default"), message, "cycle")
 
     def default(self, path: Path, name: str) -> None:
         value = self.prefab.params[name].default
         if is_open(value):
-            return  # its value is checked where it is used
+            return  # checked in each use
         try:
             check_value(self.prefab.params[name], value)
         except Unfit as error:
@@ -75,7 +75,7 @@ class _Check:
         self.problems += check_body(self.document, path, body)
 
     def expressions(self, root: Path, data: Any, known: set[str]) -> bool:
-        """Whether all expressions in a value are arithmetic over names that are known; reports those that are not."""
+        """Report expressions that are invalid or use unknown names; return whether there are none."""
         before = len(self.problems)
         for path, text in sites_of(data, root).items():
             try:

@@ -1,4 +1,4 @@
-"""The expanded form of a case: an ordinary case that means the same, without variants, sweeps and prefabs."""
+"""Expanded form of a case: an equivalent case without variants, sweeps and prefabs."""
 
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError
@@ -9,10 +9,10 @@ from text2sim.spec_schema.text.canonical import dump_case
 
 
 def expanded_text(loaded: LoadedCase) -> str:
-    """Return the canonical text of a case with everything laid over it and its prefabs expanded.
+    """Return the canonical text of a case with its overlays applied and its prefabs expanded.
 
-    Loaded from the same folder it is the same case. Expressions that became longer than a written one can be have
-    the values of parameters in them.
+    Loaded from the same folder, it is the same case. Composed expressions that exceed the limits of written ones
+    contain the values of parameters.
     """
     tree = LocatedValue(loaded.raw, loaded.document.root)
     values = loaded.data.get("params") or {}

@@ -1,4 +1,4 @@
-"""The body of a prefab with arguments in the place of its parameters, counted while it grows."""
+"""Bodies of prefabs with arguments in place of parameters, within limits of size."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,17 +12,17 @@ from text2sim.spec_schema.text.document import Node, Origin, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 
 _ONE_COPY = {name: bind(value) for name, value in COPY_VARIABLES.items()}
-"""What the copy variables are for a body without copies."""
+"""Copy variables of a body without copies."""
 
 
 class Filler:
-    """Fills bodies of prefabs, until there are too many of them."""
+    """Replacement of parameters in bodies of prefabs, with a budget."""
 
     def __init__(self, nodes: int, text: int) -> None:
         self.nodes = nodes
-        """As many values may still be made."""
+        """Remaining values."""
         self.text = text
-        """As many characters of expressions."""
+        """Remaining characters of expressions."""
 
     def fill(
         self,
@@ -31,16 +31,16 @@ class Filler:
         place: tuple[int, int],
         origin: Callable[[Node], Origin],
     ) -> LocatedValue:
-        """Put arguments in the place of parameters.
+        """Return a part of a prefab with arguments in place of parameters.
 
         Args:
-            tree: Something of a prefab.
-            values: What stands for each parameter.
-            place: Line and column that everything in it gets.
-            origin: Says where a node of the prefab stands.
+            tree: The part.
+            values: Arguments by parameter.
+            place: Line and column for all its nodes.
+            origin: Returns the origin of a node of the prefab.
 
         Raises:
-            ExpressionError: If an argument cannot stand where it should, or all that was filled is too much.
+            ExpressionError: If an argument is invalid in its position, or the budget is exhausted.
         """
         self._count(1)
         data = tree.data
@@ -58,17 +58,13 @@ class Filler:
             value, given = fill(data, values, self._spend)
         except ExpressionError as error:
             raise ExpressionError(f"{error} ({node.origin})", error.hint, error.rule) from None
-        if given is not None:
-            return self._given(LocatedValue(value, given), node)
         self._count(count(value))
-        return at_one_place(value, node)
-
-    def _given(self, tree: LocatedValue, node: Derived) -> LocatedValue:
-        """An argument that stands alone: at its own place, but from where it went."""
-        self._count(count(tree.data))
-        origin = node.origin
-        assert origin is not None
-        return moved(tree, lambda found: Derived(found.line, found.column, origin))
+        if given is None:
+            return at_one_place(value, node)
+        # An argument as a whole keeps its own position, but has the origin of its use.
+        own = node.origin
+        assert own is not None
+        return moved(LocatedValue(value, given), lambda found: Derived(found.line, found.column, own))
 
     def _count(self, more: int) -> None:
         self.nodes -= more
@@ -82,9 +78,9 @@ class Filler:
 
 
 def settle(tree: LocatedValue) -> LocatedValue:
-    """Give a body without copies the values that copy variables have for one: it uses none of its own.
+    """Return a body without copies with its copy variables replaced.
 
-    Only what came from a prefab is touched: what the case itself says is for its author to put right.
+    Only values from a prefab are replaced; copy variables in the case itself are errors.
     """
     if not isinstance(tree.data, dict) or tree.data.get("repeat") is not None or not sites_of(tree.data):
         return tree
@@ -106,12 +102,12 @@ def _settled(tree: LocatedValue) -> LocatedValue:
             if parse_interpolation(data, True).names & COPY_VARIABLES.keys():
                 return at_one_place(fill(data, _ONE_COPY)[0], tree.node)
         except ExpressionError:
-            return tree  # it is reported where all expressions are
+            return tree  # reported with all expressions
     return tree
 
 
 def at_one_place(value: Any, node: Node) -> LocatedValue:
-    """Return a value that was worked out as located data, all of it at one place."""
+    """Return a value as located data, all at one position."""
     found = node.copy()
     if isinstance(value, list):
         found.children = [at_one_place(item, node).node for item in value]

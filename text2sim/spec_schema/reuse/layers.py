@@ -1,4 +1,4 @@
-"""A case with everything laid over it: variants, a point of a sweep, single values; then its prefabs expanded."""
+"""Case with overlays applied (variants, a point of a sweep, single values), then prefabs expanded."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
 
 @dataclass
 class Layers:
-    """What is there to be checked when everything is laid over each other."""
+    """The document after overlays and prefabs, with its problems."""
 
     document: Document
     problems: list[Problem] = field(default_factory=list)
     arguments: "list[Argument]" = field(default_factory=list)
-    """Arguments of prefabs whose value is not known yet."""
+    """Arguments of prefabs with unknown values."""
     multiplied: bool = False
-    """Whether entries stood for several."""
+    """Whether entries with `repeat` were multiplied."""
     failed: bool = False
-    """Whether bodies are missing, because what they use could not be expanded."""
+    """Whether bodies are missing because their prefabs could not be expanded."""
 
     def judge(self, resolver: Resolver, problems: list[Problem]) -> tuple[list[Problem], list[Problem]]:
-        """Check the arguments that have a value only now.
+        """Check the arguments when their values are known.
 
         Args:
-            resolver: Knows the parameters of the case.
-            problems: What was found in the expanded case.
+            resolver: Parameters of the case.
+            problems: Problems of the expanded case.
 
         Returns:
-            What is wrong with arguments, and what of the problems does not follow from that.
+            Problems of arguments, and the given problems that do not follow from them.
         """
         if self.failed:
             problems = [p for p in problems if not (p.path == "/bodies" and p.rule == "length")]
@@ -60,15 +60,15 @@ class Layers:
 
 
 def build(document: Document, folder: FilePath, overlay: CaseOverlay) -> Layers:
-    """Lay everything over a case.
+    """Apply an overlay to a case, and expand its prefabs.
 
     Args:
         document: The case, in the latest version of the language.
-        folder: Its folder, in which its prefabs are.
-        overlay: What is laid over it.
+        folder: Its folder, with its prefabs.
+        overlay: The overlay.
 
     Raises:
-        SpecError: If the overlay cannot be laid over it.
+        SpecError: If the overlay cannot be applied.
     """
     faces = _Faces(document, folder)
     problems = _check_sections(document, faces)
@@ -96,7 +96,7 @@ def build(document: Document, folder: FilePath, overlay: CaseOverlay) -> Layers:
 
 
 class _Faces:
-    """Asks the library what can be changed of a prefab, if anyone asks."""
+    """Faces of prefabs, from a library that is made on demand."""
 
     def __init__(self, document: Document, folder: FilePath) -> None:
         self.document, self.folder = document, folder
@@ -110,11 +110,11 @@ class _Faces:
         return self.library.face(use)
 
 
-# --- what is written in the case ------------------------------------------------------------------------------
+# --- checks of the case ---------------------------------------------------------------------------------------
 
 
 def _check_sections(document: Document, faces: Faces) -> list[Problem]:
-    """Find what is wrong with variants and sweeps, whether they are asked for or not."""
+    """Return the problems of all variants and sweeps."""
     problems: list[Problem] = []
     variants = check_names(document, "variants", problems)
     for name in variants:
@@ -126,29 +126,24 @@ def _check_sections(document: Document, faces: Faces) -> list[Problem]:
     return problems
 
 
-# --- what is asked for ----------------------------------------------------------------------------------------
+# --- overlays -------------------------------------------------------------------------------------------------
 
 
 def overlaid(document: Document, folder: FilePath, overlay: CaseOverlay) -> Document:
-    """Lay everything over a case whose prefabs stay as they are used; see `_lay_over`.
+    """Return a case with an overlay applied, without expanding its prefabs.
 
     Args:
         document: The document.
-        folder: Folder of the case, for files of prefabs.
-        overlay: What is laid over it.
+        folder: Folder of the case, with its prefabs.
+        overlay: The overlay.
 
     Raises:
-        SpecError: If a part of the overlay is not there, or leads nowhere.
+        SpecError: If a part of the overlay does not exist, or has an invalid path.
     """
     return _lay_over(document, overlay, _Faces(document, folder))
 
 
 def _lay_over(document: Document, overlay: CaseOverlay, faces: Faces) -> Document:
-    """Lay variants, a point and single values over a case.
-
-    Raises:
-        SpecError: If one is not there, or leads nowhere.
-    """
     tree, problems = LocatedValue(document.data, document.root), list[Problem]()
     for number, name in enumerate(overlay.variants):
         over = _named(tree, ("variants",), name)
@@ -184,7 +179,7 @@ def _named(tree: LocatedValue, section: tuple[str, ...], name: str) -> LocatedVa
 
 
 def _only(over: LocatedValue) -> LocatedValue:
-    """A variant without what it must not change, which is reported elsewhere."""
+    """Return a variant without the sections it must not change, which are reported elsewhere."""
     return mapping(over.node, {key: over.child(key) for key in over.data if key in ROOTS})
 
 
@@ -196,7 +191,7 @@ def _unknown(document: Document, option: str, number: int, name: str, what: str,
 
 
 def _set(tree: LocatedValue, words: str, source: Source, start: int, faces: Faces) -> LocatedValue:
-    """Set one value, said as `path=value`."""
+    """Set one value, given as `path=value`."""
 
     def wrong(offset: int, message: str, rule: str, hint: str | None = None) -> SpecError:
         line, column = source.place(start + offset)
@@ -228,15 +223,15 @@ def _set(tree: LocatedValue, words: str, source: Source, start: int, faces: Face
     if value.data is not None:
         return put(tree, path, moved(value, here))
     if isinstance(path[-1], int):
-        raise wrong(offset, "an item of a list cannot be taken away; set the whole list", "form")
+        raise wrong(offset, "an item of a list cannot be removed; set the whole list", "form")
     return put(tree, path, None)
 
 
 def _value(text: str, wrong: Any, offset: int) -> LocatedValue:
-    """Read a value that was given on the command line."""
+    """Parse a value from the command line."""
     if not text.strip():
-        raise wrong(offset, "there is no value after `=` (null takes a value away)", "form")
-    if text.lstrip().startswith("#"):  # to YAML that would be a comment, to anyone else it is a colour
+        raise wrong(offset, "there is no value after `=` (null removes a value)", "form")
+    if text.lstrip().startswith("#"):  # a colour, but a comment in YAML
         text = f'"{text.strip()}"' if '"' not in text and "\\" not in text else text
     try:
         found = parse_document(check_source(Source(text, "--set")))

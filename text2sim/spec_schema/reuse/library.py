@@ -1,4 +1,4 @@
-"""Search for prefabs: in the case, in files of its folder, in a folder of the user's, and among our own."""
+"""Search for prefabs in the case, its folder, the user's folder, and among the built-in ones."""
 
 import os
 import re
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path as FilePath
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.models.base import Name
@@ -23,7 +23,7 @@ from text2sim.spec_schema.vocabulary.words import bounds_of, slot_of
 
 FOLDER = "prefabs"
 VARIABLE = "TEXT2SIM_PREFABS"
-"""Environment variable with one more folder of prefabs."""
+"""Environment variable with another folder of prefabs."""
 BUILT_IN = FilePath(__file__).resolve().parents[2] / FOLDER
 MAX_LISTED = 1000
 
@@ -32,19 +32,19 @@ _NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
 
 @dataclass(frozen=True, eq=False)
 class Definition:
-    """A prefab that can be used."""
+    """A valid prefab."""
 
     name: str
     place: str
     """Its file, as messages name it."""
     document: Document
     root: Path
-    """Where it stands in the document."""
+    """Its path in the document."""
     model: Prefab
 
     @property
     def bodies(self) -> dict[str | None, LocatedValue]:
-        """Its bodies by name of the part; None is the name of an only one."""
+        """Its bodies by name of the part; a single one has the name None."""
         tree = self._tree
         if self.model.body is not None:
             return {None: tree.child("body")}
@@ -52,7 +52,7 @@ class Definition:
         return {name: bodies.child(name) for name in bodies.data}
 
     def default(self, param: str) -> LocatedValue | None:
-        """Return the default of a parameter, if it has one."""
+        """Return the default of a parameter, or None."""
         if self.model.params[param].default is None:
             return None
         return self._tree.child("params").child(param).child("default")
@@ -66,11 +66,11 @@ class Definition:
 
 
 class MissingPrefab(Exception):
-    """A prefab that is not there.
+    """A prefab that does not exist or is invalid.
 
     Attributes:
-        hint: The nearest name of one that is.
-        problems: What is wrong with the prefab itself, if it is there but broken.
+        hint: The nearest name of a prefab.
+        problems: The problems of the prefab, if it is invalid.
     """
 
     def __init__(self, message: str, hint: str | None = None, problems: tuple[Problem, ...] = ()) -> None:
@@ -92,7 +92,7 @@ class PrefabLibrary:
         """Return a prefab.
 
         Raises:
-            Missing: If there is none of that name, or it is broken.
+            MissingPrefab: If there is none with that name, or it is invalid.
         """
         if name not in self._found:
             try:
@@ -105,7 +105,7 @@ class PrefabLibrary:
         return found
 
     def face(self, use: Any, depth: int = 8) -> Face:
-        """Return what can be changed of a prefab; nothing is known of one that is not there."""
+        """Return what can be changed of a prefab; an empty face if it does not exist."""
         try:
             found = self.find(use) if isinstance(use, str) else None
         except MissingPrefab:
@@ -121,7 +121,7 @@ class PrefabLibrary:
         return Face(kind if isinstance(kind, str) else None)
 
     def names(self) -> list[str]:
-        """Return the names of all prefabs that can be used."""
+        """Return the names of all available prefabs."""
         names = list(check_names(self.document, "prefabs", []))
         for folder, label in self._folders():
             try:
@@ -135,7 +135,7 @@ class PrefabLibrary:
         return list(dict.fromkeys(name for name in names if _NAME.fullmatch(name)))
 
     def own(self) -> list[Problem]:
-        """Return what is wrong with the prefabs in the case itself, used or not."""
+        """Return the problems of the prefabs in the case itself, used or not."""
         problems: list[Problem] = []
         for name in check_names(self.document, "prefabs", problems):
             try:
@@ -159,7 +159,7 @@ class PrefabLibrary:
         raise MissingPrefab(f"there is no prefab `{name[:60]}`{listed}", nearest(name, known))
 
     def _folders(self) -> list[tuple[FilePath, str]]:
-        """Folders with prefabs, and what messages call them."""
+        """Return the folders with prefabs, and their names in messages."""
         found = [(self.folder / FOLDER, FOLDER)]
         more = os.environ.get(VARIABLE)
         if more:
@@ -202,7 +202,7 @@ def prefab_problems(source: Source) -> list[Problem]:
 
 
 def _parse(source: Source) -> Document:
-    """A prefab in a file of its own, in the latest version of the language."""
+    """Return a prefab file, in the latest version of the language."""
     document = parse_document(source)
     if not isinstance(document.data, dict):
         message = "a prefab is a mapping with the keys text2sim, prefab, doc, params, body"
@@ -214,7 +214,7 @@ def _parse(source: Source) -> Document:
 
 
 def _define(name: str, place: str, document: Document, root: Path, model: type[Prefab]) -> Definition:
-    """Check a prefab, and return it."""
+    """Return a prefab after checks."""
     data = document.data
     for step in root:
         data = data[step]
@@ -226,18 +226,17 @@ def _define(name: str, place: str, document: Document, root: Path, model: type[P
         try:
             found = model.model_validate(data, by_alias=True, by_name=False)
         except ValidationError as error:
-            checked: type[BaseModel] = model
-            problems += diagnose(document, error, checked, data, root)
+            problems += diagnose(document, error, model, data, root)
     if isinstance(found, PrefabFile) and found.prefab != name:
-        message = f"the file is called {name}.yaml, and this is the prefab `{found.prefab}`: both have the same name"
+        message = f"the file is {name}.yaml, but this is the prefab `{found.prefab}`; give both the same name"
         problems.append(document.problem(("prefab",), message, rule="prefab"))
     if found is not None:
         problems += check_definition(document, root, found)
     if problems or found is None:
-        raise MissingPrefab(f"the prefab `{name}` is broken", problems=tuple(problems))
+        raise MissingPrefab(f"the prefab `{name}` is invalid", problems=tuple(problems))
     return Definition(name, place, document, root, found)
 
 
 def named(problems: tuple[Problem, ...], user: str) -> list[Problem]:
-    """Return the problems of a prefab in a file of its own, with what uses it."""
+    """Return the problems of a prefab file, with the name of its user."""
     return [replace(problem, message=f"{problem.message} (used by {user})") for problem in problems]

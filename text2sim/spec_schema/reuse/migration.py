@@ -1,7 +1,7 @@
-"""Older versions of the language, and the steps that bring a document to the one that is spoken here.
+"""Migration of documents from older versions of the language.
 
-A step is a function from the data of a document to RFC 6902 operations. In memory a document is migrated whenever it
-is loaded; `text2sim migrate` does the same operations on the file.
+A step maps the data of a document to RFC 6902 operations. A document is migrated in memory whenever it is loaded;
+`text2sim migrate` applies the same operations to the file.
 """
 
 import re
@@ -13,19 +13,19 @@ from text2sim.spec_schema.text.document import Document, Node, Path, mapping_at,
 from text2sim.spec_schema.vocabulary.words import show
 
 LATEST = 2
-"""The version of the language that this text2sim speaks."""
+"""The current version of the language."""
 
 Operation = dict[str, Any]
 
 
 def steps_for(data: Any) -> list[Operation]:
-    """Return the RFC 6902 operations that bring a document to the latest version.
+    """Return the RFC 6902 operations that migrate a document to the latest version.
 
     Args:
-        data: Plain data of the document, of any version that there was; it need not be valid otherwise.
+        data: Plain data of the document, in any version; it may be invalid otherwise.
 
     Returns:
-        Nothing if it says the latest version, or none that is known.
+        An empty list if it has the latest version, or an unknown one.
     """
     version = _version(data)
     if version is None or version == LATEST:
@@ -35,13 +35,13 @@ def steps_for(data: Any) -> list[Operation]:
 
 
 def migrate(document: Document) -> tuple[Document, list[Problem]]:
-    """Bring a document to the latest version, in memory; every value keeps its position.
+    """Migrate a document to the latest version in memory; every value keeps its position.
 
     Returns:
-        The document, which is the one that was given if there is nothing to do; and what is wrong with its version.
+        The document, which is the given one if it needs no changes, and the problems of its version.
 
     Raises:
-        SpecError: If it is of a version to come, of which nothing else can be said.
+        SpecError: If it has a later version.
     """
     data = document.data
     if data.get("text2sim") == LATEST and not isinstance(data["text2sim"], bool) or "text2sim" not in data:
@@ -49,16 +49,16 @@ def migrate(document: Document) -> tuple[Document, list[Problem]]:
     if _version(data) is not None:
         return _renamed(document, steps_for(data)), []
     given = data["text2sim"]
-    known = f"versions 1 to {LATEST} of the language are known here (got {show(given)})"
+    known = f"this text2sim supports versions 1 to {LATEST} of the language (got {show(given)})"
     problem = document.problem(("text2sim",), known, rule="version")
     if isinstance(given, int) and not isinstance(given, bool) and given > LATEST:
         raise SpecError([problem])
-    # The rest is judged as if it were of the latest version.
+    # The rest is checked as the latest version.
     return _renamed(document, [{"op": "replace", "path": "/text2sim", "value": LATEST}]), [problem]
 
 
 def _version(data: Any) -> int | None:
-    """The version that a document says it has, if there was such a one."""
+    """Return the version of a document, or None if it is unknown."""
     version = data.get("text2sim") if isinstance(data, dict) else None
     known = isinstance(version, int) and not isinstance(version, bool) and 1 <= version <= LATEST
     return version if known else None
@@ -70,7 +70,7 @@ _FOV = re.compile(r"render\.cameras\.\w+\.fov", re.ASCII)
 
 
 def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
-    """`fov` of a camera is called `fov_deg`: degrees are only in fields that end in `deg`."""
+    """Rename `fov` of a camera to `fov_deg`: only fields that end in `deg` are in degrees."""
     sweeps = mapping_at(data, "sweeps")
     overlays: list[Path] = [("variants", name) for name in mapping_at(data, "variants")]
     overlays += [("sweeps", name, "points", point) for name in sweeps for point in mapping_at(sweeps[name], "points")]
@@ -92,14 +92,14 @@ def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
 
 
 STEPS: dict[int, Callable[[dict[str, Any]], Iterator[Operation]]] = {1: _from_1}
-"""What leads away from each version, to the next."""
+"""The step from each version to the next."""
 
 
 # --- in memory ------------------------------------------------------------------------------------------------
 
 
 def _renamed(document: Document, operations: list[Operation]) -> Document:
-    """Do the operations that steps are made of: a key gets another name, a value gets another value."""
+    """Apply the operations of a step, which rename keys and replace values."""
     data, root = document.data, document.root
     for operation in operations:
         path = parse_pointer(operation["path"])
@@ -110,7 +110,7 @@ def _renamed(document: Document, operations: list[Operation]) -> Document:
 
 
 def _change(data: Any, node: Node, path: Path, old: str, value: Any) -> tuple[Any, Node]:
-    """A copy along the way to `path`, the key `old` of whose parent becomes its last step."""
+    """Return a copy in which the key `old` is renamed to the last step of `path`, and optionally gets a value."""
     assert isinstance(data, dict)
     assert isinstance(node.children, dict)
     step = str(path[0])

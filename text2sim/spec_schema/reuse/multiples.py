@@ -1,7 +1,6 @@
-"""Entries that stand for several: parts, links, controls, measures, events and expectations with `repeat`.
+"""Multiplication of parts, links, controls, measures, events and expectations with `repeat`.
 
-An entry `spoke: {repeat: 12, …}` becomes `spoke_0` to `spoke_11`, each with its number in the place of `k` in every
-`${…}`. After this, a case is an ordinary one.
+An entry `spoke: {repeat: 12, …}` becomes `spoke_0` to `spoke_11`, each with its number for `k` in every `${…}`.
 """
 
 import re
@@ -22,13 +21,13 @@ from text2sim.spec_schema.text.nodes import Derived
 
 _OF_ONE = re.compile(r" \(`\w+`, number \d+\)\Z")
 NUMBER = "k"
-"""What the number of an entry is called in its expressions."""
+"""Name of the number of an entry in its expressions."""
 
 
 def multiply(document: Document) -> tuple[Document, list[Problem]]:
-    """Return a case in which every entry stands for itself, and what is wrong with those that do not.
+    """Return a case with its entries multiplied, and the problems of entries with `repeat`.
 
-    An entry whose number is none is left as it is: what is wrong with that is found where its form is checked.
+    An entry with an invalid number stays as it is, because the check of its form reports it.
     """
     tree, problems = LocatedValue(document.data, document.root), list[Problem]()
     resolver = Resolver(document)
@@ -46,13 +45,13 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
         made, room = _section(document, resolver, inner, path, problems, room)
         tree = put(tree, path, made)
     sites = sites_of(tree.data)
-    # What came from a prefab may be long, and has a new path now.
+    # Expressions from a prefab may be long, and have a new path now.
     roomy = document.roomy | (sites.keys() - document.sites.keys() if document.roomy else frozenset())
     return replace(document, data=tree.data, root=tree.node, sites=sites, roomy=roomy), problems
 
 
-def told_once(problems: list[Problem]) -> list[Problem]:
-    """Leave out of each problem that several numbers of an entry have all but the first."""
+def without_repeats(problems: list[Problem]) -> list[Problem]:
+    """Return the problems, of those that several numbers of an entry share only the first."""
     first: dict[tuple[Any, ...], Problem] = {}
     for problem in problems:
         first.setdefault((problem.line, problem.column, problem.rule, _OF_ONE.sub("", problem.message)), problem)
@@ -71,7 +70,7 @@ def _section(
         plain = mapping(entry.node, {key: entry.child(key) for key in entry.data if key != "repeat"})
         if number is None:
             parts[name], keys[name] = entry, section.node.keys[name]
-            if name in several:  # what is wrong with its number is said of it, and the rest judged as of the first
+            if name in several:  # its number is reported, and the rest is checked as entry 0
                 parts[name] = put(_rooted(_filled(plain, name, 0), name), ("repeat",), entry.child("repeat"))
             continue
         room -= number * count(plain.data)
@@ -81,7 +80,7 @@ def _section(
         for k in range(number):
             made = f"{name}_{k}"
             if made in section.data or made in parts:
-                message = f"`{made}` is there already; `{name}` with repeat is called so, too"
+                message = f"`{made}` already exists; `{name}` with repeat makes the same name"
                 problems.append(document.problem(here, message, key=True, rule="duplicate-name"))
                 break
             try:
@@ -102,14 +101,14 @@ def _number(resolver: Resolver, path: Path, value: Any) -> int | None:
 
 
 def _rooted(link: LocatedValue, name: str) -> LocatedValue:
-    """A link without parent and joint, if it is the first of a row in which each hangs on the one before."""
+    """Return a link without parent and joint, if it is the first of a row in which each hangs on the one before."""
     if link.data.get("parent") != f"{name}_-1":
         return link
     return mapping(link.node, {key: link.child(key) for key in link.data if key not in ("parent", "joint")})
 
 
 def _filled(tree: LocatedValue, name: str, number: int) -> LocatedValue:
-    """The entry with its number put in."""
+    """Return the entry with its number."""
     known, origin = {NUMBER: bind(number)}, Origin(f"`{name}`, number {number}")
 
     def at(node: Node) -> Node:
@@ -132,7 +131,7 @@ def _filled(tree: LocatedValue, name: str, number: int) -> LocatedValue:
 
 
 def _in_turn(key: str, value: LocatedValue, number: int) -> LocatedValue:
-    """Of colours in a list, as copies of bodies may have them, the one of this number."""
+    """Return the colour of this number from a list of colours; any other value as it is."""
     if key == "color" and isinstance(value.data, list) and all(isinstance(item, str) for item in value.data):
         return value.child(number % len(value.data)) if value.data else value
     return value

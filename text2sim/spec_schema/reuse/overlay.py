@@ -1,38 +1,39 @@
-"""Overlays of a case, laid over it before it is checked: variants, a point of a sweep, single values."""
+"""Overlays of a case, applied before it is checked: variants, a point of a sweep, single values."""
 
 import re
 from dataclasses import dataclass
 from typing import Any
 
 from text2sim.spec_schema.reuse.sections import multiplies
+from text2sim.spec_schema.text.document import mapping_at
 
 LABEL = 48
-"""Characters of a label, at most."""
+"""Most characters of a label."""
 _ODD = re.compile(r"[^A-Za-z0-9.+]+")
 
 
 @dataclass(frozen=True)
 class CaseOverlay:
-    """Changes to a case, in the order in which they are made. Falsy if there are none."""
+    """Changes to a case, in the order of application. Falsy if there are none."""
 
     variants: tuple[str, ...] = ()
     """Names of variants of the case."""
     sets: tuple[str, ...] = ()
-    """Single values, as `bodies.ball.material.density=500`."""
+    """Single values, such as `bodies.ball.material.density=500`."""
     point: tuple[str, str] | None = None
-    """A point of a sweep: names of both. It comes after the variants and before the single values."""
+    """Names of a sweep and a point of it, which is applied after the variants and before the single values."""
 
     def __bool__(self) -> bool:
         return bool(self.variants or self.sets or self.point)
 
     @property
     def words(self) -> list[str]:
-        """What is laid over the case, for people: names of variants, and what was set."""
+        """Names of the variants and of the point, and the single values."""
         return [*self.variants, *(self.point[1:] if self.point else ()), *self.sets]
 
     @property
     def label(self) -> str:
-        """Part of a file's name that says what is laid over the case; empty if nothing is."""
+        """Part of a file's name that identifies the overlay; empty if there is none."""
         words = [*self.variants, *(self.point or ())]
         for text in self.sets:
             path, _, value = text.partition("=")
@@ -47,19 +48,16 @@ class CaseOverlay:
 NOTHING = CaseOverlay()
 
 SECTIONS = ("prefabs", "variants", "sweeps")
-"""Sections of a case that its expanded form no longer has."""
+"""Sections of a case that its expanded form does not have."""
 
 
 def needs_layers(data: dict[str, Any], overlay: CaseOverlay) -> bool:
-    """Whether a case is more than a plain one."""
+    """Return whether a case has overlays, prefabs, or entries with `repeat`."""
     plain = not overlay and not any(section in data for section in SECTIONS)
     return not plain or uses_prefabs(data) or multiplies(data)
 
 
 def uses_prefabs(data: dict[str, Any]) -> bool:
-    """Whether a body or static of a case comes from a prefab."""
-    scene = data.get("scene")
-    for section in (data.get("bodies"), scene.get("statics") if isinstance(scene, dict) else None):
-        if isinstance(section, dict) and any(isinstance(entry, dict) and "use" in entry for entry in section.values()):
-            return True
-    return False
+    """Return whether a body or static of a case comes from a prefab."""
+    sections = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
+    return any(isinstance(entry, dict) and "use" in entry for section in sections for entry in section.values())

@@ -1,7 +1,7 @@
-"""Variants and points of sweeps as they are written: whether each of their keys leads somewhere.
+"""Checks of the keys of variants and points of sweeps.
 
-What they change is checked with the case that they are laid over; but a key that nothing in the language answers to
-would never be noticed there, nor in a variant that nobody asks for.
+Their values are checked with the case that they change; but an unknown key would never be noticed there, nor in a
+variant that is never used.
 """
 
 import re
@@ -28,12 +28,12 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def check_names(document: Document, section: str, problems: list[Problem]) -> dict[str, Any]:
-    """Return the entries of a section that is a mapping by name, and report what is not.
+    """Return the valid entries of a section that is a mapping by name, and report the others.
 
     Args:
         document: The document.
         section: Name of the section.
-        problems: Problems so far; added to.
+        problems: Problems, to which new ones are added.
     """
     found = document.data.get(section)
     if not isinstance(found, dict):
@@ -49,12 +49,12 @@ def check_names(document: Document, section: str, problems: list[Problem]) -> di
 
 
 def check_overlay(document: Document, at: Path, others: list[Any], faces: Faces) -> list[Problem]:
-    """Find the keys of a variant that lead nowhere.
+    """Return problems for the unknown keys of a variant.
 
     Args:
         document: The case.
-        at: Where the variant stands in it.
-        others: All variants of the case, this one included: what one adds, another may change.
+        at: Path of the variant in it.
+        others: All variants of the case, including this one: each may change entries of others.
         faces: What can be changed of prefabs.
     """
     walk = _Walk(document, at, faces)
@@ -76,15 +76,15 @@ def check_overlay(document: Document, at: Path, others: list[Any], faces: Faces)
 
 
 def check_body(document: Document, at: Path, body: dict[str, Any]) -> list[Problem]:
-    """Find the keys of a prefab's body that lead nowhere.
+    """Return problems for the unknown keys of a prefab's body.
 
     Args:
-        document: Where it stands.
-        at: Its path there.
+        document: The document of the prefab.
+        at: Path of the body.
         body: The body.
     """
     if "use" in body:
-        return []  # which keys there may be is known where it is expanded
+        return []  # checked when it is expanded
     walk = _Walk(document, at, lambda use: Face())
     walk.skipped = 2
     walk.mapping(slot_entry(), body, [body], ("bodies", "body"))
@@ -96,7 +96,7 @@ class _Walk:
         self.document, self.at, self.faces = document, at, faces
         self.problems: list[Problem] = []
         self.skipped = 0
-        """As many steps of a path in a case are already in `at`."""
+        """Number of steps of a path in a case that `at` includes."""
         self.what = f"the variant `{at[-1]}`" if at[0] == "variants" else f"the point `{at[-1]}`"
 
     def report(self, path: Path, message: str, rule: str, hint: str | None = None, *, key: bool = True) -> None:
@@ -104,7 +104,7 @@ class _Walk:
         self.problems.append(self.document.problem(where, message, key=key, rule=rule, hint=hint))
 
     def mapping(self, slots: list[LanguageSlot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
-        """Look at the keys of a mapping that is laid over others."""
+        """Check the keys of a mapping that changes others."""
         own = [over] if isinstance(over.get("kind"), str) or "use" in over else []
         found = mapping_slots(slots, own or [over, *bases], path, self.faces)
         if found.anything or path == ("params",) or path[-1:] == ("with",):
@@ -122,9 +122,9 @@ class _Walk:
                 self.mapping(inner, value, _inside(bases, key), (*path, key))
 
     def named(self, found: MappingSlots, over: dict[str, Any], bases: list[Any], path: Path) -> None:
-        """Look at a mapping by name, in which a new name has to bring a whole entry."""
+        """Check a mapping by name, in which a new name needs a complete entry."""
         known = list(bases[0]) if isinstance(bases[0], dict) else []
-        # What another variant adds may be changed; a name that it only tries to change is no more there for that.
+        # Complete entries of other variants may be changed.
         for base in bases[1:]:
             rows = base.items() if isinstance(base, dict) else ()
             known += [name for name, value in rows if name not in known and _whole(found.names, value, (*path, name))]
@@ -138,7 +138,7 @@ class _Walk:
                 self.mapping(found.names, value, _inside(bases, name), (*path, name))
 
     def params(self, over: dict[str, Any], bases: list[Any]) -> None:
-        """Report parameters that nobody asks for: neither is there one to change, nor does the overlay use it."""
+        """Report parameters that neither exist in the case nor are used in the overlay."""
         params = over.get("params")
         if not isinstance(params, dict):
             return
@@ -154,13 +154,13 @@ class _Walk:
 
 
 def _inside(bases: list[Any], key: str) -> list[Any]:
-    """What bases have under a key, that of the case first, which may have nothing there."""
+    """Return the values of bases under a key; that of the case is first, and may be None."""
     first, *others = (base.get(key) if isinstance(base, dict) else None for base in bases)
     return [first, *(other for other in others if other is not None)]
 
 
 def _whole(slots: list[LanguageSlot], value: Any, path: Path) -> bool:
-    """Whether a value could stand under a new name: it says all that is required."""
+    """Return whether a value is a complete entry, with all required fields."""
     if not isinstance(value, dict):
         return False
     if "kind" in value or (is_entry(path) and "use" in value):
@@ -181,7 +181,7 @@ def _whole(slots: list[LanguageSlot], value: Any, path: Path) -> bool:
 
 
 def _words(data: Any) -> list[str]:
-    """Names in the expressions of a value."""
+    """Return the words in the expressions of a value."""
     if isinstance(data, dict):
         return [word for value in data.values() for word in _words(value)]
     if isinstance(data, list):

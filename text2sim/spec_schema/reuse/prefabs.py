@@ -1,7 +1,7 @@
-"""Prefabs expanded: after this, a case is an ordinary one.
+"""Expansion of prefabs.
 
-An entry `{use: cup, with: {height: 0.2}, place: …}` becomes the body of the prefab, with arguments in the place of
-parameters in every `${…}`, and with whatever else the entry says laid over it.
+An entry `{use: cup, with: {height: 0.2}, place: …}` becomes the body of the prefab, with arguments in place of
+parameters in every `${…}`, and with the other keys of the entry merged into it.
 """
 
 from collections.abc import Mapping
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.layers import Layers
 
 MAX_DEPTH = 8
-"""As deep may prefabs use prefabs."""
+"""Most levels of prefabs that use prefabs."""
 MAX_USES = 2000
-"""As many uses may a case come to."""
+"""Most uses in a case."""
 MAX_VALUES = 100_000
-"""As many values may come from prefabs."""
+"""Most values from prefabs."""
 MAX_TEXT = 200_000
-"""As many characters may the expressions have that were put together."""
-_SEVERAL = "this prefab has several bodies, and a static is one"
+"""Most characters of composed expressions."""
+_SEVERAL = "this prefab has several bodies, but a static is one body"
 _FREE = ("density", "mass")
-"""Fields of a material that mean nothing for what never moves."""
+"""Fields of a material that statics do not have."""
 
 
 def expand(layers: "Layers", folder: FilePath) -> None:
-    """Replace the `document` of layers by one in which nothing is used any more.
+    """Expand all uses in the `document` of layers.
 
-    What is wrong is added to their problems; an entry that cannot be expanded is left out.
+    Problems are added to those of the layers; an entry that cannot be expanded is left out.
     """
     work = _Expansion(layers.document, PrefabLibrary(layers.document, folder))
     tree = work.run()
@@ -52,11 +52,11 @@ def expand(layers: "Layers", folder: FilePath) -> None:
 
 @dataclass(frozen=True)
 class Site:
-    """The entry of the case that brings something in."""
+    """The entry of the case with a use."""
 
     path: Path
     node: Node
-    """Its place."""
+    """Its position."""
 
     @property
     def name(self) -> str:
@@ -74,7 +74,7 @@ class _Expansion:
     roots: list[Path] = field(default_factory=list)
     uses: int = 0
     told: set[str] = field(default_factory=set)
-    """Broken prefabs that are reported already."""
+    """Invalid prefabs that are already reported."""
 
     def __post_init__(self) -> None:
         self.filler = Filler(min(MAX_VALUES, MAX_NODES - count(self.document.data)), MAX_TEXT)
@@ -85,17 +85,14 @@ class _Expansion:
         for section in (("scene", "statics"), ("bodies",)):
             inner = tree
             for step in section:
-                inner = (
-                    inner.child(step)
-                    if isinstance(inner.data, dict) and step in inner.data
-                    else LocatedValue(None, inner.node)
-                )
+                known = isinstance(inner.data, dict) and step in inner.data
+                inner = inner.child(step) if known else LocatedValue(None, inner.node)
             if isinstance(inner.data, dict) and any(isinstance(e, dict) and "use" in e for e in inner.data.values()):
                 tree = put(tree, section, self._section(inner, section))
         return tree
 
     def roomy(self, data: Any) -> frozenset[Path]:
-        """Paths of the expressions that came in."""
+        """Return the paths of the expressions in expanded entries."""
         found: set[Path] = set()
         for root in self.roots:
             value = data
@@ -113,23 +110,18 @@ class _Expansion:
                 parts[name], keys[name] = section.child(name), section.node.keys[name]
                 continue
             line, column = section.node.keys[name]
-            made = self._entry(section.child(name), Site((*path, name), Node(line, column)))
-            for made_name, body in made.items():
+            site = Site((*path, name), Node(line, column))
+            for made_name, body in self._entry(section.child(name), site).items():
                 if made_name in taken or made_name in parts:
-                    self.report(
-                        Site((*path, name), Node(line, column)), f"`{made_name}` is there already", "duplicate-name"
-                    )
+                    message = f"`{made_name}` already exists"
+                    self.problems.append(self._problem(site.node, site.path, message, "duplicate-name"))
                     continue
                 parts[made_name], keys[made_name] = body, (line, column)
                 self.roots.append((*path, made_name))
         return mapping(section.node, parts, keys)
 
-    def report(self, site: Site, message: str, rule: str, hint: str | None = None) -> None:
-        file = self.document.source.file
-        self.problems.append(Problem(pointer(site.path), message, site.node.line, site.node.column, file, hint, rule))
-
     def _entry(self, entry: LocatedValue, site: Site) -> dict[str, LocatedValue]:
-        """Bodies that an entry becomes, by name; none if something is wrong with it."""
+        """Return the bodies of an entry, by name; none if it has problems."""
         first = len(self.arguments)
         try:
             made = self._use(entry, site, (), static=site.path[0] == "scene")
@@ -149,9 +141,9 @@ class _Expansion:
 
         Args:
             entry: The entry, whose own expressions are those of the case.
-            site: Where it is, or what brought it in.
-            outer: Names of the prefabs that it is in.
-            static: Whether it shall be a static.
+            site: The entry of the case.
+            outer: Names of the enclosing prefabs.
+            static: Whether it is a static.
         """
         use = entry.child("use")
         definition = self._definition(use, site, outer)
@@ -178,7 +170,7 @@ class _Expansion:
         use: LocatedValue,
         path: Path,
     ) -> LocatedValue:
-        """A body of a prefab with arguments in the place of parameters, at the place of its use."""
+        """Return a body of a prefab with arguments in place of parameters, at the position of its use."""
         node = use.node
 
         def place(found: Node) -> Origin:
@@ -187,7 +179,7 @@ class _Expansion:
         try:
             return self.filler.fill(body, values, (node.line, node.column), place)
         except ExpressionError as error:
-            # The message says already where in the prefab it is.
+            # The message already has the position in the prefab.
             plain = LocatedValue(use.data, Node(node.line, node.column))
             raise self._refused(plain, path, str(error), error.rule, error.hint) from None
 
@@ -218,16 +210,14 @@ class _Expansion:
     def _laid_over_parts(
         self, made: dict[str, LocatedValue], over: LocatedValue, site: Site
     ) -> dict[str, LocatedValue]:
-        """Lay what stands beside a use over the bodies that it became: each key is the name of a part."""
+        """Merge the other keys of a use, which are the names of parts, into its bodies."""
         known = [name.removeprefix(f"{site.name}_") for name in made]
         problems = []
         for key in over.data:
             if key not in known:
-                line, column = over.node.keys[key]
-                message = f"unknown key `{key}`; beside use and with stand the names of its parts: {', '.join(known)}"
-                file, path = self.document.source.file, pointer((*site.path, key))
-                hint = nearest(key, [*known, "use", "with"])
-                problems.append(Problem(path, message, line, column, file, hint, "unknown-key"))
+                message = f"unknown key `{key}`; the keys beside use and with are its parts: {', '.join(known)}"
+                place, hint = Node(*over.node.keys[key]), nearest(key, [*known, "use", "with"])
+                problems.append(self._problem(place, (*site.path, key), message, "unknown-key", hint))
                 continue
             name = f"{site.name}_{key}"
             if over.data[key] is None:
@@ -239,11 +229,11 @@ class _Expansion:
         return made
 
     def _still(self, body: LocatedValue, site: Site, over: LocatedValue) -> LocatedValue:
-        """A body as a static: without what is only said of what moves."""
+        """Return a body as a static: without the fields of moving bodies."""
         kind = body.data.get("kind")
         if kind != "rigid":
             found = f"`kind: {kind}`" if isinstance(kind, str) else show(kind)
-            message = f"a static can use a prefab whose body is `kind: rigid` (this one is {found})"
+            message = f"a static can only use a prefab with a body of `kind: rigid` (this one is {found})"
             raise RefusedUse([self._problem(over.node, site.path, message, "static")])
         kept = {key: body.child(key) for key in body.data if key not in ("kind", "mount")}
         material = kept.get("material")
@@ -255,14 +245,14 @@ class _Expansion:
     def _definition(self, use: LocatedValue, site: Site, outer: tuple[str, ...]) -> Definition:
         self.uses += 1
         if self.uses > MAX_USES:
-            raise self._refused(use, site.path, f"with this, prefabs are used more than {MAX_USES} times", "too-large")
+            raise self._refused(use, site.path, f"the case uses prefabs more than {MAX_USES} times", "too-large")
         if not isinstance(use.data, str):
             raise self._refused(use, (*site.path, "use"), f"needs the name of a prefab (got {show(use.data)})", "type")
         if "${" in use.data:
             raise self._refused(use, (*site.path, "use"), "the name of a prefab cannot be an expression", "type")
         if use.data in outer:
             way = " → ".join([*outer[outer.index(use.data) :], use.data])
-            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a circle: {way}", "circular-use")
+            raise self._refused(use, (*site.path, "use"), f"prefabs use each other in a cycle: {way}", "circular-use")
         if len(outer) >= MAX_DEPTH:
             raise self._refused(use, site.path, f"prefabs use each other more than {MAX_DEPTH} deep", "too-deep")
         try:
@@ -271,7 +261,7 @@ class _Expansion:
             if missing.problems:
                 own = missing.problems[0].file == self.document.source.file
                 user = f"`{site.name}`"
-                # What is wrong with a prefab of the case itself is reported whether it is used or not.
+                # Problems of a prefab in the case itself are reported whether it is used or not.
                 told = own or use.data in self.told
                 self.told.add(use.data)
                 raise RefusedUse([] if told else named(missing.problems, user)) from None

@@ -1,4 +1,4 @@
-"""Sections whose entries may stand for several: `repeat` of parts, links, controls, measures and the like."""
+"""Sections whose entries may have `repeat`: parts, links, controls, measures, events, expectations."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -7,12 +7,12 @@ from text2sim.spec_schema.text.document import Path, mapping_at
 
 
 def multiplies(data: Any) -> bool:
-    """Whether a case has entries that stand for several."""
+    """Return whether a case has such entries with `repeat`."""
     return any(True for _, section in sections(data) for _ in repeated(section))
 
 
 def sections(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Mappings whose entries may stand for several, the inner ones first."""
+    """Yield the mappings whose entries may have `repeat`, the inner ones first."""
     actions = mapping_at(data, "actions")
     for name in ("controls", "measures", "events", "expect"):
         if name in actions:
@@ -31,5 +31,5 @@ def sections(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def repeated(section: dict[str, Any]) -> Iterator[str]:
-    """Return the names of the entries that stand for several."""
+    """Return the names of the entries with `repeat`."""
     return (name for name, entry in section.items() if isinstance(entry, dict) and entry.get("repeat") is not None)

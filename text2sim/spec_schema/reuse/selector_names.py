@@ -1,4 +1,4 @@
-"""Names of bodies inside a prefab: what is called `rod` there is called `left_rod` in the case."""
+"""Names of bodies in the selectors of a prefab: `rod` there becomes `left_rod` in the case."""
 
 import re
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ _FIRST = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?=$|[.\[])")
 
 
 def renamed(body: LocatedValue, names: Mapping[str, str]) -> LocatedValue:
-    """Return a body of a prefab whose selectors call the other bodies of it by their names in the case.
+    """Return a body of a prefab with the names of the case in its selectors.
 
     Args:
         body: The body.

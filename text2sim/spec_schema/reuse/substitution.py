@@ -1,4 +1,4 @@
-"""Arguments put in the place of parameters: in the text of expressions, by the tree of what they say."""
+"""Substitution of arguments for parameters in the text of expressions, by their syntax trees."""
 
 import ast
 from collections.abc import Callable, Iterator, Mapping
@@ -12,48 +12,48 @@ from text2sim.spec_schema.text.document import Node
 from text2sim.spec_schema.text.writing import number
 
 _ATOMS = (ast.Constant, ast.Name, ast.List, ast.Call, ast.Subscript)
-"""What needs no parentheses around it."""
+"""Nodes that need no parentheses."""
 
 
 @dataclass(frozen=True)
 class BoundParameter:
-    """What stands for a parameter."""
+    """A value for a parameter."""
 
     data: Any
-    """Plain data, in which `${…}` may stand."""
+    """Plain data, which may contain `${…}`."""
     node: Node | None = None
-    """Where it stands, if it was given."""
+    """Its node, if it is an argument."""
     code: str | None = None
-    """The same inside a larger expression, with parentheses where it needs them; None if it can only stand alone."""
+    """Its text in a larger expression, with parentheses if needed; None if it can only be a whole expression."""
 
 
 def bind(data: Any, node: Node | None = None) -> BoundParameter:
-    """Prepare a value for standing in the place of a parameter.
+    """Return a value bound to a parameter.
 
     Raises:
-        ExpressionError: If an expression in it is not arithmetic.
+        ExpressionError: If an expression in it is invalid.
     """
     return BoundParameter(data, node, _code(data))
 
 
 Spend = Callable[[int], None]
-"""Told the size of every text before it is made."""
+"""Receives the size of every text before it is made."""
 
 
 def fill(text: str, known: Mapping[str, BoundParameter], spend: Spend = lambda size: None) -> tuple[Any, Node | None]:
-    """Put values in the place of names in a scalar with expressions in it.
+    """Substitute values for names in a scalar with expressions.
 
     Args:
         text: The scalar.
-        known: What stands for each name; other names stay.
+        known: Values by name; other names stay.
         spend: See `Spend`.
 
     Returns:
-        The scalar, or the value itself where a name stands alone; and the node of that, if it has one. What depends
-        on nothing any more is worked out.
+        The scalar, or the value itself if the scalar is a single name; and the node of that value, if it has one.
+        Expressions without names are evaluated.
 
     Raises:
-        ExpressionError: If it becomes too large, or a value cannot stand there.
+        ExpressionError: If it becomes too large, or a value is invalid there.
     """
     site = parse_interpolation(text, True)
     if site.names.isdisjoint(known):
@@ -78,39 +78,39 @@ def fill(text: str, known: Mapping[str, BoundParameter], spend: Spend = lambda s
 
 
 def _worked_out(expression: Expression, known: Mapping[str, BoundParameter], spend: Spend) -> Any:
-    """Value of an expression with values in the place of names, or its text in `${…}` if names are left."""
+    """Return the value of an expression after substitution, or its text in `${…}` if it still has names."""
     code = _replaced(expression, known, spend)
     made = parse_expression(code, True)
     if not made.names:
         try:
             value = made.evaluate({})
         except ExpressionError:
-            return f"${{{code}}}"  # it is reported where all expressions are
+            return f"${{{code}}}"  # reported with all expressions
         if not isinstance(value, str) or "${" not in value:
             return _clean(value)
     return f"${{{code}}}"
 
 
 def _clean(value: Any) -> Any:
-    """A value without the dust of its rounding: 0.642, not 0.6419999999999999."""
+    """Return a value without rounding errors: 0.642, not 0.6419999999999999."""
     if isinstance(value, list):
         return [_clean(item) for item in value]
     return float(f"{value:.12g}") if isinstance(value, float) else value
 
 
 def _replaced(expression: Expression, known: Mapping[str, BoundParameter], spend: Spend) -> str:
-    """Text of an expression with values in the place of names. Its size is known before it is made."""
-    # Positions in a tree count bytes of the text that was parsed.
+    """Return the text of an expression after substitution; its size is checked first."""
+    # Positions in a tree are byte offsets in the parsed text.
     text = " ".join(expression.text.split()).encode()
     places = sorted(_places(expression.tree, known))
     codes: list[bytes] = []
     for _, _, name, code in places:
         if code is None:
-            raise ExpressionError(f"the value of `{name}` can only stand alone, as in ${{{name}}}")
+            raise ExpressionError(f"the value of `{name}` can only be used alone, as ${{{name}}}")
         codes.append(code.encode())
     size = len(text) + sum(map(len, codes))
     if size > MAX_ROOMY[0]:
-        message = f"the expression is longer than {MAX_ROOMY[0]} characters with its parameters in place"
+        message = f"the expression is longer than {MAX_ROOMY[0]} characters with its parameters"
         raise ExpressionError(message, rule="too-large")
     spend(size)
     pieces, done = [], 0
@@ -121,7 +121,7 @@ def _replaced(expression: Expression, known: Mapping[str, BoundParameter], spend
 
 
 def _places(node: ast.AST, known: Mapping[str, BoundParameter]) -> Iterator[tuple[int, int, str, str | None]]:
-    """Start, end and name of each parameter in a tree, and what goes there; an item of a list goes by itself."""
+    """Yield start, end and name of each parameter in a tree, and its text; for an item of a list, that of the item."""
     if isinstance(node, ast.Name):
         if node.id in known:
             yield node.col_offset, node.end_col_offset or 0, node.id, known[node.id].code

@@ -1,5 +1,6 @@
-"""Sweeps: their form, and the runs that they mean."""
+"""Sweeps: checks of their form, and their runs."""
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -19,7 +20,7 @@ from text2sim.spec_schema.vocabulary.slot_path import Faces, NoSuchSlot, follow
 
 
 def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
-    """Find what is wrong with the sweeps of a case.
+    """Return the problems of the sweeps of a case.
 
     Args:
         document: The case.
@@ -50,7 +51,7 @@ def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
 
 
 def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces) -> list[Problem]:
-    """Find what is wrong with one axis of a grid."""
+    """Return the problems of one axis of a grid."""
     try:
         follow(document.data, parse_dotted(str(path[-1])), faces, new=any(isinstance(value, dict) for value in values))
     except NoSuchSlot as error:
@@ -61,10 +62,10 @@ def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces)
 
 
 def runs_of(written: Document, name: str) -> list[tuple[str, CaseOverlay]]:
-    """Return the runs of a sweep: a label, and what is laid over the case.
+    """Return the runs of a sweep: labels and overlays.
 
     Args:
-        written: The case as it stands in its file, of whose sweeps the form is right.
+        written: The case as it is in its file, with valid sweeps.
         name: Name of the sweep.
 
     Raises:
@@ -85,7 +86,7 @@ def runs_of(written: Document, name: str) -> list[tuple[str, CaseOverlay]]:
 
 
 def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, CaseOverlay]]:
-    """Return the runs of a grid: values, as text, by path."""
+    """Return the runs of a grid, which has values as text by path."""
     short = _short_names(list(grid))
     runs = []
     for values in product(*grid.values()):
@@ -96,10 +97,10 @@ def grid_runs(grid: dict[str, list[str]]) -> list[tuple[str, CaseOverlay]]:
 
 
 def parse_grid(options: list[str]) -> dict[str, list[str]]:
-    """Return the values, as text, by path, of what was given as `path=[a, b, c]`.
+    """Return the values, as text by path, of options `path=[a, b, c]`.
 
     Raises:
-        SpecError: If it is not that, or has too many runs.
+        SpecError: If an option is invalid, or there are too many runs.
     """
     source = Source("\n".join(options), "--grid")
     grid: dict[str, list[str]] = {}
@@ -111,12 +112,12 @@ def parse_grid(options: list[str]) -> dict[str, list[str]]:
         try:
             values = parse_document(check_source(Source(text, "--grid"))).data if text.strip() else None
         except SpecError as error:
-            first = error.problems[0]
-            raise SpecError(
-                [Problem("", first.message, line, len(path) + 2, "--grid", first.hint, first.rule)]
-            ) from None
+            found = replace(error.problems[0], path="", line=line, column=len(path) + 2, file="--grid")
+            raise SpecError([found]) from None
         if not isinstance(values, list) or not values or not path.strip():
-            message = f"`{words[:80]}` is no axis: write PATH=[a, b, c], as in bodies.ball.material.density=[500, 1000]"
+            message = (
+                f"`{words[:80]}` is not an axis: write PATH=[a, b, c], as in bodies.ball.material.density=[500, 1000]"
+            )
             raise SpecError([Problem("", message, line, column, "--grid", rule="form")])
         if path.strip() in grid:
             message = f"`{path.strip()[:80]}` is given twice; put all its values into one list"
@@ -124,14 +125,13 @@ def parse_grid(options: list[str]) -> dict[str, list[str]]:
         grid[path.strip()] = [flow_text(value) for value in values]
         size *= len(values)
     if size > MAX_RUNS:
-        raise SpecError(
-            [Problem("", f"a sweep has at most {MAX_RUNS} runs (got {size})", 1, 1, "--grid", rule="length")]
-        )
+        message = f"a sweep has at most {MAX_RUNS} runs (got {size})"
+        raise SpecError([Problem("", message, 1, 1, "--grid", rule="length")])
     return grid
 
 
 def _short_names(paths: list[str]) -> list[str]:
-    """As few last steps of each path as tell them apart."""
+    """Return the shortest unique suffix of each path."""
     for count in (1, 2, 3):
         names = [".".join(path.split(".")[-count:]) for path in paths]
         if len(set(names)) == len(names):

@@ -1,4 +1,4 @@
-"""Values together with the positions of their parts: laid over each other without changing either."""
+"""Values with the positions of their parts, and operations that do not change them."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,21 +13,21 @@ class LocatedValue(NamedTuple):
     node: Node
 
     def child(self, step: str | int) -> "LocatedValue":
-        """Return a part of it, which is there."""
+        """Return an existing part of it."""
         children: Any = self.node.children
         return LocatedValue(self.data[step], children[step])
 
 
 def merge(base: LocatedValue, over: LocatedValue, path: Path = ()) -> LocatedValue:
-    """Lay one value over another: mappings key by key, null takes away, anything else is replaced (RFC 7396).
+    """Merge a value into another: mappings key by key, null removes, anything else is replaced (RFC 7396).
 
-    Where both have a `kind` (or a `use`), and not the same, the mapping is replaced as a whole: what was said about a
-    box means nothing for a ball.
+    If both have different kinds (or uses), the mapping is replaced as a whole: the fields of a box have no meaning for
+    a ball.
 
     Args:
-        base: What lies below.
-        over: What is laid over it.
-        path: Where in a case they stand.
+        base: The value.
+        over: Its changes.
+        path: Their path in a case.
     """
     if not isinstance(over.data, dict):
         return over
@@ -55,7 +55,7 @@ def merge(base: LocatedValue, over: LocatedValue, path: Path = ()) -> LocatedVal
 
 
 def without_nulls(tree: LocatedValue) -> LocatedValue:
-    """Return the value without the keys that take something away: there is nothing below it."""
+    """Return the value without its null keys."""
     if not isinstance(tree.data, dict) or not _has_null(tree.data):
         return tree
     kept = {key: without_nulls(tree.child(key)) for key, value in tree.data.items() if value is not None}
@@ -63,7 +63,7 @@ def without_nulls(tree: LocatedValue) -> LocatedValue:
 
 
 def mapping(like: Node, parts: dict[str, LocatedValue], keys: dict[str, tuple[int, int]] | None = None) -> LocatedValue:
-    """Return a mapping of parts at the place of a node; keys stand where they stand in it, or where `keys` says.
+    """Return a mapping of parts at the position of a node.
 
     Args:
         like: The node.
@@ -78,9 +78,9 @@ def mapping(like: Node, parts: dict[str, LocatedValue], keys: dict[str, tuple[in
 
 
 def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedValue:
-    """Return the value with one part of it set, or taken away; mappings on the way to it are made.
+    """Return the value with one part of it set or removed; missing mappings along the path are made.
 
-    The lists on the way must be there, and long enough.
+    Lists along the path must exist and be long enough.
 
     Args:
         tree: The value.
@@ -116,7 +116,7 @@ def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedVa
 
 
 def moved(tree: LocatedValue, place: Callable[[Node], Node]) -> LocatedValue:
-    """Return the same value with each of its nodes replaced by what `place` makes of it."""
+    """Return the same value with `place` applied to each of its nodes."""
     node = place(tree.node)
     if isinstance(tree.data, dict):
         inner = {key: moved(tree.child(key), place) for key in tree.data}
@@ -141,7 +141,7 @@ def count(data: Any) -> int:
 
 
 def _is_another(base: dict[str, Any], over: dict[str, Any], path: Path) -> bool:
-    """Whether two mappings describe things of different kinds."""
+    """Return whether two mappings have different kinds."""
     if path[:1] in (("params",), ("waive",)) or path[-1:] == ("with",):
         return False
     first, second = ((found.get("use"), found.get("kind")) for found in (base, over))

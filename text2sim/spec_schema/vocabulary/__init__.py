@@ -1,1 +1,1 @@
-"""Vocabulary of the language: what goes where, in words, for messages, schemas and reference pages."""
+"""Vocabulary of the language for messages, schemas and reference pages."""
