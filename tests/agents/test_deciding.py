@@ -313,7 +313,7 @@ def test_a_new_expectation_may_come_at_a_time_that_the_same_decision_makes_room_
     whole = answer.replace("SAYS", says) if "plan" in answer else f"{answer}\nplan: {{{says}}}"
     longer = {"section": "scene", "operations": [{"op": "replace", "path": "/scene/duration", "value": 3}]}
     found = faults(whole, critique={"patches": [longer]})
-    assert any("the run is over by then (1 s)" in row for row in found) is wrong, found
+    assert any("is after the end of the run (1 s)" in row for row in found) is wrong, found
 
 
 def test_the_plan_and_the_case_get_another_duration_together() -> None:
@@ -498,7 +498,7 @@ def test_a_loop_that_goes_on_recalls_a_run_although_the_planner_was_asked_before
         ("{routes: [{section: scene, instruction: x}], says: {a: b}, checks: {expect: {a: {event: hitt, within: [0, 1]}}}}",
          "there is no event `hitt`"),
         ("{routes: [{section: scene, instruction: x}], says: {a: b}, checks: {expect: {a: {measure: z, at: 3, below: 1}}}}",
-         "the run is over by then"),
+         "is after the end of the run"),
         ("patch: [{op: remove, path: /bodies/ball}]", "is a Writer's: route it"),
         ("patch: [{op: remove, path: /params/bound}]", "unknown name `bound`"),
     ],

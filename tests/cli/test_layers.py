@@ -107,7 +107,7 @@ def test_a_sweep_is_a_table_of_runs(cli: Cli, varied: Path, tmp_path: Path):
     ("arguments", "says"),
     [
         (("--sweep", "limit"), "has no sweep `limit`; there are limits; did you mean `limits`?"),
-        (("--grid", "params.x"), "`params.x` is no axis: write PATH=[a, b, c]"),
+        (("--grid", "params.x"), "`params.x` is not an axis: write PATH=[a, b, c]"),
         (("--grid", "params.x=[1, 2]"), "there is no `x` in `params`"),
         (("--grid", "bodies.ball.shape.radius=[0.1, -1]"), "must be greater than 0 (got -1)"),
         (("--sweep", "limits", "--grid", "scene.dt=[1]"), "give either --sweep or --grid"),

@@ -47,10 +47,10 @@ def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
         message = f"`{expect.measure}` measures a body with prescribed motion, which tests nothing"
         table.report((*where, "measure"), message, "driven-subject", severity="warning")
     if isinstance(expect.at, float) and expect.at > duration:
-        table.report((*where, "at"), f"the run is over by then ({duration:g} s)", "after-end")
+        table.report((*where, "at"), f"is after the end of the run ({duration:g} s)", "after-end")
     window = expect.during if isinstance(expect.during, tuple) else None
     if max(span_of(window, duration)) > duration:
-        table.report((*where, "during"), f"the run is over by then ({duration:g} s)", "after-end")
+        table.report((*where, "during"), f"lasts beyond the end of the run ({duration:g} s)", "after-end")
     low, high = _bounds(expect)
     if low >= high:
         table.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
