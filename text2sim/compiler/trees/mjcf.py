@@ -92,9 +92,9 @@ class _Writer:
                     attributes[key] = number(value)
             ET.SubElement(body, "joint", attributes)
         if link.inertia is not None:
-            mass, center, tensor = link.inertia
-            moments = " ".join(f"{x:.9g}" for x in tensor)  # even very small ones
-            ET.SubElement(body, "inertial", mass=f"{mass:.9g}", pos=_row(center), fullinertia=moments)
+            own = link.inertia
+            moments = " ".join(f"{x:.9g}" for x in own.inertia)  # even very small ones
+            ET.SubElement(body, "inertial", mass=f"{own.mass:.9g}", pos=_row(own.center), fullinertia=moments)
         for index, geom in enumerate(link.geoms):
             self.geom(body, f"{link.name}_{index}", geom)
         for index, visual in enumerate(link.visuals):

@@ -7,9 +7,10 @@ from typing import Any
 from text2sim.compiler.looks import rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.inertials import Inertial
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh
-from text2sim.compiler.trees.tree import Inertia, TreeGeom, TreeLink, TreeVisual
+from text2sim.compiler.trees.tree import TreeGeom, TreeLink, TreeVisual
 from text2sim.spec_schema.models.materials import DENSITY, Look, Material
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Part
@@ -97,7 +98,7 @@ def _densities(
     return {key: density * material.mass / total for key, density in densities.items()}
 
 
-def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
+def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertial | None:
     """Return the inertia of a sculpt from its surface, since its pieces overlap; their masses add up to its mass."""
     if not isinstance(shape, Sculpt):
         return None
@@ -106,7 +107,7 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertia | None:
     made = sculpted(shape)
     mass = sum(geom.density * geom.piece.volume() for geom in geoms)
     xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)
-    return Inertia(mass, made.center, (xx, yy, zz, xy, xz, yz))
+    return Inertial(mass, made.center, (xx, yy, zz, xy, xz, yz))
 
 
 def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
 from text2sim.compiler.shapes.piece import Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     frame_apply,
@@ -64,17 +65,6 @@ class TreeJoint:
     spring: float = 0.0
 
 
-class Inertia(NamedTuple):
-    """Inertia of a link whose pieces overlap, so that it does not follow from them."""
-
-    mass: float
-    """[kg]"""
-    center: Vec
-    """[m]"""
-    tensor: tuple[float, float, float, float, float, float]
-    """xx, yy, zz, xy, xz, yz [kg m2], about the centre."""
-
-
 @dataclass(frozen=True)
 class TreeLink:
     """A link; without a joint it is fixed to its parent, or to the world."""
@@ -87,12 +77,20 @@ class TreeLink:
     """Several joints with names of their own (driven bodies slide along three axes), instead of `joint`."""
     geoms: tuple[TreeGeom, ...] = ()
     visuals: tuple[TreeVisual, ...] = ()
-    inertia: Inertia | None = None
+    inertia: Inertial | None = None
+    """Where the pieces overlap, so that it does not follow from them."""
     children: tuple["TreeLink", ...] = ()
 
     def all_joints(self) -> tuple[tuple[str, TreeJoint], ...]:
         """Return name and joint for each joint of this link; a single joint has the link's name."""
         return self.joints if self.joint is None else ((self.name, self.joint),)
+
+    @property
+    def inertial(self) -> Inertial:
+        """Mass, centre of mass and inertia of this link alone, in its frame; nothing for a link from a file."""
+        if self.inertia is not None:
+            return self.inertia
+        return together(piece_inertial(geom.piece, geom.density) for geom in self.geoms if geom.density > 0.0)
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from math import cos, inf, sin
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Weld
+from text2sim.compiler.shapes.inertials import Inertial, together
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
-from text2sim.lint.joints.inertials import Inertial, together
 from text2sim.lint.joints.motors import Powered
 from text2sim.lint.joints.swing import Swing, pull_of
 from text2sim.lint.motion.whereabouts import whereabouts

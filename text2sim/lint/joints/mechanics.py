@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.inertials import Inertial, inertial_of, piece_inertial, together
 from text2sim.lint.joints.swing import Swing, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
@@ -220,7 +220,7 @@ class _Links:
         self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
         self.totals = {}
         for link in reversed(tree.links()):  # children first
-            own = inertial_of(link.geoms).at(self.standing[link.name].pos, self.standing[link.name].quat)
+            own = link.inertial.at(self.standing[link.name].pos, self.standing[link.name].quat)
             self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
         self.whole = together(self.totals[root.name] for root in tree.roots)
 

@@ -5,9 +5,9 @@ from math import atan2, ceil, cos, floor, pi, sin
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Motor
+from text2sim.compiler.shapes.inertials import Inertial
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.trees.tree import TreeJoint
-from text2sim.lint.joints.inertials import Inertial
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from math import pi
 
 import pytest
 
+from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
 from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_axis_angle
-from text2sim.lint.joints.inertials import Inertial, piece_inertial, together
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 O = (0.0, 0.0, 0.0)  # noqa: E741

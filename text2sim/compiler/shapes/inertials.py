@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_to_rows
-from text2sim.compiler.trees.tree import TreeGeom
 
 Tensor = tuple[float, float, float, float, float, float]
 
@@ -59,11 +58,6 @@ def together(inertials: Iterable[Inertial]) -> Inertial:
         shift = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
         total = [t + i + inertial.mass * s for t, i, s in zip(total, inertial.inertia, shift, strict=True)]
     return Inertial(mass, center, tuple(total))  # type: ignore[arg-type]
-
-
-def inertial_of(geoms: Iterable[TreeGeom]) -> Inertial:
-    """Return the inertial of the pieces of a link, in the link's frame."""
-    return together(piece_inertial(geom.piece, geom.density) for geom in geoms if geom.density > 0.0)
 
 
 def piece_inertial(piece: Piece, density: float) -> Inertial:

@@ -1,0 +1,37 @@
+"""Masses and inertias that joints carry."""
+
+import json
+
+import pytest
+from lint_support import data_of
+
+from text2sim.compiler.build import resolve_case
+from text2sim.compiler.shapes.sculpting import sculpted
+from text2sim.lint.facts import Facts
+from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.spec_schema.load import load_text
+
+WEDGE = """
+bodies:
+  wedge:
+    kind: rigid
+    shape:
+      kind: sculpt
+      parts:
+        body: {kind: ellipsoid, radii: [0.2, 0.1, 0.1]}
+        nose: {kind: ellipsoid, radii: [0.1, 0.1, 0.1], pose: {pos: [0.15, 0, 0]}}
+        tip: {kind: ellipsoid, radii: [0.1, 0.05, 0.05], pose: {pos: [0.25, 0, 0]}}
+    material: {density: 500}
+    pose: {pos: [0, 0, 1]}
+    mount: {kind: hinge, axis: y}
+"""
+
+
+def test_a_sculpt_has_the_inertia_of_its_surface_not_of_its_parts_that_overlap() -> None:
+    facts = Facts(resolve_case(load_text(json.dumps(data_of(WEDGE)))))
+    [swing] = mechanics_of(facts).swings()
+    made = sculpted(swing.copy.shape)
+    x, _, z = made.center
+    # Steiner: the hinge is at the origin of the shape.
+    assert swing.inertia == pytest.approx(swing.mass * (made.inertia[1] / made.volume + x**2 + z**2), rel=1e-9)
+    assert mechanics_of(facts).inertial(swing.copy).center == pytest.approx((x, 0.0, 1.0 + z), abs=1e-4)
