@@ -10,6 +10,7 @@ from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeLink, Tre
 _MASKS = {True: {}, False: {"contype": "1", "conaffinity": "2"}}
 # Pieces of a link with equal masks would be merged into one mesh before it is decomposed.
 _APART = {True: {"contype": "3", "conaffinity": "3"}, False: {"contype": "4", "conaffinity": "8"}}
+_UNTOUCHED = {"contype": "0", "conaffinity": "0"}
 
 
 def number(value: float) -> str:
@@ -40,7 +41,7 @@ def write_mjcf(tree: Tree, model: str, meshes: dict[str, str]) -> str:
     if not tree.fixtures and any(loop.b is None for loop in tree.loops):
         # Without a geom of its own the engine drops the world link, to which the loop is tied.
         ET.SubElement(
-            world, "geom", name="world_mark", size="0.001", contype="0", conaffinity="0", mass="0", rgba="0 0 0 0"
+            world, "geom", {"name": "world_mark", "size": "0.001", **_UNTOUCHED, "mass": "0", "rgba": "0 0 0 0"}
         )
     for link in tree.roots:
         writer.link(world, link)
@@ -128,7 +129,8 @@ class _Writer:
             attributes["rgba"] = _row(geom.rgba)
         if not geom.drawn:
             attributes["group"] = "3"
-        ET.SubElement(body, "geom", attributes | (self.apart if piece.collision == "decompose" else self.masks))
+        masks = self.apart if piece.collision == "decompose" else self.masks
+        ET.SubElement(body, "geom", attributes | (masks if geom.touches else _UNTOUCHED))
 
     def visual(self, body: ET.Element, name: str, visual: TreeVisual) -> None:
         file = self.meshes[visual.mesh.digest]
@@ -139,8 +141,7 @@ class _Writer:
             "name": name,
             "type": "mesh",
             "mesh": file.removesuffix(".obj"),
-            "contype": "0",
-            "conaffinity": "0",
+            **_UNTOUCHED,
             "mass": "0",
             "group": "2",
         }

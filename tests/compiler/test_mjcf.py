@@ -1,0 +1,20 @@
+"""Model files say what their trees say."""
+
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.trees.mjcf import write_mjcf
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink
+
+
+@pytest.mark.parametrize("self_collision", [False, True])
+def test_a_piece_that_is_only_drawn_touches_nothing(self_collision: bool) -> None:
+    ball = Piece("sphere", size=(0.1,))
+    geoms = (TreeGeom(ball, 1000.0, 0.5), TreeGeom(ball, 0.0, 0.5, touches=False))
+    text = write_mjcf(Tree((TreeLink("a", geoms=geoms),), self_collision=self_collision), "model", {})
+    solid, drawn = ET.fromstring(text).iter("geom")
+    # MuJoCo: two geoms may touch if the contype of one and the conaffinity of the other share a bit; both are 1 unless given.
+    assert solid.get("contype") != "0" and solid.get("conaffinity") != "0"
+    assert (drawn.get("contype"), drawn.get("conaffinity")) == ("0", "0")
