@@ -227,7 +227,7 @@ class TestNames:
                 "unknown-joint",
                 "`upper`, which is a link",
             ),
-            ("controls", "{kind: drive, joint: arm, position: 1}", "no-joint", "name one: arm.shoulder"),
+            ("controls", "{kind: drive, joint: arm, position: 1}", "no-joint", "has one joint; name it: arm.shoulder"),
             ("controls", "{kind: drive, joint: arm.shoulder, position: 1}", "no-actuator", "has no actuator"),
             (
                 "controls",

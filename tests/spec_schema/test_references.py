@@ -92,7 +92,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         {CONTROL: {"kind": "torque", "body": "nail", "torque": [1, 0, 0]}},
     ),
     ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "ball", "position": 1}}),
-    ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "doll", "position": 1}}),
+    ("no-joint", f"{CONTROL}/joint", None, {CONTROL: {"kind": "drive", "joint": "curtain", "position": 1}}),
     (
         "no-joint",
         f"{CONTROL}/joint",
@@ -151,7 +151,7 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     # measures
     ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "brick"}}),
     ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": "arm.*"}}),
-    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "bend", "of": "arm"}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "bend", "of": "arm.*"}}),
     ("unknown-link", f"{MEASURE}/of", None, {MEASURE: {"kind": "speed", "of": "arm.wing_*", "stat": "max"}}),
     (
         "part-pattern",

@@ -1,12 +1,12 @@
 """Articulated bodies from files: what a mechanism becomes in a plan."""
 
 from collections.abc import Iterator
-from math import degrees
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism, MechanismGeom, MechanismJoint, MechanismLink
 from text2sim.compiler.plan import JointChange, Motor
 from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, JointOverride, SliderMount
 from text2sim.spec_schema.models.materials import Actuator
@@ -83,13 +83,8 @@ def _joint_models(
             # Values from a file need not keep the limits of the language.
             motor = joint.motor
             actuator = Actuator.model_construct(stiffness=motor.stiffness, damping=motor.damping, max_force=motor.limit)
-        if joint.kind == "hinge":
-            limits = None if joint.range is None else (degrees(joint.range[0]), degrees(joint.range[1]))
-            yield joint.name, HingeMount.model_construct(kind="hinge", range_deg=limits, actuator=actuator)
-        elif joint.kind == "slider":
-            yield joint.name, SliderMount.model_construct(kind="slider", range=joint.range, actuator=actuator)
-        elif joint.kind == "ball":
-            yield joint.name, BallMount.model_construct(kind="ball")
+        if joint.kind in ("hinge", "slider", "ball"):
+            yield joint.name, joint_model(joint.kind, joint.range, actuator)
 
 
 def file_motors(mechanism: Mechanism, body: Articulated, entity: str) -> list[Motor]:

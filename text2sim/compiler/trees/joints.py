@@ -1,11 +1,31 @@
-"""Mounts and joints of the language as joints of a tree."""
+"""Mounts and joints of the language as joints of a tree, and the other way round."""
 
-from math import radians
+from math import degrees, radians
 from typing import Any
 
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.trees.tree import TreeJoint
 from text2sim.spec_schema.models.bodies import BallMount, HingeMount, SliderMount
+from text2sim.spec_schema.models.materials import Actuator
+
+
+def joint_model(
+    kind: str, limits: tuple[float, float] | None = None, actuator: Actuator | None = None
+) -> HingeMount | SliderMount | BallMount:
+    """Return a joint that the case does not write, as a model of the language, without checks of its values.
+
+    Args:
+        kind: hinge, slider or ball.
+        limits: Its range [rad or m].
+        actuator: Its motor.
+    """
+    if kind == "hinge":
+        limits = None if limits is None else (degrees(limits[0]), degrees(limits[1]))
+        return HingeMount.model_construct(kind="hinge", range_deg=limits, actuator=actuator)
+    if kind == "slider":
+        return SliderMount.model_construct(kind="slider", range=limits, actuator=actuator)
+    assert kind == "ball", kind
+    return BallMount.model_construct(kind="ball")
 
 
 def joint_of(mount: Any) -> TreeJoint:

@@ -12,6 +12,7 @@ from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
 from text2sim.compiler.trees.filebody import mechanism_parts
+from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
 from text2sim.spec_schema.loaded import LoadedCase
@@ -83,13 +84,17 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
             parts[name] = mechanism_parts(mechanism, body)
             problems += _check_meaning(loaded, name, body, mechanism)
         elif isinstance(body, Rope):
-            parts[name] = Parts(tuple(f"link_{k}" for k in range(body.segments)), {})
+            # Its tree is known only when it is placed, as it may be laid round other bodies.
+            links = tuple(f"link_{k}" for k in range(body.segments))
+            parts[name] = Parts(links, {link: joint_model("ball") for link in links[not body.anchored :]})
         elif isinstance(body, Linked):
             try:
                 tree = tree_of(body, loaded.folder)
             except AssetError:
                 continue  # reported where the body is lowered
-            parts[name] = Parts(tuple(link.name for link in tree.links()), {})
+            joints = {name: joint for link in tree.links() for name, joint in link.all_joints() if joint.kind != "free"}
+            models = {key: joint_model(joint.kind, joint.range) for key, joint in joints.items()}
+            parts[name] = Parts(tuple(link.name for link in tree.links()), models)
     return parts, problems
 
 

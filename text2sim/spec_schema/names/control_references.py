@@ -1,5 +1,6 @@
 """Checks of the bodies, joints and times of controls."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from text2sim.spec_schema.errors import SpecError, nearest
@@ -17,7 +18,7 @@ from text2sim.spec_schema.models.controls import (
     Torque,
 )
 from text2sim.spec_schema.models.motion import start_of
-from text2sim.spec_schema.models.placed import Placed
+from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
@@ -86,40 +87,44 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
         The joint's model; None if there is none, or if only the compiler knows it.
     """
     model, name = member.model, member.name
-    if isinstance(model, Articulated):
-        if member.part is None:
-            joints = [f"{name}.{link}" for link in _moving_joints(table, name, model)]
-            listed = f": {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
-            message = f"`{name}` has several joints; name one{listed}"
-            table.report(where, message, "no-joint", joints[0] if joints else None)
-            return None
-        if model.links is None and name not in table.parts:
-            return None
+    if isinstance(member.model, Linked) and name not in table.parts:
+        return None
+    joints = joints_of(table, name, model).items()
+    near = [f"{name}.{key}" for key, joint in joints if isinstance(joint, HingeMount | SliderMount)]
+    if member.part is None and (isinstance(member.model, Articulated) or near):
+        listed = f": {', '.join(near)}" if 0 < len(near) <= 12 else ""
+        several = "one joint; name it" if len(near) == 1 else "several joints; name one"
+        table.report(where, f"`{name}` has {several}{listed}", "no-joint", near[0] if near else None)
+        return None
+    if isinstance(member.model, Articulated) and model.links is None and name not in table.parts:
+        return None
     joint = joint_of(table, member)
     if isinstance(joint, HingeMount | SliderMount):
         return joint
     if isinstance(model, Rigid):
         mount = f"its mount is {joint.kind}" if joint is not None else "it has no links"
         message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
-    elif isinstance(model, Articulated):
-        link = (model.links or {}).get(member.part or "")
-        none = "has no joint" if link is not None and link.parent is not None else "is the root"
-        what = none if joint is None else f"has a {joint.kind} joint"
+    elif joint is not None or isinstance(member.model, Articulated):
+        what = _why_none(model, member.part) if joint is None else f"has a {joint.kind} joint"
         message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
     else:
         kind = "static" if member.static else model.kind
         message = f"`{name}` ({kind}) has no hinge or slider to {purpose}"
-    near = _moving_joints(table, name, model) if isinstance(model, Articulated) else []
-    table.report(where, message, "no-joint", nearest(member.text, [f"{name}.{link}" for link in near]))
+    table.report(where, message, "no-joint", nearest(member.text, near))
     return None
 
 
-def _moving_joints(table: NameTable, body: str, model: Articulated) -> list[str]:
-    """Return the names of the hinges and sliders of an articulated body."""
-    joints = {name: link.joint for name, link in (model.links or {}).items()}
+def joints_of(table: NameTable, body: str, model: Any) -> Mapping[str, Any]:
+    """Return the model of each joint of a body of links, by name, as far as they are known."""
     if body in table.parts:
-        joints = dict(table.parts[body].joints)
-    return [name for name, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
+        return table.parts[body].joints
+    links = (model.links or {}) if isinstance(model, Articulated) else {}
+    return {name: link.joint for name, link in links.items() if link.joint is not None}
+
+
+def _why_none(model: Articulated, part: str | None) -> str:
+    link = (model.links or {}).get(part or "")
+    return "has no joint" if link is not None and link.parent is not None else "is the root"
 
 
 def _check_initial_velocity(table: NameTable, where: Path, control: InitialVelocity) -> None:
@@ -163,6 +168,8 @@ def _check_motor(table: NameTable, where: Path, control: Drive, member: Member) 
     if joint.actuator is None:
         there = f"in `joints` of `{member.name}`" if getattr(member.model, "file", None) else "at its joint"
         message = f"`{member.text}` has no actuator; give it one {there}: `actuator: {{stiffness: …, damping: …}}`"
+        if isinstance(member.model, Linked):
+            message = f"`{member.text}` has no actuator: the joints of `{member.name}` are passive"
         table.report((*where, "joint"), message, "no-actuator")
     elif control.position is not None and joint.actuator.stiffness == 0:
         message = f"a position needs a stiffness, and the actuator of `{member.text}` has none"

@@ -1,9 +1,9 @@
 """Checks of the bodies, joints and regions of measures."""
 
 from text2sim.spec_schema.models import events, measures
-from text2sim.spec_schema.models.bodies import Articulated, Rigid
+from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, Rigid
 from text2sim.spec_schema.models.placed import Linked
-from text2sim.spec_schema.names.control_references import check_joint
+from text2sim.spec_schema.names.control_references import check_joint, joints_of
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
@@ -125,9 +125,13 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
 def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
-    if not (mounted or isinstance(model, Articulated | Linked)):
+    joints = joints_of(table, member.name, model)
+    bending = mounted or sum(isinstance(joint, HingeMount | BallMount) for joint in joints.values())
+    if not (mounted or isinstance(model, Articulated | Linked)) or (joints and not bending):
         message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"
         table.report((*where, "of"), message, "measure-kind")
-    elif measure.stat is None and not mounted and (member.part is None or member.count > 1):
-        message = f"`{member.text}` has several joints: give a `stat` that combines their bends"
-        table.report(where, message, "needs-stat", key=True)
+    elif measure.stat is None:
+        several = f"means {member.count} links" if member.part is not None else f"has {member.count * bending} joints"
+        if member.count * (1 if member.part is not None else bending) > 1:
+            message = f"`{member.text}` {several}: give a `stat` that combines their bends"
+            table.report(where, message, "needs-stat", key=True)

@@ -197,7 +197,7 @@ class NameTable:
             return True
         known = self.parts[name]
         names = list(known.joints) if joint else list(known.links)
-        # Joints of chains, nets and ragdolls have no names; other checks report that they cannot be driven.
+        # Where no joint can be named, why none can be driven is said elsewhere.
         if named_by(part, names) or (joint and not names and named_by(part, known.links)):
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")
