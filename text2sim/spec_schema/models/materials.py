@@ -173,7 +173,7 @@ class JointDynamics(Model):
     armature: NonNegative | None = None
     """Inertia of the rotor that is added to the joint [kg or kg m2]; never added in secret."""
     spring: NonNegative = 0.0
-    """Stiffness of a spring to the start position [N/m or N m/rad]."""
+    """Stiffness of a spring to the position 0 [N/m or N m/rad]; `initial` does not move that."""
 
 
 class Actuator(Model):
