@@ -380,3 +380,9 @@ def test_bend_of_hinges_and_balls(new_run, measure):
 def test_every_kind_has_its_function():
     of_joints = {"joint_position", "joint_velocity", "joint_force", "bend"}
     assert {*_PER_TARGET, *_COLLECTIVE, *of_joints} == set(section_kinds(Measure))
+
+
+def test_every_kind_answers_what_the_program_asks_of_it():
+    assert {kind for kind, model in section_kinds(Measure).items() if hasattr(model, "traits")} == {
+        *section_kinds(Measure)
+    }

@@ -300,26 +300,18 @@ HOLDS = (
     "it holds if nothing happens at all: {}. Ask for what is true only after what it stands for has happened; if it is "
     "about something that has to stay as it is, name it in `keeps`"
 )
-_REST = {"velocity": 0.0, "speed": 0.0, "angular_speed": 0.0, "displacement": 0.0, "tilt": 0.0, "momentum": 0.0,
-         "joint_velocity": 0.0, "strain": 0.0, "stretch": 1.0}  # fmt: skip
 
 
 def rest_value(measure: Any) -> float | None:
-    """Return the value of a measure while nothing happens; None if it depends on the case."""
-    if measure.change_from is not None:
-        return 0.0
-    if measure.kind == "volume":
-        return 1.0 if measure.relative else None
-    if measure.kind == "energy":
-        return 0.0 if measure.part == "kinetic" else None
-    value, stat = _REST.get(measure.kind), getattr(measure, "stat", None)
-    if value is None or stat not in ("count", "range"):
-        return None if stat == "sum" and value else value
+    """Return the value of a measure while nothing happens, whatever the case; None if there is none such."""
+    value, stat = measure.at_rest, getattr(measure, "stat", None)
+    if value is None or measure.change_from is not None or stat not in ("count", "range", "sum"):
+        return value
     if stat == "count":
         above, below = measure.above, measure.below
         none = (above is not None and value <= above) or (below is not None and value >= below)
         return 0.0 if none else None
-    return 0.0
+    return None if stat == "sum" and value else 0.0
 
 
 def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:

@@ -15,11 +15,6 @@ from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
 FILE = "benchmark.yaml"
-FROM_POSES = frozenset(
-    "position velocity speed angular_speed angular_velocity turns displacement tilt joint_position joint_velocity "
-    "distance energy momentum angular_momentum count_in".split()
-)
-"""Kinds of measures that only need poses, velocities and joint positions."""
 
 
 class Observable(Model):
@@ -77,4 +72,4 @@ def read_statement(loaded: LoadedCase) -> Statement:
 
 def observable(measure: Measure) -> bool:
     """Whether a measure only needs poses, velocities and joint positions."""
-    return measure.kind in FROM_POSES and getattr(measure, "at", None) is None
+    return measure.traits.from_poses and getattr(measure, "at", None) is None

@@ -52,15 +52,11 @@ def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | No
     """
     if not targets or any(not target.known for target in targets):
         return None
-    if measure.change_from is not None:
-        return 0.0
-    if measure.kind in ("velocity", "speed", "angular_speed", "angular_velocity", "turns"):
-        return _reduced(measure, [0.0 for _ in targets])
-    if measure.kind in ("momentum", "angular_momentum") or (measure.kind == "energy" and measure.part == "kinetic"):
-        return 0.0
-    if any(target.driven for target in targets) and measure.kind in ("displacement", "tilt"):
-        return _reduced(measure, [0.0 for _ in targets])
-    return start_of(facts, measure, targets)
+    value = measure.at_rest
+    if value is None:
+        return start_of(facts, measure, targets)
+    of_each = measure.change_from is None and "above" in type(measure).model_fields
+    return _reduced(measure, [value] * len(targets)) if of_each else value
 
 
 def _reduced(measure: Any, values: list[float]) -> float | None:

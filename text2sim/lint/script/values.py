@@ -17,21 +17,9 @@ from text2sim.lint.motion.reach import reach_of
 from text2sim.lint.script.starts import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import Target, targets_of
 from text2sim.spec_schema.models import measures
+from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
-OF_THE_FRAME = (
-    "position",
-    "displacement",
-    "tilt",
-    "angular_speed",
-    "angular_velocity",
-    "turns",
-    "distance",
-    "count_in",
-)
-"""Measures of the frame of a body's root link; the others cover all its links."""
-OF_CONTACTS = ("contact_force", "contact_count", "penetration")
-NOT_NEGATIVE = ("angular_speed", "distance", "strain", "wrinkling", "bend", "self_penetration", *OF_CONTACTS)
 TINY = 1e-6
 """Lower bound on a stretch."""
 ROUND = 0.02
@@ -152,7 +140,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
     if kind == "displacement":
         return _away(facts, targets)
     kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
-    return (0.0, inf, "it is not negative") if kind in NOT_NEGATIVE or kinetic or width else FREE
+    return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else FREE
 
 
 def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
@@ -180,11 +168,11 @@ def _away(facts: Facts, targets: list[Target]) -> Bounds:
 
 def _frozen(measure: Any, targets: list[Target]) -> str:
     """Say why a measure never changes; empty if it may."""
-    if measure.kind in OF_CONTACTS or any(target.driven for target in targets):
+    if measure.kind in CONTACT_KINDS or any(target.driven for target in targets):
         return ""
     if measure.kind == "extent" and measure.frame is not None:
         return ""
-    if any(target.turns if measure.kind in OF_THE_FRAME else target.moves for target in targets):
+    if any(target.turns if measure.traits.of_root else target.moves for target in targets):
         return ""
     first = targets[0]
     if first.moves:

@@ -17,6 +17,7 @@ from text2sim.spec_schema.models.soft_measures import (
     ShareIn,
     Strain,
     Stretch,
+    Traits,
     Volume,
     Wrinkling,
 )
@@ -54,6 +55,7 @@ class Position(_OfRegion):
 
     kind: Literal["position"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=True, from_poses=True, instead="")
     axis: AxisName
     """The coordinate."""
 
@@ -63,6 +65,7 @@ class Velocity(_OfRegion):
 
     kind: Literal["velocity"]
     unit: ClassVar[str] = "m/s"
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="")
     axis: AxisName
     """The component."""
 
@@ -72,6 +75,7 @@ class Speed(_OfRegion):
 
     kind: Literal["speed"]
     unit: ClassVar[str] = "m/s"
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=True, of_root=False, from_poses=True, instead="")
 
 
 class AngularSpeed(_Of):
@@ -79,6 +83,13 @@ class AngularSpeed(_Of):
 
     kind: Literal["angular_speed"]
     unit: ClassVar[str] = "rad/s"
+    traits: ClassVar = Traits(
+        at_rest=0.0,
+        never_negative=True,
+        of_root=True,
+        from_poses=True,
+        instead="measure the `velocity` of a `region` of it",
+    )
 
 
 class _Turning(_Of):
@@ -93,6 +104,13 @@ class AngularVelocity(_Turning):
 
     kind: Literal["angular_velocity"]
     unit: ClassVar[str] = "rad/s"
+    traits: ClassVar = Traits(
+        at_rest=0.0,
+        never_negative=False,
+        of_root=True,
+        from_poses=True,
+        instead="measure the `velocity` of a `region` of it",
+    )
 
 
 class Turns(_Turning):
@@ -102,6 +120,13 @@ class Turns(_Turning):
     """
 
     kind: Literal["turns"]
+    traits: ClassVar = Traits(
+        at_rest=0.0,
+        never_negative=False,
+        of_root=True,
+        from_poses=True,
+        instead="measure the `position` of two regions of it",
+    )
 
 
 class Bend(_Of):
@@ -113,6 +138,13 @@ class Bend(_Of):
 
     kind: Literal["bend"]
     unit: ClassVar[str] = "deg"
+    traits: ClassVar = Traits(
+        at_rest=0.0,
+        never_negative=True,
+        of_root=False,
+        from_poses=False,
+        instead="measure the `position` of three regions of it, or the `wrinkling` of a cloth",
+    )
 
 
 class Displacement(_OfRegion):
@@ -120,6 +152,7 @@ class Displacement(_OfRegion):
 
     kind: Literal["displacement"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=True, from_poses=True, instead="")
     axis: AxisName | None = None
     """Signed displacement along one axis instead."""
 
@@ -129,6 +162,13 @@ class Tilt(_Of):
 
     kind: Literal["tilt"]
     unit: ClassVar[str] = "deg"
+    traits: ClassVar = Traits(
+        at_rest=0.0,
+        never_negative=True,
+        of_root=True,
+        from_poses=True,
+        instead="measure the `position` of two regions of it",
+    )
     axis: AxisName = "z"
     """The body's own axis."""
 
@@ -140,18 +180,21 @@ class JointPosition(_Of):
     """
 
     kind: Literal["joint_position"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=True, instead="")
 
 
 class JointVelocity(_Of):
     """Velocity of a hinge [rad/s] or slider [m/s]."""
 
     kind: Literal["joint_velocity"]
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="")
 
 
 class JointForce(_Of):
     """Torque [N m] or force [N] of the actuator."""
 
     kind: Literal["joint_force"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
 
 
 class Extent(Measured):
@@ -159,6 +202,7 @@ class Extent(Measured):
 
     kind: Literal["extent"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selector
     """A body or its copies."""
     region: BodyRegion | None = None
@@ -177,6 +221,7 @@ class Distance(Measured):
 
     kind: Literal["distance"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=True, from_poses=True, instead="")
     between: tuple[Selector, Selector]
     """Two bodies, links, or sets of copies."""
 
@@ -186,6 +231,7 @@ class ContactForce(Measured):
 
     kind: Literal["contact_force"]
     unit: ClassVar[str] = "N"
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """The body that the forces act on."""
     by: Selector | None = None
@@ -196,6 +242,7 @@ class ContactCount(Measured):
     """Number of pairs of bodies in contact: those of `of` with any body, or with `by`."""
 
     kind: Literal["contact_count"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A body or its copies."""
     by: Selector | None = None
@@ -207,6 +254,7 @@ class Penetration(Measured):
 
     kind: Literal["penetration"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A body or its copies."""
     by: Selector | None = None
@@ -218,10 +266,16 @@ class Energy(Measured):
 
     kind: Literal["energy"]
     unit: ClassVar[str] = "J"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=True, instead="")
     of: Selector | None = None
     """A body or its copies; by default all bodies."""
     part: Literal["kinetic", "potential", "total"] = "total"
     """The part of the energy."""
+
+    @property
+    def at_rest(self) -> float | None:
+        """Its value while nothing moves."""
+        return 0.0 if self.part == "kinetic" else super().at_rest
 
 
 class Momentum(Measured):
@@ -229,6 +283,7 @@ class Momentum(Measured):
 
     kind: Literal["momentum"]
     unit: ClassVar[str] = "kg m/s"
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="")
     of: Selector | None = None
     """A body or its copies; by default all bodies."""
     axis: AxisName
@@ -240,6 +295,9 @@ class AngularMomentum(Measured):
 
     kind: Literal["angular_momentum"]
     unit: ClassVar[str] = "kg m2/s"
+    traits: ClassVar = Traits(
+        at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="measure its `momentum`"
+    )
     of: Selector | None = None
     """A body or its copies; by default all bodies, except deformable ones."""
     axis: AxisName
@@ -252,6 +310,7 @@ class CountIn(Measured):
     """Number of copies with their origin in a region (which a body carries if it has `moves_with: tray`)."""
 
     kind: Literal["count_in"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=True, from_poses=True, instead="")
     of: Selector
     """A body and its copies."""
     region: Region

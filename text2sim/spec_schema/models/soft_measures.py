@@ -1,6 +1,6 @@
 """Measures of bodies that deform."""
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from text2sim.spec_schema.models.base import AxisName, Bool, Model, Multiple, Seconds, Selector
 from text2sim.spec_schema.models.space import Region
@@ -8,9 +8,25 @@ from text2sim.spec_schema.models.space import Region
 SpreadStat = Literal["max", "min", "mean", "p99"]
 
 
+class Traits(NamedTuple):
+    """What the rest of the program asks of a kind of measure; every kind answers all of it."""
+
+    at_rest: float | None
+    """Its value while nothing moves, the same in every case; None if there is none."""
+    never_negative: bool
+    """Whether its definition rules negative values out."""
+    of_root: bool
+    """Whether it is of the frame of a body's root link, and not of all links."""
+    from_poses: bool
+    """Whether the benchmark can work it out of another engine's poses, velocities and joint positions."""
+    instead: str
+    """What to measure of bodies that deform, if it needs a frame, which they do not have."""
+
+
 class Measured(Model):
     """What every measure has."""
 
+    traits: ClassVar[Traits]
     unit: ClassVar[str] = ""
     """SI, or deg; empty for numbers of things and shares. Those of joints go with the joint."""
     change_from: Literal["start"] | Seconds | None = None
@@ -24,22 +40,34 @@ class Measured(Model):
         plain = getattr(self, "stat", None) == "count" or getattr(self, "relative", False)
         return "" if plain else self.unit
 
+    @property
+    def at_rest(self) -> float | None:
+        """Its value while nothing moves, the same in every case; None if there is none. Of copies, that of each."""
+        return 0.0 if self.change_from is not None else self.traits.at_rest
+
 
 class Volume(Measured):
     """Volume [m3] inside the surface of soft bodies, together."""
 
     kind: Literal["volume"]
     unit: ClassVar[str] = "m3"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selector
     """A soft body or its copies."""
     relative: Bool = False
     """As a part of the volume at the start."""
+
+    @property
+    def at_rest(self) -> float | None:
+        """Its value while nothing moves."""
+        return 1.0 if self.relative and self.change_from is None else super().at_rest
 
 
 class Stretch(Measured):
     """Length of the edges of a body's surface over their lengths at the start; 1 is unstretched."""
 
     kind: Literal["stretch"]
+    traits: ClassVar = Traits(at_rest=1.0, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A cloth or soft body, or its copies."""
     stat: SpreadStat = "max"
@@ -53,6 +81,7 @@ class Strain(Measured):
     """
 
     kind: Literal["strain"]
+    traits: ClassVar = Traits(at_rest=0.0, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A soft body or its copies."""
     stat: SpreadStat = "max"
@@ -69,6 +98,7 @@ class Wrinkling(Measured):
 
     kind: Literal["wrinkling"]
     unit: ClassVar[str] = "1/m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A cloth or its copies."""
 
@@ -82,6 +112,7 @@ class FoldedArea(Measured):
 
     kind: Literal["folded_area"]
     unit: ClassVar[str] = "m2"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selector
     """A cloth or its copies."""
     axis: AxisName = "z"
@@ -97,6 +128,7 @@ class Gap(Measured):
 
     kind: Literal["gap"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selector
     """A body or its copies; this or the other deforms."""
     to: Selector
@@ -108,6 +140,7 @@ class SelfPenetration(Measured):
 
     kind: Literal["self_penetration"]
     unit: ClassVar[str] = "m"
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A cloth or its copies."""
 
@@ -119,6 +152,7 @@ class Pieces(Measured):
     """
 
     kind: Literal["pieces"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A soft body or its copies."""
 
@@ -130,6 +164,7 @@ class LargestPiece(Measured):
     """
 
     kind: Literal["largest_piece"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A soft body or its copies."""
 
@@ -142,6 +177,7 @@ class Leaked(Measured):
     """
 
     kind: Literal["leaked"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A granular body, liquid or snow, or its copies."""
 
@@ -150,6 +186,7 @@ class ShareIn(Measured):
     """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
 
     kind: Literal["share_in"]
+    traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A body that deforms, or its copies."""
     region: Region

@@ -32,15 +32,6 @@ INSTEAD = {
     ("stretch", "grains"): "its particles have no edges: measure its `extent`",
 }
 """What to measure instead, by measure and kind of body."""
-FRAMED = {
-    "angular_speed": "measure the `velocity` of a `region` of it",
-    "angular_velocity": "measure the `velocity` of a `region` of it",
-    "turns": "measure the `position` of two regions of it",
-    "bend": "measure the `position` of three regions of it, or the `wrinkling` of a cloth",
-    "angular_momentum": "measure its `momentum`",
-    "tilt": "measure the `position` of two regions of it",
-}
-"""Measures of a body's own frame, and what to measure instead."""
 FORCES = ("contact_force", "contact_count")
 """Measures of contacts, which the engine reports only for rigid bodies."""
 
@@ -64,8 +55,8 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
             table.report((*where, "region"), message, "not-soft", key=True)
             return True
         return False
-    if kind in FRAMED:
-        message = f"`{member.name}` deforms, so it has no {kind.replace('_', ' ')}; {FRAMED[kind]}"
+    if measure.traits.instead:
+        message = f"`{member.name}` deforms, so that it has no {kind.replace('_', ' ')}; {measure.traits.instead}"
         table.report((*where, "of"), message, "measure-kind")
         return True
     if kind in FORCES:
