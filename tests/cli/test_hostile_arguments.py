@@ -7,9 +7,13 @@ from pathlib import Path
 import pytest
 from handmade import Cli
 
+from text2sim.cli.main import COMMANDS
 from text2sim.service import exits
 
-COMMANDS = (
+CALLS = (
+    "check X",
+    "show X",
+    "compare X X",
     "run X --runs file",
     "run cases/fall --runs X --variant X",
     "run cases/fall --runs file --set X",
@@ -40,6 +44,12 @@ COMMANDS = (
     "benchmark run X",
     "X",
 )
+APART = frozenset(
+    "new render replay export generate repair edit watch compile fmt diff patch migrate git prefabs asset schema doctor "
+    "mcp".split()
+)
+"""Commands that write beside what they read, so that it must not be a file of this machine, that do not end, or that
+read nothing."""
 WORDS = (
     "a\0b",
     "\x1b[2J\x1b]0;x\a",
@@ -65,7 +75,11 @@ WORDS = (
 RAW = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\u202a-\u202e\u2066-\u2069]")
 
 
-@pytest.mark.parametrize("words", COMMANDS)
+def test_every_command_is_called_or_set_apart() -> None:
+    assert {call.split()[0] for call in CALLS} - {"X"} | APART == set(COMMANDS)
+
+
+@pytest.mark.parametrize("words", CALLS)
 def test_no_argument_is_a_bug_of_ours_or_moves_the_cursor(
     cli: Cli, case: Path, monkeypatch: pytest.MonkeyPatch, words: str
 ) -> None:
