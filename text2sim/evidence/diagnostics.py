@@ -8,7 +8,7 @@ from text2sim.evidence import soft_diagnostics
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.evidence.works import work_of_motors, work_of_pushes
 from text2sim.recording.states import Array
-from text2sim.spec_schema.models.bodies import Articulated, Chain, Rigid
+from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.names.selectors import body_of
@@ -78,7 +78,7 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
     case, states = recording.case, recording.states
     bodies, controls = case.bodies.values(), case.actions.controls.values()
     if (
-        not all(_is_passive(b) for b in bodies)
+        not all(body.passive for body in bodies)
         or not all(isinstance(c, InitialVelocity) for c in controls)
         or states.frames < 2
     ):
@@ -101,16 +101,6 @@ def energy_from_nowhere(recording: RecordedCase) -> list[str]:
         f"energy grows by {100 * gain / scale:.2g} % in a scene that nothing drives, at {states.time[at]:.3g} s: the "
         "solver added it; use more substeps"
     ]
-
-
-def _is_passive(body: Any) -> bool:
-    if isinstance(body, Rigid):
-        joints = [] if body.mount.kind in ("free", "fixed") else [body.mount]
-    elif isinstance(body, Articulated) and body.links is not None and not body.loops:
-        joints = [link.joint for link in body.links.values() if link.joint is not None]
-    else:
-        return isinstance(body, Chain) and not body.joint.spring
-    return not any(getattr(joint, "actuator", None) or getattr(joint, "spring", 0.0) for joint in joints)
 
 
 def energy_series(recording: RecordedCase) -> dict[str, Array]:

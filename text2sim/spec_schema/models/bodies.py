@@ -1,6 +1,6 @@
 """Section `bodies`: everything that moves."""
 
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, model_validator
 
@@ -78,6 +78,10 @@ class BallMount(JointDynamics):
 Mount = Annotated[FreeMount | FixedMount | HingeMount | SliderMount | BallMount, ByKind()]
 
 
+def _gives_energy(joint: Any) -> bool:
+    return bool(getattr(joint, "actuator", None) or getattr(joint, "spring", 0.0))
+
+
 class Rigid(Placed):
     """One rigid body."""
 
@@ -93,6 +97,11 @@ class Rigid(Placed):
     def startable(self) -> bool:
         """Whether it can be given a velocity at the start."""
         return self.mount.kind == "free"
+
+    @property
+    def passive(self) -> bool:
+        """Whether it can only lose energy by itself."""
+        return not _gives_energy(self.mount)
 
 
 class Driven(Placed):
@@ -214,6 +223,12 @@ class Articulated(Placed):
             raise ValueError("give either links or file")
         return self
 
+    @property
+    def passive(self) -> bool:
+        """Whether it can only lose energy by itself; of a file, that is not known."""
+        known = self.links is not None and not self.loops
+        return known and not any(_gives_energy(link.joint) for link in (self.links or {}).values())
+
 
 class Payload(Model):
     """A load at the end of a chain."""
@@ -259,6 +274,11 @@ class Chain(Linked):
             sizes = f"{self.link_length:g} and {self.radius:g}"
             raise ValueError(f"link_length must be at least twice the radius (got {sizes})")
         return self
+
+    @property
+    def passive(self) -> bool:
+        """Whether it can only lose energy by itself."""
+        return not self.joint.spring
 
 
 class Net(Linked):

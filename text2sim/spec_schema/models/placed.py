@@ -31,9 +31,17 @@ class Placed(Model):
         """Whether it can be given a velocity at the start: nothing holds it."""
         return False
 
+    @property
+    def passive(self) -> bool:
+        """Whether it can only lose energy by itself: it has no motor, spring, loop or net of constraints."""
+        return False
+
 
 class Linked(Placed):
-    """A body of links on joints that follow from a few numbers: the case names them, and does not list them."""
+    """A body of links on joints that follow from a few numbers: the case names them, and does not list them.
+
+    Every such kind has a `material`. What its links and joints are called is found by `known_parts` of the compiler.
+    """
 
 
 class Deformable(Placed):
