@@ -31,8 +31,11 @@ def edit_contacts(solver, name, change):
         detect()
         count = int(view(state.n_contacts)[0])
         if count:
-            values = view(field)
-            change(values[:count, 0], view(data.geom_a)[:count, 0].long(), view(data.geom_b)[:count, 0].long())
+            # Contacts that the engine dropped keep their rows: those that count can lie beyond the first `count`.
+            live, values = view(state.contact_sort_idx)[:count, 0].long(), view(field)
+            chosen = values[live, 0]
+            change(chosen, view(data.geom_a)[live, 0].long(), view(data.geom_b)[live, 0].long())
+            values[live, 0] = chosen
             if not gs.use_zerocopy:
                 field.from_torch(values)
 
