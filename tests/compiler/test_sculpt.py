@@ -139,6 +139,15 @@ def test_pieces_follow_the_parts() -> None:
     assert whole.collision == "decompose" and whole.enclosed == pytest.approx(geometry.volume(shape, Path()))
 
 
+def test_a_bore_does_not_cut_a_wheel_into_slices() -> None:
+    """Every slice of the wheel is as full as the whole: slices of 1 mm would leak, and ask for tiny time steps."""
+    wheel = {"kind": "revolve", "smooth": True, "profile": [[0.02, 0], [0.055, 0.008], [0.055, 0.032], [0.02, 0.04]]}
+    bore = {"kind": "limb", "op": "cut", "points": [[0, 0, -0.02], [0, 0, 0.06]], "radii": 0.008}
+    (corners, _), *others = sculpted(sculpt(wheel=wheel, bore=bore)).hulls
+    assert not others
+    assert np.ptp(corners[:, 2]) == pytest.approx(0.04, rel=0.02)
+
+
 def test_limits_hold_before_anything_is_made() -> None:
     fine = sculpt(detail=1e-6, ball=BALL)
     with pytest.raises(AssetError, match=r"`detail` can be 0\.\d+ m or more"):

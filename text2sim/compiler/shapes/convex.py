@@ -76,24 +76,28 @@ def _solid(points: Array) -> bool:
 
 
 def _joined(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
-    """Join neighbours as long as their hull stays near the surface."""
+    """Join neighbours as long as their hull stays near the surface, or where they are already."""
     found: list[Array] = []
     for atom in row:
-        if found:
-            both = np.concatenate([found[-1], atom])
-            if _stays(both, field, off):
-                found[-1] = both
-                continue
-        found.append(atom)
+        if found and _stays(found[-1], atom, field, off):
+            found[-1] = np.concatenate([found[-1], atom])
+        else:
+            found.append(atom)
     return found
 
 
-def _stays(points: Array, field: Callable[[Array], Array], off: float) -> bool:
+def _stays(one: Array, other: Array, field: Callable[[Array], Array], off: float) -> bool:
+    """Return whether the hull of two pieces stands out no farther than each of them does: a cut is filled by both."""
     from scipy.spatial import ConvexHull
 
-    hull = ConvexHull(points)
-    a, b, c = (points[hull.simplices[:, k]] for k in range(3))
-    return bool((field(np.concatenate([(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2])) < off).all())
+    points = np.concatenate([one, other])
+    a, b, c = (points[ConvexHull(points).simplices[:, k]] for k in range(3))
+    samples = np.concatenate([(a + b + c) / 3, (a + b) / 2, (b + c) / 2, (c + a) / 2])
+    far = samples[field(samples) >= off]
+    if not len(far):
+        return True
+    faces = [ConvexHull(piece).equations for piece in (one, other)]
+    return bool(np.any([(far @ rows[:, :3].T + rows[:, 3] < 1e-9).all(axis=1) for rows in faces], axis=0).all())
 
 
 def _corners(points: Array) -> Array:
