@@ -28,6 +28,11 @@ scene:
     beam: {shape: {kind: box, size: [0.1, 2, 0.1]}, pose: {pos: [9, 9, 1]}}
     ramp: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [-9, 0, 1], euler_deg: [0, 30, 0]}}
     hill: {shape: {kind: plane}, pose: {pos: [0, 0, -9], euler_deg: [20, 0, 0]}}
+    roof:
+      shape:
+        kind: polyhedron
+        points: [[-1, -1, 0], [-1, 1, 0], [1, -1, 0], [1, 1, 0], [0, -1, 0.5], [0, 1, 0.5]]
+      pose: {pos: [0, -9, 1], euler_deg: [0, 0, 90]}
     open_box:
       shape:
         kind: compound
@@ -361,6 +366,17 @@ def test_flush_lies_flat_on_what_leans_turned_about_its_normal(target, leans):
     for copy in (level, turned):
         height = sum(n * (p - q) for n, p, q in zip(normal, copy.pos, base, strict=True))
         assert height == pytest.approx(face + 0.05, abs=2e-6), "its whole face touches"
+
+
+@pytest.mark.parametrize(("at", "side"), [("[0, -9.5]", -1), ("[0, -8.6]", 1), ("{face: left}", -1)])
+def test_flush_lies_on_the_face_that_is_there(at: str, side: int):
+    """On a gable roof, whose ridge runs along x after its turn, the face depends on the place."""
+    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
+    (copy,) = placed(f"brick: {{{brick}, place: {{on: roof, at: {at}, flush_deg: 25}}}}")["brick"]
+    normal = (0.0, side / math.sqrt(5), 2 / math.sqrt(5))
+    assert quat_rotate(copy.quat, (0, 0, 1)) == pytest.approx(normal)
+    height = sum(n * (p - q) for n, p, q in zip(normal, copy.pos, (0, -9, 1.5), strict=True))
+    assert height == pytest.approx(0.05, abs=2e-6), "its whole face touches"
 
 
 @pytest.mark.parametrize(("target", "leans"), [("ramp", (0, 30, 0)), ("hill", (20, 0, 0))])

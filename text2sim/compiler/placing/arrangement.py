@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.around import along_axis
+from text2sim.compiler.placing.footing import face_under
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.patterns import Variables, pattern_middle
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
@@ -164,8 +165,8 @@ def _oriented(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot
                 quat = IDENTITY if where is None else quat_of(where)
             except ValueError as error:
                 raise PlaceError(str(error), "quat") from None
-            if flush is not None:
-                leaning = quat_between((0.0, 0.0, 1.0), targets.partner(entry, index).upward())
+            if place is not None and flush is not None:
+                leaning = quat_between((0.0, 0.0, 1.0), face_under(place, targets.partner(entry, index)))
                 quat = quat_multiply(leaning, quat_from_yaw(math.radians(flush)))
             if rings and place is not None and place.quat is None and place.euler_deg is None:
                 quat = along_axis(targets.partner(entry, index))
@@ -195,7 +196,7 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
     goal, middle = targets.partner(entry, 0), pattern_middle(repeat)
     if place.flush_deg is not None:
         # The pattern leans with its copies: left level, only one copy would rest on the slope.
-        lean = quat_between((0.0, 0.0, 1.0), goal.upward())
+        lean = quat_between((0.0, 0.0, 1.0), face_under(place, goal))
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
     shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))

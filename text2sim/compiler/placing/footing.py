@@ -16,6 +16,8 @@ _UNITS: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0
 _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
 _ROUNDS = 20
+_INWARDS = 0.95
+"""Part of the way from a body's middle to a region of it."""
 _FREE = 1e-6
 """Gap [m] that is left to a wall, so that what stands there can still fall."""
 
@@ -41,6 +43,22 @@ def region_point(target: PlacedGroup, region: BodyRegion, key: str) -> Vec:
     except RegionError as error:
         raise PlaceError(str(error), key) from None
     return frame_apply(spot.pos, spot.quat, middle)
+
+
+def face_under(place: Place, target: PlacedGroup) -> Vec:
+    """Return the normal of the face of the target on which something is placed, at `at` or else at its middle.
+
+    Raises:
+        PlaceError: if nothing lies in the region of `at`.
+    """
+    x, y, _ = target.middle()
+    if isinstance(place.at, BodyRegion) and len(target.members) == 1:
+        # Somewhat inwards: a side or a corner of a face belongs to other faces as well.
+        a, b, _ = region_point(target, place.at, "at")
+        x, y = x + _INWARDS * (a - x), y + _INWARDS * (b - y)
+    elif isinstance(place.at, tuple):
+        x, y = place.at
+    return target.upward(x, y)
 
 
 def footing(

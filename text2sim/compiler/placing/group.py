@@ -12,8 +12,11 @@ from text2sim.compiler.shapes.rotation import (
     quat_conjugate,
     quat_multiply,
     quat_rotate,
+    quat_to_rows,
+    vector_unit,
 )
 from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes
+from text2sim.compiler.shapes.skin import skin_of
 from text2sim.compiler.shapes.solid import Solid
 
 SMOOTH = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
@@ -79,14 +82,45 @@ class PlacedGroup:
         turns = {spot.quat for spot in self.members}
         return turns.pop() if len(turns) == 1 else IDENTITY
 
-    def upward(self) -> Vec:
-        """Return the normal of the uppermost face, along an axis of the frame that copies share; that of a plane."""
+    def upward(self, x: float, y: float) -> Vec:
+        """Return the normal of the flat face that is on top at a place [m].
+
+        Of a plane it is the plane's; of what is round there, or not there, that of its uppermost side: along an axis of
+        the frame that copies share.
+        """
         if self.planes:
             return quat_rotate(self.planes[0].quat, (0.0, 0.0, 1.0))
+        found = None
+        if any(spot.shape is None or spot.shape.kind not in SMOOTH[:-1] for spot in self.members):
+            found = self._face_at(x, y)
+        if found is not None:
+            return found
         axes = [
             quat_rotate(self.frame(), [sign * (k == i) for i in range(3)]) for k in range(3) for sign in (1.0, -1.0)
         ]
         return max(axes, key=lambda axis: axis[2])
+
+    def _face_at(self, x: float, y: float) -> Vec | None:
+        """Return the normal of the face that a drop falls on; None where there is none, or it is part of a curve."""
+        import numpy as np
+
+        found, top = None, -math.inf
+        for spot in self.members:
+            turn = np.array(quat_to_rows(spot.quat)).T
+            for row in self.sizes.pieces(spot):
+                corners = skin_of([row]).triangles @ turn + spot.pos
+                sides = np.roll(corners, -1, axis=1) - corners
+                normals = np.cross(sides[:, 0], sides[:, 1])
+                # Seen from above, the drop lies to the left of every side; on a side, it is on both faces.
+                left = (sides[..., 0] * (y - corners[..., 1]) - sides[..., 1] * (x - corners[..., 0])).min(1)
+                up = normals[:, 2]
+                hit = (up > 1e-9 * np.linalg.norm(normals, axis=1)) & (left >= -1e-9 * up)
+                for normal, corner in zip(normals[hit], corners[hit, 0], strict=True):
+                    height = corner[2] - ((x, y) - corner[:2]) @ normal[:2] / normal[2]
+                    if height > top + 1e-9:
+                        flat = row[0].kind in ("box", "hull", "mesh")
+                        found, top = vector_unit(normal.tolist()) if flat else None, float(height)
+        return found
 
     def solids(self) -> list[Solid]:
         """Return the convex pieces of all copies but planes.

@@ -107,8 +107,9 @@ class Rigid(Placed):
 class Driven(Placed):
     """A body with prescribed motion: listed in the evidence, never subject of an event.
 
-    It pushes movable bodies, and passes through others: the ground, statics, bodies with a fixed mount, other driven
-    bodies. Evidence reports how far it left its path, which only happens under loads of tonnes.
+    It pushes what can move, and passes through what cannot: the ground, statics, bodies with a fixed mount, other
+    driven bodies. Evidence says how far it came off its path, as loads of tonnes bring about, and what is
+    jammed against something that cannot move.
     """
 
     kind: Literal["driven"]
