@@ -1,4 +1,4 @@
-"""Boxes on an edge: on a slope, on level ground, leaning on each other."""
+"""Boxes and polyhedra on an edge: on a slope, on level ground, leaning on each other."""
 
 from math import radians
 
@@ -55,3 +55,33 @@ bodies:
 def test_cards_whose_upper_edges_meet_lean_on_each_other(tmp_path, x, tilted):
     found = findings(tmp_path, "on-edge", CARDS % (0.146183, x, 0.146183))
     assert len(found) == 2 * tilted
+
+
+WEDGE = "{kind: polyhedron, points: [[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0], [1, -1, 0.8], [1, 1, 0.8]]}"
+BLOCKS = {
+    "box": "{kind: box, size: [0.2, 0.2, 0.2]}",
+    "polyhedron": "{kind: polyhedron, points: [[-0.1, -0.1, -0.1], [0.1, -0.1, -0.1], [-0.1, 0.1, -0.1], "
+    "[0.1, 0.1, -0.1], [-0.1, -0.1, 0.1], [0.1, -0.1, 0.1], [-0.1, 0.1, 0.1], [0.1, 0.1, 0.1]]}",
+}
+WEDGED = """\
+scene: {statics: {wedge: {shape: %s}}}
+bodies:
+  block: {kind: rigid, shape: %s, place: {on: %s, at: [0, 0], %s}}
+"""
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+@pytest.mark.parametrize(
+    ("support", "turn", "tilt"),
+    [
+        ("wedge", "euler_deg: [0, 0, 30]", "21.8 deg"),
+        ("wedge", "flush_deg: 30", None),
+        ("floor", "euler_deg: [40, 0, 0]", "40 deg"),
+        ("floor", "euler_deg: [0, 0, 40]", None),
+    ],
+)
+def test_polyhedra_lie_and_carry_as_boxes_do(tmp_path, block, support, turn, tilt):
+    text = WEDGED.replace("[0, 0], %s", "[3, 0], %s") if support == "floor" else WEDGED
+    found = findings(tmp_path, "on-edge", text % (WEDGE, block, support, turn))
+    assert len(found) == (tilt is not None)
+    assert all(tilt in problem.message for problem in found)

@@ -1,11 +1,20 @@
-"""Boxes that start on an edge or a corner, on level ground or on a slope, and will tip."""
+"""Boxes and polyhedra that start on an edge or a corner, on level ground or on a slope, and will tip."""
 
 from collections.abc import Iterator
 from itertools import product
 from math import acos, degrees
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_rotate, vector_dot
+from text2sim.compiler.shapes.rotation import (
+    Vec,
+    frame_apply,
+    quat_multiply,
+    quat_rotate,
+    vector_cross,
+    vector_dot,
+    vector_minus,
+    vector_unit,
+)
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import StandingPart
@@ -16,10 +25,13 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
 TILT = 2.0
-"""Largest angle [deg] between two faces at which a box counts as lying on its face."""
+"""Largest angle [deg] between two faces at which a body counts as lying on its face."""
 MIN_UPWARD = 0.5
 """Smallest cosine between the normal of a support and straight up."""
 _AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+Face = tuple[Vec, Vec]
+"""Outward normal of a face, and a point [m] of it."""
 
 
 def _edges(facts: Facts) -> Iterator[Problem]:
@@ -32,7 +44,7 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         for name in facts.case.bodies
         if name not in held
         for copy in facts.placed[name]
-        if facts.loose(copy) and (box := _single_box(facts, copy)) is not None
+        if facts.loose(copy) and (box := _edged(facts, copy)) is not None
     }
     neighbours: dict[str, list[Copy]] = {name: [] for name in boxes}
     for one, other in facts.near(-RESTING) if boxes else ():
@@ -63,56 +75,61 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("on-edge", ("bodies", name), text, key=True)
 
 
-def _single_box(facts: Facts, copy: Copy) -> StandingPart | None:
+def _edged(facts: Facts, copy: Copy) -> StandingPart | None:
+    """Return the only piece of a box or a polyhedron."""
     parts = facts.parts(copy)
-    return parts[0] if len(parts) == 1 and parts[0].piece.kind == "box" else None
+    flat = len(parts) == 1 and getattr(copy.shape, "kind", "") in ("box", "polyhedron")
+    return parts[0] if flat else None
 
 
-def _axes(part: StandingPart) -> list[Vec]:
-    turn = quat_multiply(part.quat, part.piece.quat)
-    return [quat_rotate(turn, axis) for axis in _AXES]
+def _corners(part: StandingPart) -> list[Vec]:
+    piece = part.piece
+    if piece.kind == "box":
+        a, b, c = (size / 2 for size in piece.size)
+        own: list[Vec] = [(x * a, y * b, z * c) for x, y, z in product((-1.0, 1.0), repeat=3)]
+    else:
+        own = list(piece.vertices)
+    turn, pos = quat_multiply(part.quat, piece.quat), frame_apply(part.pos, part.quat, piece.pos)
+    return [frame_apply(pos, turn, corner) for corner in own]
 
 
-def _tilt(facts: Facts, box: StandingPart, support: Copy) -> float:
-    """Return the angle [deg] between the nearest faces of a box and of its support; 0 if that has no flat face."""
-    axes = _axes(box)
+def _faces(part: StandingPart) -> list[Face]:
+    corners = _corners(part)
+    if part.piece.kind == "box":
+        turn = quat_multiply(part.quat, part.piece.quat)
+        axes = [quat_rotate(turn, axis) for axis in _AXES]
+        # The first corner lies on the three faces that look against the axes, the last on the others.
+        return [((-x, -y, -z), corners[0]) for x, y, z in axes] + [(axis, corners[-1]) for axis in axes]
+    found = []
+    for i, j, k in part.piece.faces:
+        normal = vector_cross(vector_minus(corners[j], corners[i]), vector_minus(corners[k], corners[i]))
+        if any(normal):
+            found.append((vector_unit(normal), corners[i]))
+    return found
+
+
+def _tilt(facts: Facts, body: StandingPart, support: Copy) -> float:
+    """Return the angle [deg] between the nearest faces of a body and of its support; 0 if that has no flat face."""
     for ground in facts.planes:
         if ground.copy is support:
-            return _angle(axes, ground.up)
-    middle = _middle(box)
-    corners = [
-        tuple(
-            m + sum(s * h / 2 * a[k] for s, h, a in zip(signs, box.piece.size, axes, strict=True))
-            for k, m in enumerate(middle)
-        )
-        for signs in product((-1.0, 1.0), repeat=3)
-    ]
+            return _angle(body, ground.up)
+    corners = _corners(body)
     best: tuple[float, Vec] | None = None
     for part in facts.parts(support):
-        if part.piece.kind != "box":
+        if part.piece.kind not in ("box", "hull"):
             return 0.0
-        center = _middle(part)
-        for axis, size in zip(_axes(part), part.piece.size, strict=True):
-            for sign in (-1.0, 1.0):
-                normal = (sign * axis[0], sign * axis[1], sign * axis[2])
-                above = min(
-                    sum(n * (p - c) for n, p, c in zip(normal, corner, center, strict=True)) for corner in corners
-                )
-                if best is None or above - size / 2 > best[0]:
-                    best = (above - size / 2, normal)
+        for normal, point in _faces(part):
+            above = min(vector_dot(normal, vector_minus(corner, point)) for corner in corners)
+            if best is None or above > best[0]:
+                best = (above, normal)
     if best is None or abs(best[0]) > RESTING or best[1][2] < MIN_UPWARD:
         return 0.0
-    return _angle(axes, best[1])
+    return _angle(body, best[1])
 
 
-def _middle(part: StandingPart) -> Vec:
-    offset = quat_rotate(part.quat, part.piece.pos)
-    return part.pos[0] + offset[0], part.pos[1] + offset[1], part.pos[2] + offset[2]
-
-
-def _angle(axes: list[Vec], normal: Vec) -> float:
-    nearest = max(abs(vector_dot(axis, normal)) for axis in axes)
-    return degrees(acos(min(nearest, 1.0)))
+def _angle(body: StandingPart, normal: Vec) -> float:
+    nearest = max(-vector_dot(face, normal) for face, _ in _faces(body))
+    return degrees(acos(max(-1.0, min(nearest, 1.0))))
 
 
 _SLOPE = """\
@@ -130,13 +147,13 @@ RULES = (
     Rule(
         id="on-edge",
         severity="warning",
-        title="A box starts on an edge or a corner.",
+        title="A box or a polyhedron starts on an edge or a corner.",
         reason="""\
-A box that touches its support only with an edge is not in balance: it tips before anything else happens. On a slope,
-this is the result of `place: {on: slope}` if the box stays upright or is turned about the wrong axis.""",
+A body that touches its support only with an edge is not in balance: it tips before anything else happens. On a slope,
+this is the result of `place: {on: slope}` if the body stays upright or is turned about the wrong axis.""",
         remedy="""\
-Turn the box like its support (the same `euler_deg`; a turn about the normal of the slope comes first), or waive the
-rule if it is meant to tip.""",
+Lay it flat with `flush_deg` in its `place`, turn it like its support (the same `euler_deg`; a turn about the normal of
+the slope comes first), or waive the rule if it is meant to tip.""",
         example=_SLOPE % "0",
         fix=_SLOPE % "20",
         run=_edges,
