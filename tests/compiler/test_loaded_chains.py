@@ -41,3 +41,13 @@ def test_a_heavy_payload_asks_for_armature_unless_the_author_gives_it(tmp_path: 
     assert len(links) == 20 + bool("payload" in more)
     found = [link.joint.armature for link in links[1:]]
     assert found == pytest.approx([armature] * len(found), rel=1e-6)
+
+
+def test_what_is_said_of_the_time_constant_is_true(tmp_path: Path):
+    """Of short substeps it is not two."""
+    reasons = []
+    for substeps in (1, 28):
+        (tmp_path / "case.yaml").write_text(CASE.format(more="").replace("duration: 1", f"duration: 1, substeps: {substeps}"))
+        settings = resolve_case(load_case(tmp_path)).settings
+        reasons.append((settings.timeconst, settings.why["timeconst"].split(":")[0]))
+    assert reasons == [(0.02, "two substeps"), (0.002, "the shortest that is derived")]

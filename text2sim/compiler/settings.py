@@ -164,7 +164,11 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
     timeconst = scene.contact.timeconst
     if timeconst is None:
         timeconst = max(2 * step, TIMECONST)
-        why["timeconst"] = "two substeps: the stiffest contact that stays stable"
+        why["timeconst"] = (
+            "two substeps: the stiffest contact that stays stable"
+            if 2 * step >= TIMECONST
+            else "the shortest that is derived: two substeps are less, and may be given"
+        )
         if traits.wound and 4 * step < timeconst:
             timeconst = 4 * step
             why["timeconst"] = "four substeps: in longer contacts a light rope sinks into what it goes round"

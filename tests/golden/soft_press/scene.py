@@ -31,7 +31,7 @@ def make_scene(vis_options=None):
             iterations=50,
             tolerance=1e-08,
             friction_cone=gs.friction_cone.pyramidal,  # survives hard impacts; elliptic does not creep on slopes
-            constraint_timeconst=0.002,  # two substeps: the stiffest contact that stays stable
+            constraint_timeconst=0.002,  # the shortest that is derived: two substeps are less, and may be given
             max_collision_pairs=272,  # 16 for each of 17 convex pieces
         ),
         mpm_options=gs.options.MPMOptions(
