@@ -288,10 +288,10 @@ def test_a_pair_rubs_with_its_own_coefficient(simulate, agree, slope: str):
 
     Of the contacts between two boxes the engine drops some, and counts on with others.
     """
-    text = PAIRS
+    text, angle = PAIRS, np.radians(20)
     if slope == "box":
-        text = text.replace("{kind: plane}, pose: {", "{kind: box, size: [6, 9, 1]}, pose: {pos: [%.6f, 0, %.6f], " % (
-            -0.5 * np.sin(np.radians(20)), -0.5 * np.cos(np.radians(20))))  # fmt: skip
+        middle = f"pos: [{-0.5 * np.sin(angle):.6f}, 0, {-0.5 * np.cos(angle):.6f}]"
+        text = text.replace("{kind: plane}, pose: {", f"{{kind: box, size: [6, 9, 1]}}, pose: {{{middle}, ")
     trial = simulate(text)
     t, s = trial.time, np.radians(20)
     for name, mu in {"slick": 0.1, "grip[0]": 0.5, "grip[1]": 0.9, "grip[2]": 0.2, "grip[3]": 0.3}.items():

@@ -76,7 +76,8 @@ class Place(Model):
     """Turned about the vertical until its +x axis points towards this body or point [m]."""
     flush_deg: Real | None = None
     """With `on` and `above`: laid flat on the face of the other that is on top at that place, however it leans, and
-    turned about its normal by this [deg]. At 0 it is tipped with the face, and not turned. A pattern of copies leans with them."""
+    turned about its normal by this [deg]. At 0 it is tipped with the face, and not turned. A pattern of copies leans
+    with them."""
     quat: Quat | None = None
     """Orientation (w, x, y, z)."""
     euler_deg: Vec3 | None = None
