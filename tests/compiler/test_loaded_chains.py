@@ -43,11 +43,59 @@ def test_a_heavy_payload_asks_for_armature_unless_the_author_gives_it(tmp_path: 
     assert found == pytest.approx([armature] * len(found), rel=1e-6)
 
 
+BY_HAND = """
+text2sim: 2
+name: by_hand
+scene: {{duration: 1}}
+bodies:
+  line:
+    kind: articulated
+    links:
+      seg:
+        repeat: 21
+        parent: "seg_${{k - 1}}"
+        shape: {{kind: capsule, radius: 0.003, length: 0.044}}
+        pose: {{pos: [0, 0, "${{-0.05 if k else 0}}"]}}
+        joint: {{kind: ball, anchor: [0, 0, 0.025]{more}}}
+      load:
+        parent: seg_20
+        shape: {{kind: sphere, radius: 0.115}}
+        material: {{mass: {mass}}}
+        pose: {{pos: [0, 0, -0.14]}}
+        joint: {{kind: ball, anchor: [0, 0, 0.115]}}
+    material: {{density: 7800}}
+    pose: {{pos: [0, 0, 2.5]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "precision", "substeps"),
+    [
+        (CASE.format(more=""), "32", 4),
+        (CASE.format(more=PAYLOAD), "32", 28),
+        (CASE.format(more=PAYLOAD + ", anchored: false"), "64", 28),
+        (CASE.format(more=PAYLOAD + ", joint: {armature: 0}"), "64", 28),
+        (BY_HAND.format(mass=50, more=""), "64", 28),
+        (BY_HAND.format(mass=50, more=", armature: 0.01"), "32", 4),
+        (BY_HAND.format(mass=0.1, more=""), "32", 4),
+    ],
+)
+def test_light_links_beside_a_heavy_load_get_short_steps_and_double_precision(
+    tmp_path: Path, text: str, precision: str, substeps: int
+):
+    """Of the load's inertia a link has 1e-7. h < 1 / w with w = 2 sqrt(2 g M / (m l)), 4e-4 s for 11 g, 5 cm and 50 kg."""
+    (tmp_path / "case.yaml").write_text(text)
+    settings = resolve_case(load_case(tmp_path)).settings
+    assert (settings.precision, settings.substeps) == (precision, pytest.approx(substeps, abs=1))
+
+
 def test_what_is_said_of_the_time_constant_is_true(tmp_path: Path):
     """Of short substeps it is not two."""
     reasons = []
     for substeps in (1, 28):
-        (tmp_path / "case.yaml").write_text(CASE.format(more="").replace("duration: 1", f"duration: 1, substeps: {substeps}"))
+        (tmp_path / "case.yaml").write_text(
+            CASE.format(more="").replace("duration: 1", f"duration: 1, substeps: {substeps}")
+        )
         settings = resolve_case(load_case(tmp_path)).settings
         reasons.append((settings.timeconst, settings.why["timeconst"].split(":")[0]))
     assert reasons == [(0.02, "two substeps"), (0.002, "the shortest that is derived")]

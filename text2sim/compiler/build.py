@@ -23,6 +23,7 @@ from text2sim.compiler.slopes import has_slopes
 from text2sim.compiler.soft.controls import SoftControls
 from text2sim.compiler.soft.resolution import soft_lowering, soft_settings
 from text2sim.compiler.soft.setup import MAX_SPEED
+from text2sim.compiler.trees.carried import smallest_share
 from text2sim.compiler.trees.generators import rope_frequency
 from text2sim.compiler.trees.link_trees import known_parts, named_parts, tree_extents, tree_standing
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
@@ -206,6 +207,7 @@ def _traits(
         swiftest=max((rope_frequency(copy.model) for copy in moving if copy.model.kind == "rope"), default=0.0),
         tautest=max(taut_frequencies(lowering, groups, moving, rows, gravity).values(), default=0.0),
         wound=any(isinstance(point, Round) for body in bodies.values() for point in getattr(body, "along", None) or ()),
+        slightest=min((smallest_share(tree) for tree in trees), default=1.0),
         slopes=has_slopes((copy for group in placed.values() for copy in group), gravity),
     )
 

@@ -179,7 +179,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "solver": Code({"newton": "Newton", "cg": "CG"}[settings.solver]),
         "cone": Code(settings.cone),
         "why": why,
-        "precision": Code(soft.precision if soft is not None else "32"),
+        "precision": Code(settings.precision),
         "soft": soft,
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},

@@ -6,7 +6,7 @@ struck diverges at substeps of 1.5 over this frequency or more (measured with 2 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.lower import Lowering
@@ -14,7 +14,10 @@ from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
 from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.trees.carried import carried_links
 from text2sim.compiler.trees.generators import link_of
+from text2sim.compiler.trees.tree import Tree
+from text2sim.spec_schema.models.bodies import Articulated, Link
 
 SWING = 2.0
 """Assumed tension over weight; a load that swings down from the horizontal would pull with three times its weight."""
@@ -25,6 +28,8 @@ def taut_frequencies(
 ) -> dict[str, float]:
     """Return the angular frequency [rad/s] at which ropes and chains shake under what hangs on them, by copy.
 
+    Three passive links or more in a row that a case lists itself are a chain as well.
+
     Args:
         lowering: Their trees.
         groups: Entities of bodies.
@@ -32,9 +37,16 @@ def taut_frequencies(
         rows: Controls, lowered: what is welded to a rope hangs on it.
         gravity: [m/s2]
     """
+    pull = SWING * math.hypot(*gravity)
+    found = {
+        copy.name: frequency
+        for copy in copies
+        if isinstance(copy.model, Articulated) and copy.model.links
+        if (frequency := _listed(copy.model.links, lowering.trees[copy.name], pull)) > 0.0
+    }
     ropes = [copy for copy in copies if copy.model.kind in ("rope", "chain")]
     if not ropes:
-        return {}
+        return found
     tied: dict[str, set[str]] = {copy.name: {copy.name} for copy in ropes}
     for weld in rows.welds:
         for rope, load in ((weld.a, weld.b), (weld.b, weld.a)):
@@ -42,12 +54,30 @@ def taut_frequencies(
                 tied[rope].add(load)
     wanted = {name for names in tied.values() for name in names}
     weights = masses_of(lowering, groups, (c for c in copies if c.name in wanted and _hangs(c)))
-    found = {}
     for copy in ropes:
         mass, length = link_of(copy.model)
-        pull = SWING * math.hypot(*gravity) * sum(weights.get(name, 0.0) for name in tied[copy.name])
-        found[copy.name] = 2 * math.sqrt(pull / (mass * length))
+        load = sum(weights.get(name, 0.0) for name in tied[copy.name])
+        found[copy.name] = 2 * math.sqrt(pull * load / (mass * length))
     return found
+
+
+def _listed(links: Mapping[str, Link], tree: Tree, pull: float) -> float:
+    """Return the angular frequency [rad/s] of the fastest passive link that hangs in a row of them; 0 if none does."""
+    rows = {row.link.name: row for row in carried_links(tree)}
+
+    def slack(name: str | None) -> bool:
+        joint = None if name is None else links[name].joint
+        return joint is not None and joint.kind in ("hinge", "ball") and getattr(joint, "actuator", None) is None
+
+    fastest = 0.0
+    for name, link in links.items():
+        row, above = rows.get(name), link.parent
+        if row is None or above is None or not (row.reach and slack(name) and slack(above)):
+            continue
+        if any(slack(other) for other, child in links.items() if child.parent == name):
+            heft = row.mass + row.link.all_joints()[0][1].armature / row.reach**2
+            fastest = max(fastest, 2 * math.sqrt(pull * row.load / (heft * row.reach)))
+    return fastest
 
 
 def _hangs(copy: Copy) -> bool:

@@ -168,9 +168,8 @@ class WatchSession:
             return
         if self.engine.hopeless or not self.engine.idle:
             return
-        soft = version.plan.settings.soft
-        if not self.engine.fits("32" if soft is None else soft.precision):
-            self._listener.status("the engine is restarted, for another numeric precision")
+        if not self.engine.fits(version.plan.settings.precision):
+            self._listener.status("a fresh engine is being started, for another precision of numbers")
             return
         self._takes += 1
         self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
