@@ -72,8 +72,8 @@ bodies:
     ("text", "precision", "substeps"),
     [
         (CASE.format(more=""), "32", 4),
-        (CASE.format(more=PAYLOAD), "32", 28),
-        (CASE.format(more=PAYLOAD + ", anchored: false"), "64", 28),
+        (CASE.format(more=PAYLOAD), "32", 12),
+        (CASE.format(more=PAYLOAD + ", anchored: false"), "64", 12),
         (CASE.format(more=PAYLOAD + ", joint: {armature: 0}"), "64", 28),
         (BY_HAND.format(mass=50, more=""), "64", 28),
         (BY_HAND.format(mass=50, more=", armature: 0.01"), "32", 4),
@@ -83,7 +83,10 @@ bodies:
 def test_light_links_beside_a_heavy_load_get_short_steps_and_double_precision(
     tmp_path: Path, text: str, precision: str, substeps: int
 ):
-    """Of the load's inertia a link has 1e-7. h < 1 / w with w = 2 sqrt(2 g M / (m l)), 4e-4 s for 11 g, 5 cm and 50 kg."""
+    """Of the load's inertia a link has 1e-7. h < 1 / w with w = 2 sqrt(2 g M / (m l)), 4e-4 s for 11 g, 5 cm and 50 kg.
+
+    Armature counts as A / l2 of mass: the 1.2e-4 kg m2 of a chain that carries these 50 kg make 50 g of its 11.
+    """
     (tmp_path / "case.yaml").write_text(text)
     settings = resolve_case(load_case(tmp_path)).settings
     assert (settings.precision, settings.substeps) == (precision, pytest.approx(substeps, abs=1))

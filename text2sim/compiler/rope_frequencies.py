@@ -56,6 +56,9 @@ def taut_frequencies(
     weights = masses_of(lowering, groups, (c for c in copies if c.name in wanted and _hangs(c)))
     for copy in ropes:
         mass, length = link_of(copy.model)
+        if copy.model.kind == "chain":
+            joints = (joint for link in lowering.trees[copy.name].links() for _, joint in link.all_joints())
+            mass += min((joint.armature for joint in joints if joint.kind != "free"), default=0.0) / length**2
         load = sum(weights.get(name, 0.0) for name in tied[copy.name])
         found[copy.name] = 2 * math.sqrt(pull * load / (mass * length))
     return found

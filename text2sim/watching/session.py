@@ -169,7 +169,7 @@ class WatchSession:
         if self.engine.hopeless or not self.engine.idle:
             return
         if not self.engine.fits(version.plan.settings.precision):
-            self._listener.status("a fresh engine is being started, for another precision of numbers")
+            self._listener.status("the engine is restarted, for another numeric precision")
             return
         self._takes += 1
         self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)

@@ -196,13 +196,12 @@ def _rope_link(rope: Rope) -> tuple[float, float]:
 
 
 def link_of(body: Rope | Chain) -> tuple[float, float]:
-    """Return mass [kg] and length [m] of a link, with what its armature adds to it."""
+    """Return mass [kg] and length [m] of a link."""
     if isinstance(body, Rope):
         return _rope_link(body)[0], _link_length(body)
     length = body.link_length
     volume = capsule_mass(body.radius, max(length - 2 * body.radius, 0.1 * length), 1.0)
-    mass = density_of(body.material, body.links * volume) * volume
-    return mass + (body.joint.armature or 0.0) / length**2, length
+    return density_of(body.material, body.links * volume) * volume, length
 
 
 def rope_frequency(rope: Rope) -> float:

@@ -11,6 +11,8 @@ from text2sim.spec_schema.errors import Problem
 
 LIMIT = 1.4
 """Largest substep times angular frequency at which a taut rope holds (measured)."""
+MAX_SUBSTEPS = 200
+"""Largest number of substeps that is recommended."""
 
 
 def _shaken(facts: Facts) -> Iterator[Problem]:
@@ -22,10 +24,13 @@ def _shaken(facts: Facts) -> Iterator[Problem]:
             continue
         seen.add(body)
         wanted = math.ceil(scene.dt * frequency / TAUT_STEP)
+        steps = f"scene.substeps of {wanted}"
+        if wanted > MAX_SUBSTEPS:
+            steps = f"scene.dt of {MAX_SUBSTEPS * TAUT_STEP / frequency:.1g} s with scene.substeps of {MAX_SUBSTEPS}"
         text = (
             f"`{name}` is light for its load: taut, its links vibrate at {frequency:.3g} rad/s and fly apart at a "
-            f"substep of {1e3 * facts.substep:.3g} ms; use scene.substeps of {wanted}, fewer and longer links, a "
-            "heavier rope or a lighter load"
+            f"substep of {1e3 * facts.substep:.3g} ms; use {steps}, fewer and longer links, a heavier rope or a "
+            "lighter load"
         )
         yield facts.problem("rope-load", ("bodies", body), text, key=True)
 
