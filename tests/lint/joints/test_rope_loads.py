@@ -57,3 +57,29 @@ bodies:
 """
     assert not findings(tmp_path, "rope-load", chain)
     assert findings(tmp_path, "rope-load", chain.replace("mass: 500}}", "mass: 500}}\n    joint: {armature: 0}"))
+
+
+@pytest.mark.parametrize(("substeps", "found"), [(4, True), (28, False)])
+def test_links_in_a_row_that_a_case_lists_are_a_chain(tmp_path: Path, substeps: int, found: bool) -> None:
+    text = f"""
+scene: {{duration: 1, substeps: {substeps}}}
+bodies:
+  line:
+    kind: articulated
+    links:
+      seg:
+        repeat: 21
+        parent: "seg_${{k - 1}}"
+        shape: {{kind: capsule, radius: 0.003, length: 0.044}}
+        pose: {{pos: [0, 0, "${{-0.05 if k else 0}}"]}}
+        joint: {{kind: hinge, axis: y, anchor: [0, 0, 0.025]}}
+      load:
+        parent: seg_20
+        shape: {{kind: sphere, radius: 0.115}}
+        material: {{mass: 50}}
+        pose: {{pos: [0, 0, -0.14]}}
+        joint: {{kind: hinge, axis: y, anchor: [0, 0, 0.115]}}
+    material: {{density: 7800}}
+    pose: {{pos: [0, 0, 2.5]}}
+"""
+    assert [problem.path for problem in findings(tmp_path, "rope-load", text)] == ["/bodies/line"] * found

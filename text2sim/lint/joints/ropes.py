@@ -53,7 +53,8 @@ RULES = (
 Links of mass m and length l under the tension T vibrate transversely at up to 2 sqrt(T / (m l)), and the engine
 integrates this explicitly: with 2 to 40 kg on links of 2.5 g a struck rope diverged at substeps of 1.5 over this
 frequency and more, and held at {LIMIT:g}. The rule takes T as {SWING:g} times the weight of the rope, its payload and
-attached bodies. Derived substeps are short enough, but there are at most 50 in a step.""",
+attached bodies. Passive links in a row of an articulated body count as a chain, and armature as mass. Derived
+substeps are short enough, but there are at most 50 in a step.""",
         remedy="""\
 Leave `scene.substeps` out or use more; use a shorter `dt`, fewer links, a heavier rope or a lighter load.""",
         example=_ROPE % 1,
