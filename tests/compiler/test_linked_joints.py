@@ -48,7 +48,12 @@ def test_a_hinge_of_a_doll_is_a_joint_like_any_other(section: str, row: str) -> 
         ("measures", "{kind: joint_position, of: doll.pelvis}", "unknown-joint", "`pelvis`, which is a link"),
         ("measures", "{kind: joint_position, of: chain}", "no-joint", "`chain` (chain) has no hinge or slider"),
         ("measures", "{kind: bend, of: doll}", "needs-stat", "has 10 joints"),
-        ("controls", "{kind: drive, joint: doll.shin_l, position: 1}", "no-actuator", "the joints of `doll` are passive"),
+        (
+            "controls",
+            "{kind: drive, joint: doll.shin_l, position: 1}",
+            "no-actuator",
+            "the joints of `doll` are passive",
+        ),
     ],
 )
 def test_what_is_no_hinge_or_slider_is_told(section: str, row: str, rule: str, words: str) -> None:

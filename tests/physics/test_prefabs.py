@@ -95,7 +95,7 @@ def test_wheels_turn_and_roll(trial, agree):
 
 
 def test_a_cart_rolls_down_a_slope(trial, agree):
-    """a = g sin 10 deg / (1 + sum of I / r^2 over the mass); I / r^2 of a tyre, a cylinder, is half its mass."""
+    """A = g sin 10 deg / (1 + sum of I / r^2 over the mass); I / r^2 of a tyre, a cylinder, is half its mass."""
     bed, tyres = trial.pos("cart"), 4 * 500 * np.pi * 0.12**2 * 0.35 * 0.12
     floor, sides, ends = 0.8 * 0.4 * 0.03, 2 * 0.8 * 0.02 * 0.08, 2 * 0.02 * 0.36 * 0.08
     mass = tyres + 500 * (floor + sides + ends)

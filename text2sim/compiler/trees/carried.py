@@ -77,8 +77,8 @@ def _about(lumps: list[_Lump], pivot: Vec) -> float:
 
 def _lumps(link: TreeLink, pos: Vec, quat: Quaternion) -> list[_Lump]:
     if link.inertia is not None:
-        mass, center, tensor = link.inertia
-        return [_Lump(mass, frame_apply(pos, quat, center), max(tensor[:3]))]
+        whole = link.inertia
+        return [_Lump(whole.mass, frame_apply(pos, quat, whole.center), max(whole.inertia[:3]))]
     found = []
     for geom in link.geoms:
         center, radius = geom.piece.ball
