@@ -33,9 +33,10 @@ def make_scene(vis_options=None):
         ),
         pbd_options=gs.options.PBDOptions(
             particle_size=0.025,  # the smallest cell of its bodies
-            # where its bodies can come to; a wider space costs time, and its sides are walls
+            # where its bodies can come to; its sides are walls
             lower_bound=(-5.225, -0.525, -0.1),
             upper_bound=(5.225, 0.525, 2.95),
+            hash_grid_res=(1.0, 1.0, 1.0),  # it repeats: clearing one of the whole space takes longer than the cloth
             max_stretch_solver_iterations=4,  # its own weight then stretches a cloth by half a percent
             max_bending_solver_iterations=1,  # as the engine has it
         ),

@@ -33,9 +33,14 @@ def make_scene(vis_options=None):
         ),
         pbd_options=gs.options.PBDOptions(
             particle_size=0.00589,  # 4000 particles make all cloths; finer is slow
-            # where its bodies can come to; a wider space costs time, and its sides are walls
+            # where its bodies can come to; its sides are walls
             lower_bound=(-0.30039, -0.28272, -0.02356),
             upper_bound=(0.30039, 0.28272, 0.71269),
+            hash_grid_res=(
+                0.2356,
+                0.2356,
+                0.2356,
+            ),  # it repeats: clearing one of the whole space takes longer than the cloth
             max_stretch_solver_iterations=10,
             max_bending_solver_iterations=1,  # as the engine has it
         ),

@@ -28,6 +28,8 @@ class PbdSettings:
     high: Vec
     stretch_iterations: int
     bending_iterations: int
+    hash_size: Vec
+    """Extent of the hash grid [m], which repeats."""
 
 
 @dataclass(frozen=True)
