@@ -76,7 +76,7 @@ def test_what_cannot_be_read_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
         done = CliRunner().invoke(app, ["generate", *given, *MODEL])
         assert done.exit_code != 0
         assert word in str(done.exception)
-    assert "one of them" in str(CliRunner().invoke(app, ["generate", "words", "--file", "latin.txt", *MODEL]).exception)
+    assert "not both" in str(CliRunner().invoke(app, ["generate", "words", "--file", "latin.txt", *MODEL]).exception)
 
 
 @pytest.mark.parametrize(

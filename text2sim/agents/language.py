@@ -368,10 +368,10 @@ _RARE, _RARE_OF_STATICS = (
 """Rows of fields that Writers rarely need."""
 _SOFT_ROWS = re.compile(
     rf"^- `(?:{'|'.join(SOFT_FIELDS)})`.*\n"
-    r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:bodies that deform|mpm and fem bodies).*\n",
+    r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:deformable|mpm and fem) bodies.*\n",
     re.MULTILINE,
 )
-_SOFT = re.compile(r"\b(?:deforms?|[Cc]loth|soft body|mpm|pbd|fem)\b")
+_SOFT = re.compile(r"\b(?:deforms?|deformable|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 """Names of deformable bodies in the examples."""
 

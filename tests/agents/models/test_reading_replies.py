@@ -67,7 +67,7 @@ def test_the_block_comes_along_as_it_was_written() -> None:
         ("so:\n```yaml\na: 1\nb:", 2, "not closed"),
         ('so\n\n{"a": 1', 3, "not closed"),
         (fenced("just words"), 2, "no mapping and no list"),
-        ("hm\n" + fenced("a: 1\nb: 2\na: 3"), 5, "the key `a` is already given"),
+        ("hm\n" + fenced("a: 1\nb: 2\na: 3"), 5, "the key `a` is already in line 3"),
         (fenced("a: &x [1]\nb: *x"), 2, "anchors"),
         (fenced("a: *x"), 2, "aliases"),
         (fenced("a: !!python/object/apply:os.system ['echo hi']"), 2, "tags"),

@@ -115,7 +115,13 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
 
 
 def joints_of(table: NameTable, body: str, model: Any) -> Mapping[str, Any]:
-    """Return the model of each joint of a body of links, by name, as far as they are known."""
+    """Return the model of each joint of a body of links, by name, as far as they are known.
+
+    Args:
+        table: The bodies of the case.
+        body: Name of the body.
+        model: Its model.
+    """
     if body in table.parts:
         return table.parts[body].joints
     links = (model.links or {}) if isinstance(model, Articulated) else {}
