@@ -27,7 +27,7 @@ def compile_cases(
     from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import Text2SimError
 
-    row = examine(case, plan=False, overlay=overlay_of(variants, sets))
+    row = examine(case, to="loaded", overlay=overlay_of(variants, sets))
     program = (out if out is not None else row.path.parent / "program").absolute()
     files: list[str] = []
     if row.loaded is not None:

@@ -86,7 +86,7 @@ def run_cases(
         if len(paths) != 1:
             raise typer.BadParameter("a sweep takes one case", param_hint="'CASES...'")
         raise typer.Exit(run_sweep(paths[0], overlay, sweep, grid or [], how, as_json=as_json))
-    rows = [examine(path, plan=len(paths) > 1, overlay=overlay) for path in paths]
+    rows = [examine(path, to="linted" if len(paths) > 1 else "loaded", overlay=overlay) for path in paths]
     if any(not row.ok for row in rows):
         if as_json:
             say_json({"ok": False, "runs": [row.as_dict() for row in rows]})

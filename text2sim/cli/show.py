@@ -33,14 +33,15 @@ def show(
     from text2sim.cli.output import say_json
     from text2sim.compiler.explicit import explicit
     from text2sim.drawing.layout import write_layout
-    from text2sim.service.examined import Examined, case_file
+    from text2sim.service.examined import examine
     from text2sim.spec_schema.errors import Text2SimError, did_you_mean
 
     # Pictures are drawn in threads, with which those of the matrix library would compete.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     overlay = overlay_of(variants, sets)
-    row = Examined(case_file(case))
-    resolution = _resolve(row, case, overlay)
+    # Without the lint: a picture may help to fix what it finds.
+    row = examine(case, to="resolved", overlay=overlay)
+    resolution = row.resolution
     if resolution is None:
         say_examined(row) if not as_json else say_json(row.as_dict())
         raise typer.Exit(row.exit)
@@ -60,24 +61,6 @@ def show(
     if open_it and not no_png and row.ok:
         _open(target)
     raise typer.Exit(row.exit)
-
-
-def _resolve(row: "Examined", case: Path, overlay: "CaseOverlay") -> "Resolution | None":
-    """Resolve a case; its problems are added to `row`. The lint is skipped: a picture may help to fix its findings."""
-    from text2sim.compiler.build import resolve_case
-    from text2sim.spec_schema.errors import Text2SimError
-    from text2sim.spec_schema.load import load_case
-
-    try:
-        row.loaded = load_case(case, overlay)
-        row.path = row.loaded.path
-        resolution = resolve_case(row.loaded)
-    except (Text2SimError, OSError) as error:
-        row.blame(error)
-        return None
-    row.plan, row.problems = resolution.plan, list(resolution.plan.warnings)
-    row.collect_sources()
-    return resolution
 
 
 def _title(overlay: "CaseOverlay") -> str:

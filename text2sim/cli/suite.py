@@ -36,7 +36,7 @@ def run_suite(
     documents: list[dict[str, Any]] = []
     # On a terminal a live line shows progress; elsewhere a suite only prints its summary.
     quiet, overlay = as_json or not sys.stderr.isatty(), options.overlay
-    rows = [row for path in find_cases(paths) if pattern in (row := examine(path, plan=False, overlay=overlay)).name]
+    rows = [row for path in find_cases(paths) if pattern in (row := examine(path, to="loaded", overlay=overlay)).name]
     for row, result in attempts(rows, quiet=quiet, **options.of_attempts(film=film)):
         word = "ERROR" if result is None else "PASS" if result.passed else "FAIL"
         tally[word] += 1

@@ -35,7 +35,7 @@ def run_sweep(
     from text2sim.service.examined import examine
     from text2sim.service.phrases import shown, summary
 
-    base = examine(path, plan=False, overlay=overlay)
+    base = examine(path, to="loaded", overlay=overlay)
     points = _points(base, name, grid) if base.ok else []
     rows = [(label, examine(path, overlay=overlay + over)) for label, over in points]
     bad = [row for _, row in rows if not row.ok] or ([] if base.ok else [base])

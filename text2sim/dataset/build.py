@@ -61,7 +61,7 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[DrawJob]:
     jobs, problems = [], []
     for name, source in recipe.sources.items():
         for case in find_cases(root / path for path in source.cases):
-            plain = examine(case, plan=False)
+            plain = examine(case, to="loaded")
             if plain.loaded is None:
                 if not plain.problems:
                     raise RunError(f"{plain.title}: {plain.failure}")
@@ -72,7 +72,7 @@ def jobs_of(recipe: Recipe, root: Path, runs: Path, out: Path) -> list[DrawJob]:
             if source.sweep is not None:
                 bases += [over for _, over in runs_of(plain.loaded.written, source.sweep)]
             for base in bases:
-                if base and not (found := examine(case, plan=False, overlay=base)).ok:
+                if base and not (found := examine(case, to="loaded", overlay=base)).ok:
                     problems += found.problems
                 jobs += [
                     DrawJob(recipe, name, case_file(case), plain.name, base, k, runs, out) for k in range(source.draws)

@@ -50,7 +50,7 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
                 message = f"there is no rule `{rule}`; `text2sim check --rules` lists them"
                 yield document.problem((*where, "refuse", k), message, rule="unknown-rule", hint=nearest(rule, known))
         for case in find_cases(root / path for path in source.cases):
-            plain = examine(case, plan=False)
+            plain = examine(case, to="loaded")
             if plain.loaded is not None:
                 named.append((name, plain.name))
                 yield from _of_case(document, where, source, case, plain)
@@ -74,7 +74,7 @@ def _of_case(document: Document, where: Place, source: CaseSource, case: Path, p
     assert plain.loaded is not None
     bases = [CaseOverlay()] if source.plain else []
     for k, variant in enumerate(source.variants):
-        found = examine(case, plan=False, overlay=CaseOverlay(variants=(variant,)))
+        found = examine(case, to="loaded", overlay=CaseOverlay(variants=(variant,)))
         lacking = [problem for problem in found.problems if problem.file == "--variant"]
         yield from (_moved(document, (*where, "variants", k), problem) for problem in lacking)
         bases += [] if lacking else [found.overlay]
@@ -84,7 +84,7 @@ def _of_case(document: Document, where: Place, source: CaseSource, case: Path, p
         except SpecError as error:
             yield from (_moved(document, (*where, "sweep"), problem) for problem in error.problems)
     for base in bases:
-        first = examine(case, plan=False, overlay=base)
+        first = examine(case, to="loaded", overlay=base)
         if first.loaded is None:
             continue
         drawn = yield from _drawn(document, (*where, "physics"), source.physics, case, first)
@@ -106,7 +106,7 @@ def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Exam
             yield document.problem((*where, path), f"{error} (in {case_file(case)})", rule="unknown-path")
         else:
             over, paths = over + sets, [*paths, path]
-    found = examine(case, plan=False, overlay=over)
+    found = examine(case, to="loaded", overlay=over)
     # Each line of `--set` is one value of the overlay.
     wrong = {problem.line - 1 - len(row.overlay.sets): problem for problem in found.problems if problem.file == "--set"}
     yield from (

@@ -200,7 +200,7 @@ def _simulated(
     job: DrawJob, source: CaseSource, made: DrawResult
 ) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
     """Draw until check and expectations pass; return the case, its run folder, and the drawn values."""
-    plain = examine(job.case, plan=False, overlay=job.base)
+    plain = examine(job.case, to="loaded", overlay=job.base)
     for attempt in range(job.recipe.tries if source.physics else 1):
         rng = generator(job.recipe.seed, job.key, attempt, "physics")
         try:

@@ -83,7 +83,7 @@ def show(workspace: Workspace, case: str, overlay: CaseOverlay, *, part: str, pi
     from text2sim.compiler.build import resolve_case
     from text2sim.compiler.explicit import explicit
 
-    row = examine(file, plan=False, overlay=overlay)
+    row = examine(file, to="loaded", overlay=overlay)
     if row.loaded is None:
         return ToolAnswer(verdict(row), failed=True)
     try:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim.service import exits
 from text2sim.service.phrases import reason, shown
@@ -12,6 +12,7 @@ from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
 if TYPE_CHECKING:
+    from text2sim.compiler.build import Resolution
     from text2sim.compiler.plan import Plan
     from text2sim.lint import Waived
     from text2sim.spec_schema.loaded import LoadedCase
@@ -30,6 +31,8 @@ class Examined:
     overlay: CaseOverlay = NOTHING
     """Changes to the case."""
     loaded: "LoadedCase | None" = None
+    resolution: "Resolution | None" = None
+    """Only of a case that was resolved and not linted, as it is large."""
     plan: "Plan | None" = None
     problems: list[Problem] = field(default_factory=list)
     waived: "list[Waived]" = field(default_factory=list)
@@ -80,6 +83,19 @@ class Examined:
             document["seconds"] = round(self.seconds, 1)
         return document
 
+    def resolve(self) -> None:
+        """Resolve the case that was read, without the lint.
+
+        Raises:
+            SpecError: with every problem found, if there is an error among them.
+        """
+        from text2sim.compiler.build import resolve_case
+
+        assert self.loaded is not None
+        self.resolution = resolve_case(self.loaded)
+        self.plan, self.problems = self.resolution.plan, list(self.resolution.plan.warnings)
+        self.collect_sources()
+
     def plan_and_lint(self) -> None:
         """Resolve the case that was read, and lint it.
 
@@ -129,12 +145,14 @@ class Examined:
             return ""
 
 
-def examine(path: Path, *, plan: bool = True, overlay: CaseOverlay = NOTHING) -> Examined:
-    """Read a case, and plan and lint it unless `plan` is false; mistakes of its author are put into `problems`.
+def examine(
+    path: Path, *, to: Literal["loaded", "resolved", "linted"] = "linted", overlay: CaseOverlay = NOTHING
+) -> Examined:
+    """Read a case, and resolve and lint it as far as `to` says; mistakes of its author are put into `problems`.
 
     Args:
         path: File or folder of the case.
-        plan: Whether to plan and lint it.
+        to: The last of these steps.
         overlay: Changes to the case.
     """
     from text2sim.spec_schema.load import load_case
@@ -143,7 +161,9 @@ def examine(path: Path, *, plan: bool = True, overlay: CaseOverlay = NOTHING) ->
     try:
         found.loaded = load_case(path, overlay)
         found.path = found.loaded.path
-        if plan:
+        if to == "resolved":
+            found.resolve()
+        elif to == "linted":
             found.plan_and_lint()
     except (Text2SimError, OSError) as error:
         found.blame(error)
