@@ -7,6 +7,8 @@ import pytest
 from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
 from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_axis_angle
+from text2sim.compiler.trees.carried import carried_links
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 O = (0.0, 0.0, 0.0)  # noqa: E741
@@ -68,3 +70,12 @@ def test_a_tube_of_staves_and_a_cone_are_near_the_round_ones() -> None:
     assert tube.about(O, Z) / tube.mass == pytest.approx((0.2**2 + 0.25**2) / 2, rel=0.02)
     cone = piece_inertial(cone_piece(0.3, 0.8), 1.0)
     assert cone.center[2] == pytest.approx(-0.2)  # a quarter of its height above its foot
+
+
+def test_a_joint_carries_what_its_link_says_it_weighs_not_its_pieces() -> None:
+    own = Inertial(2.0, (0.0, 0.0, 0.5), (0.1, 0.2, 0.3, 0.0, 0.0, 0.0))
+    link = TreeLink("a", joint=TreeJoint("hinge"), geoms=(TreeGeom(BOX, 1000.0, 0.5),), inertia=own)
+    assert link.inertial is own
+    [carried] = carried_links(Tree((link,)))
+    # Steiner, with the largest of the three moments.
+    assert carried.inertia == pytest.approx(0.3 + 2.0 * 0.5**2)

@@ -8,9 +8,7 @@ from typing import Any
 from text2sim.compiler import digests
 from text2sim.compiler.literal import Code
 from text2sim.compiler.settings import Settings
-
-Vec = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
+from text2sim.compiler.shapes.rotation import Quaternion, Vec
 
 
 @dataclass(frozen=True)

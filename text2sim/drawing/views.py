@@ -3,14 +3,13 @@
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.templates.viewpoints import clip, place
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
-
-Vec = tuple[float, float, float]
 
 
 class CameraPose(NamedTuple):

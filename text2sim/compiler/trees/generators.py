@@ -6,13 +6,15 @@ from itertools import pairwise
 
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
     Quaternion,
+    Vec,
     quat_between,
     quat_conjugate,
     quat_multiply,
     quat_rotate,
 )
-from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop, Vec
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop
 from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
 from text2sim.spec_schema.models.materials import DENSITY, JointDynamics, Material
 from text2sim.spec_schema.models.soft_bodies import Rope

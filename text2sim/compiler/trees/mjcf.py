@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
-from text2sim.compiler.trees.tree import IDENTITY, Tree, TreeGeom, TreeLink, TreeVisual
+from text2sim.compiler.shapes.rotation import IDENTITY
+from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, TreeVisual
 
 # The engine reads MuJoCo's collision masks within one model only: 1 and 2 keep a model's own links apart
 # while everything else still touches them.

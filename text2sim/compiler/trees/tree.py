@@ -10,6 +10,9 @@ from typing import NamedTuple
 from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
 from text2sim.compiler.shapes.piece import Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    Quaternion,
+    Vec,
     frame_apply,
     quat_conjugate,
     quat_from_axis_angle,
@@ -17,10 +20,6 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
 )
 from text2sim.compiler.shapes.surface import VisualMesh
-
-Vec = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
