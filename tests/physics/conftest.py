@@ -15,7 +15,7 @@ from warm_engine import WarmEngine
 from text2sim.compiler.build import compile_case
 from text2sim.evidence.measures import evaluate
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array, LinkRecord, RunStates
 from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.load import load_case
@@ -43,7 +43,7 @@ class Trial:
         """Times of the frames [s], shape (F,)."""
         return self.states.time
 
-    def _target(self, name: str) -> Target:
+    def _target(self, name: str) -> RecordedTarget:
         (target,) = self.recording.names.select(name)
         return target
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
     from text2sim.evidence.events import Occurrence
     from text2sim.evidence.recorded_case import RecordedCase
-    from text2sim.evidence.selection import Target
+    from text2sim.evidence.selection import RecordedTarget
     from text2sim.spec_schema.loaded import LoadedCase
 
 SEEN = 0.001
@@ -287,7 +287,9 @@ _TOLD: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, 
 """Function for each sort of fact (`FACTS` in `replies`)."""
 
 
-def _motion(recording: "RecordedCase", target: "Target", at: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _motion(
+    recording: "RecordedCase", target: "RecordedTarget", at: float
+) -> tuple[tuple[float, float], tuple[float, float]]:
     """Largest displacement [m] and rotation [deg] of a target, before a time [s] and after it."""
     states = recording.states
     places = recording.origin(target)

@@ -6,7 +6,7 @@ Those of deformable bodies are lowered in `soft/controls.py`.
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
-from text2sim.compiler.drives import Target, Targets, add_drive, joint_drives, joints_named
+from text2sim.compiler.drives import DriveTarget, DriveTargets, add_drive, joint_drives, joints_named
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
@@ -68,11 +68,11 @@ class ControlRows:
     holds: list[Hold] = field(default_factory=list)
     pushes: list[Push] = field(default_factory=list)
     fields: list[Field] = field(default_factory=list)
-    targets: Targets = field(default_factory=dict)
+    targets: DriveTargets = field(default_factory=dict)
     """What `drives` are made of, by copy and joint, in the order of the case."""
     later: dict[tuple[str, str], list[LaterDrive]] = field(default_factory=dict)
     """What begins at events, likewise."""
-    later_targets: Targets = field(default_factory=dict)
+    later_targets: DriveTargets = field(default_factory=dict)
     """Targets of `later`; their times count from the event, which may come at any time."""
     problems: list[Problem] = field(default_factory=list)
     """Empty regions, targets out of reach, and what a solver cannot do."""
@@ -147,7 +147,7 @@ def _reach(
 ) -> None:
     from text2sim.compiler.reaching import reach_targets  # arrays, which few cases need
 
-    begun: dict[str, Target] = {}
+    begun: dict[str, DriveTarget] = {}
     for (entity, joint), targets in rows.targets.items():
         earlier = [target for target in targets if target[1] == "position" and target[0] <= control.start]
         if entity == copy.name and earlier:

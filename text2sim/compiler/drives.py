@@ -11,9 +11,9 @@ from text2sim.spec_schema.models.controls import Drive
 from text2sim.spec_schema.models.motion import Constant, Ramp, Schedule, start_of
 from text2sim.spec_schema.names.selectors import named_by
 
-Target = tuple[float, str, Schedule, int, str]
+DriveTarget = tuple[float, str, Schedule, int, str]
 """A drive: its start [s], what it controls, its target, and the line and name of its control."""
-Targets = dict[tuple[str, str], list[Target]]
+DriveTargets = dict[tuple[str, str], list[DriveTarget]]
 """Drives by copy and joint."""
 
 
@@ -42,9 +42,9 @@ def add_drive(
     joints: Iterable[str],
     line: int,
     name: str,
-    targets: Targets,
+    targets: DriveTargets,
     later: dict[tuple[str, str], list[LaterDrive]],
-    later_targets: Targets,
+    later_targets: DriveTargets,
 ) -> None:
     """Add a drive of joints of one copy to the timed drives, or to those that wait for events.
 
@@ -74,7 +74,7 @@ def constructor_after(schedule: Schedule) -> Code:
 
 
 def joint_drives(
-    targets: Targets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
+    targets: DriveTargets, later: Mapping[tuple[str, str], list[LaterDrive]], initial: Mapping[str, Mapping[str, float]]
 ) -> list[JointDrive]:
     """Return the drives of every joint. Until its event, a joint that only an event drives is held or at rest.
 
@@ -100,7 +100,7 @@ def joint_drives(
             for start, mode, schedule, line, name in rows
             if start > 0.0
         ]
-        begun: list[Target] = [row for row in rows if row[0] <= 0.0]
+        begun: list[DriveTarget] = [row for row in rows if row[0] <= 0.0]
         if not begun:
             _, mode, _, line, name = min(rows, key=lambda row: row[0])
             hold = Constant(kind="constant", value=first if mode == "position" else 0.0)
@@ -110,7 +110,7 @@ def joint_drives(
     return made
 
 
-def _chain(segments: list[Target], first: float) -> tuple[DriveSegment, ...]:
+def _chain(segments: list[DriveTarget], first: float) -> tuple[DriveSegment, ...]:
     """Order the drives of one joint; a ramp without `from` starts where the one before it is then.
 
     Until the first begins, the joint is held where it starts, or at rest, or pushed by nothing.

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.compiler.drives import Target
+from text2sim.compiler.drives import DriveTarget
 from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import (
@@ -150,7 +150,7 @@ def reach_targets(
     before: Mapping[str, float],
     line: int,
     name: str,
-) -> dict[str, list[Target]]:
+) -> dict[str, list[DriveTarget]]:
     """Return the targets of every joint between the world and a link, by joint.
 
     Args:
@@ -175,7 +175,7 @@ def reach_targets(
     outside = (q < arm.low) | (q > arm.high)
     q[outside] = (arm.low[outside] + arm.high[outside]) / 2
     turns = control.turns
-    found: dict[str, list[Target]] = {joint: [] for joint in arm.joints}
+    found: dict[str, list[DriveTarget]] = {joint: [] for joint in arm.joints}
     since = control.start
     for k, (t, at) in enumerate(zip(control.times, control.positions, strict=True)):
         quat = None if turns is None else quat_from_euler_deg(turns[k])

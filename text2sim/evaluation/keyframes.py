@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array
 from text2sim.spec_schema.names.selectors import body_of, strings_in
 
@@ -108,7 +108,7 @@ def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
 
 
 def _unexplained(
-    recording: RecordedCase, target: Target, given: tuple[Array, Array]
+    recording: RecordedCase, target: RecordedTarget, given: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[float, float]]:
     """Displacements [m] per frame, mask of the unexplained ones, (F-1,), and the largest jump [m] with its time [s]."""
     states = recording.states
@@ -143,7 +143,7 @@ def _unexplained(
 
 
 def _without_cause(
-    recording: RecordedCase, target: Target, given: tuple[Array, Array], before: Array, after: Array
+    recording: RecordedCase, target: RecordedTarget, given: tuple[Array, Array], before: Array, after: Array
 ) -> Array:
     """Mask of the frames in which momentum changes by more than gravity and contacts explain, shape (F-1,)."""
     states = recording.states
@@ -155,7 +155,7 @@ def _without_cause(
     return odd > FREE * usual + PUSHED * size / span
 
 
-def _is_free(recording: RecordedCase, target: Target) -> bool:
+def _is_free(recording: RecordedCase, target: RecordedTarget) -> bool:
     """Whether all forces on a body are recorded: free and rigid, among rigid bodies, without controls."""
     states, case = recording.states, recording.case
     if target.soft is not None or len(target.links) != 1 or states.links[target.root].mass <= 0:

@@ -12,7 +12,7 @@ import numpy as np
 from text2sim.evidence.contacts import Episodes, choose
 from text2sim.evidence.measures import Series
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import SelectionError, Target
+from text2sim.evidence.selection import RecordedTarget, SelectionError
 from text2sim.evidence.soft_events import soft_episodes
 from text2sim.recording.geometry import depth_inside
 from text2sim.recording.states import Array
@@ -110,7 +110,9 @@ def _order(row: Occurrence) -> tuple[Any, ...]:
 # --- from contacts -----------------------------------------------------------------
 
 
-def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[Target]) -> list[Occurrence]:
+def episode_rows(
+    episodes: Episodes, first: Sequence[RecordedTarget], second: Sequence[RecordedTarget]
+) -> list[Occurrence]:
     """Return touches as occurrences. `impulse` is what the first of `between` received from the second [N s].
 
     Args:
@@ -136,7 +138,9 @@ def episode_rows(episodes: Episodes, first: Sequence[Target], second: Sequence[T
     ]
 
 
-def _episodes(recording: RecordedCase, between: tuple[str, str]) -> tuple[Episodes, list[Target], list[Target]]:
+def _episodes(
+    recording: RecordedCase, between: tuple[str, str]
+) -> tuple[Episodes, list[RecordedTarget], list[RecordedTarget]]:
     if not recording.contacts.recorded:
         raise EventError(recording.contacts.why_not)
     names = recording.names
@@ -240,7 +244,7 @@ def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: 
     return rows
 
 
-def _speed(recording: RecordedCase, target: Target) -> Array:
+def _speed(recording: RecordedCase, target: RecordedTarget) -> Array:
     body = recording.deformable(target)
     if body is None:
         return np.linalg.norm(recording.velocity(target), axis=1)

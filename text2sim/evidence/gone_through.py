@@ -12,7 +12,7 @@ import numpy as np
 from text2sim.evidence.leaks import half_size
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.rigid_shapes import world_frames
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Driven, Rigid
@@ -29,7 +29,7 @@ SAID = 5
 
 @dataclass(frozen=True)
 class _Piece:
-    target: Target
+    target: RecordedTarget
     solid: LinkSolid
     pos: Array
     """Position of its frame [m], (F, 3)."""

@@ -13,7 +13,7 @@ import numpy as np
 from text2sim.evidence import contact_measures, soft_measures
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
-from text2sim.evidence.selection import SelectionError, Target
+from text2sim.evidence.selection import RecordedTarget, SelectionError
 from text2sim.recording.geometry import axis_in, reach
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
@@ -125,13 +125,13 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Arra
 # --- of one target, then reduced ---------------------------------------------------
 
 
-def _path(recording: RecordedCase, measure: Any, target: Target) -> Array:
+def _path(recording: RecordedCase, measure: Any, target: RecordedTarget) -> Array:
     if measure.region is None:
         return recording.origin(target)
     return soft_measures.region_path(recording, target, measure.region)
 
 
-def _motion(recording: RecordedCase, measure: Any, target: Target) -> Array:
+def _motion(recording: RecordedCase, measure: Any, target: RecordedTarget) -> Array:
     """Velocity [m/s]; of a region, the central difference of its middle over the frames before and after."""
     if measure.region is None:
         return recording.velocity(target)
@@ -139,33 +139,33 @@ def _motion(recording: RecordedCase, measure: Any, target: Target) -> Array:
     return np.gradient(path, recording.states.time, axis=0) if len(path) > 1 else np.zeros_like(path)
 
 
-def _needs_frame(target: Target, kind: str) -> None:
+def _needs_frame(target: RecordedTarget, kind: str) -> None:
     if target.soft is not None:
         raise MeasureError(f"{target.label} deforms, so that it has no {kind} of its own; measure regions of it")
 
 
-def _position(recording: RecordedCase, measure: measures.Position, target: Target) -> Array:
+def _position(recording: RecordedCase, measure: measures.Position, target: RecordedTarget) -> Array:
     """A coordinate of the origin; for a deformable body, of its centre of mass or the centre of a region."""
     return _path(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
-def _velocity(recording: RecordedCase, measure: measures.Velocity, target: Target) -> Array:
+def _velocity(recording: RecordedCase, measure: measures.Velocity, target: RecordedTarget) -> Array:
     """A component of the velocity of the centre of mass, or of the middle of a region."""
     return _motion(recording, measure, target)[:, _COLUMN[measure.axis]]
 
 
-def _speed(recording: RecordedCase, measure: Any, target: Target) -> Array:
+def _speed(recording: RecordedCase, measure: Any, target: RecordedTarget) -> Array:
     """|v| of the centre of mass, or of the middle of a region."""
     return np.linalg.norm(_motion(recording, measure, target), axis=1)
 
 
-def _angular_speed(recording: RecordedCase, measure: Any, target: Target) -> Array:
+def _angular_speed(recording: RecordedCase, measure: Any, target: RecordedTarget) -> Array:
     """|w|."""
     _needs_frame(target, "angular_speed")
     return np.linalg.norm(recording.states.ang[:, target.root].astype(float), axis=1)
 
 
-def _angular_velocity(recording: RecordedCase, measure: Any, target: Target) -> Array:
+def _angular_velocity(recording: RecordedCase, measure: Any, target: RecordedTarget) -> Array:
     """Component w . a, with a an axis of the world or one that rotates with the body."""
     _needs_frame(target, measure.kind)
     turning = recording.states.ang[:, target.root].astype(float)
@@ -174,21 +174,21 @@ def _angular_velocity(recording: RecordedCase, measure: Any, target: Target) -> 
     return turning[:, _COLUMN[measure.axis]]
 
 
-def _turns(recording: RecordedCase, measure: measures.Turns, target: Target) -> Array:
+def _turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
     """Integral of w . a dt over 2 pi, by the trapezoidal rule; w is the engine's, so no turn is missed."""
     rate = _angular_velocity(recording, measure, target)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
     return np.concatenate([[0.0], np.cumsum(steps)])[: len(rate)] / (2.0 * np.pi)
 
 
-def _displacement(recording: RecordedCase, measure: measures.Displacement, target: Target) -> Array:
+def _displacement(recording: RecordedCase, measure: measures.Displacement, target: RecordedTarget) -> Array:
     """|x(t) - x(0)|, or its component along an axis."""
     origin = _path(recording, measure, target)
     moved = origin - origin[:1]
     return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
 
 
-def _tilt(recording: RecordedCase, measure: measures.Tilt, target: Target) -> Array:
+def _tilt(recording: RecordedCase, measure: measures.Tilt, target: RecordedTarget) -> Array:
     """Angle between R(t) a and R(0) a, from its sine and cosine, which is exact for small angles too."""
     _needs_frame(target, "tilt")
     quat = recording.states.quat[:, target.root].astype(float)
@@ -218,7 +218,7 @@ def _bend(recording: RecordedCase, joint: JointRecord) -> Array:
     return np.degrees(2.0 * np.arctan2(turned, np.abs((q * q[:1]).sum(axis=1))))
 
 
-_PER_TARGET: dict[str, Callable[[RecordedCase, Any, Target], Array]] = {
+_PER_TARGET: dict[str, Callable[[RecordedCase, Any, RecordedTarget], Array]] = {
     "position": _position,
     "velocity": _velocity,
     "speed": _speed,
@@ -256,7 +256,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
 
 
 def _reached(
-    recording: RecordedCase, targets: Sequence[Target], axis: str, frame: int | None = None
+    recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None = None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]
@@ -284,7 +284,7 @@ def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
     return np.where(np.isinf(nearest), np.nan, nearest)
 
 
-def _targets(recording: RecordedCase, of: str | None) -> Sequence[Target]:
+def _targets(recording: RecordedCase, of: str | None) -> Sequence[RecordedTarget]:
     """Return the selected bodies, or all of them except statics and driven ones."""
     return recording.names.loose if of is None else recording.names.select(of)
 

@@ -8,7 +8,7 @@ from text2sim.compiler.prescribed import displacement
 from text2sim.compiler.schedules import value_at
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array
 from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.models.bodies import Driven
@@ -52,14 +52,14 @@ def held_up(rows: list[dict[str, Any]]) -> list[str]:
     return said
 
 
-def _distance(recording: RecordedCase, target: Target, body: Driven) -> Array:
+def _distance(recording: RecordedCase, target: RecordedTarget, body: Driven) -> Array:
     """Distance [m] from the prescribed position, shape (F,)."""
     path = np.array([displacement(body.motion, float(t)) for t in recording.states.time])
     way = recording.states.pos[:, target.root].astype(float)
     return np.linalg.norm(way - way[0] - (path - path[0]), axis=1)
 
 
-def _angle(recording: RecordedCase, target: Target, motion: Spin) -> Array:
+def _angle(recording: RecordedCase, target: RecordedTarget, motion: Spin) -> Array:
     """Angle [rad] from the prescribed one, shape (F,): the program prescribes the sum of speed times step."""
     states = recording.states
     speeds = [value_at(motion.speed, k * states.dt) for k in range(int(states.steps[-1]))]

@@ -10,7 +10,7 @@ import numpy as np
 from text2sim.evidence.contacts import ContactLog
 from text2sim.evidence.gaps import Cloud
 from text2sim.evidence.rigid_shapes import RigidShapes
-from text2sim.evidence.selection import RecordedNames, Target
+from text2sim.evidence.selection import RecordedNames, RecordedTarget
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.geometry import Geometry, depth_inside
 from text2sim.recording.states import Array, RunStates
@@ -68,7 +68,7 @@ class RecordedCase:
         rows = [~self.gone(self.states.links[i].body) for i in links]
         return np.array(rows, float).reshape(len(links), self.states.frames).T
 
-    def _unless_gone(self, target: Target, values: Array) -> Array:
+    def _unless_gone(self, target: RecordedTarget, values: Array) -> Array:
         if target.copy in self.states.removed:
             values[self.gone(target.copy)] = np.nan
         return values
@@ -88,7 +88,7 @@ class RecordedCase:
         """Return the potential energy of links [J], shape (F, n): -m g.x, x the centre of mass; zero at the origin."""
         return -self.masses[links] * (self.centers(links) @ np.array(self.states.gravity))
 
-    def deformable(self, target: Target) -> RecordedDeformable | None:
+    def deformable(self, target: RecordedTarget) -> RecordedDeformable | None:
         """Return the body of a target if it is deformable, else None."""
         return None if target.soft is None else self.states.deformables[target.soft]
 
@@ -107,7 +107,7 @@ class RecordedCase:
                 del self._clouds[next(iter(self._clouds))]
         return self._clouds[body.index]
 
-    def energies(self, targets: Sequence[Target]) -> tuple[Array, Array]:
+    def energies(self, targets: Sequence[RecordedTarget]) -> tuple[Array, Array]:
         """Return the kinetic and potential energy [J] of targets together, both (F,), each body counted once.
 
         For a deformable body, the kinetic energy is that of its points, and the potential energy that of its weight;
@@ -124,7 +124,7 @@ class RecordedCase:
             potential = potential - body.mass * (body.center @ gravity)
         return kinetic, potential
 
-    def angular_momentum(self, targets: Sequence[Target], about: tuple[float, float, float] | None) -> Array:
+    def angular_momentum(self, targets: Sequence[RecordedTarget], about: tuple[float, float, float] | None) -> Array:
         """Return the sum of m (x - c) x (v - u) + R I R^T w [kg m2/s] over the links of targets, world, shape (F, 3).
 
         c is the common centre of mass and u its velocity, or c is the given point [m] and u is zero.
@@ -143,7 +143,7 @@ class RecordedCase:
         )
         return (masses[..., None] * np.cross(x, v) + there[..., None] * rotate(quat, own)).sum(axis=1)
 
-    def velocity(self, target: Target) -> Array:
+    def velocity(self, target: RecordedTarget) -> Array:
         """Return the velocity of a target's centre of mass [m/s], world, shape (F, 3); nan after it left the scene."""
         if target.soft is not None:
             return self.states.soft_velocity[:, target.soft].astype(float)
@@ -154,7 +154,7 @@ class RecordedCase:
         mean = np.einsum("fni,n->fi", self.states.vel[:, links].astype(float), weights / weights.sum())
         return self._unless_gone(target, mean)
 
-    def origin(self, target: Target) -> Array:
+    def origin(self, target: RecordedTarget) -> Array:
         """Return the origin of a target's frame [m], world, shape (F, 3); for a deformable body, its centre of mass.
 
         Nan after it has left the scene.
@@ -178,11 +178,11 @@ class RecordedCase:
         return depth_inside(region, points)
 
 
-def links_of(targets: Sequence[Target]) -> Array:
+def links_of(targets: Sequence[RecordedTarget]) -> Array:
     """Return the indices of the links of targets, unique and sorted."""
     return np.array(sorted({link for target in targets for link in target.links}), dtype=np.int64)
 
 
-def soft_of(targets: Sequence[Target]) -> list[int]:
+def soft_of(targets: Sequence[RecordedTarget]) -> list[int]:
     """Return the indices of the deformable bodies among targets, unique and sorted."""
     return sorted({target.soft for target in targets if target.soft is not None})

@@ -16,7 +16,7 @@ class SelectionError(LookupError):
 
 
 @dataclass(frozen=True)
-class Target:
+class RecordedTarget:
     """Referent of a name: a copy of a body, or one of its links."""
 
     label: str
@@ -41,7 +41,7 @@ class RecordedNames:
     case: Case
 
     @cached_property
-    def copies(self) -> dict[str, Target]:
+    def copies(self) -> dict[str, RecordedTarget]:
         """Every copy by name, in the order of the recording."""
         members: dict[str, list[int]] = {}
         for link in self.states.links:
@@ -49,9 +49,9 @@ class RecordedNames:
         found = {}
         for name, links in members.items():
             own = [i for i in links if self.states.links[i].name != WORLD] or links
-            found[name] = Target(name, name, tuple(links), own[0])
+            found[name] = RecordedTarget(name, name, tuple(links), own[0])
         for body in self.states.deformables:
-            found.setdefault(body.body, Target(body.body, body.body, (), -1, soft=body.index))
+            found.setdefault(body.body, RecordedTarget(body.body, body.body, (), -1, soft=body.index))
         return found
 
     @cached_property
@@ -66,7 +66,7 @@ class RecordedNames:
         return [name for name in self.copies if self._kind(name) == "driven"]
 
     @cached_property
-    def loose(self) -> list[Target]:
+    def loose(self) -> list[RecordedTarget]:
         """Copies of bodies that are neither driven nor static."""
         return [target for name, target in self.copies.items() if self._kind(name) == "body"]
 
@@ -91,7 +91,7 @@ class RecordedNames:
             return "static"
         return "driven" if body.kind == "driven" else "body"
 
-    def select(self, selector: str) -> list[Target]:
+    def select(self, selector: str) -> list[RecordedTarget]:
         """Return the targets that a selector matches.
 
         Raises:
@@ -108,7 +108,7 @@ class RecordedNames:
             meant = named_by(part, reversed(links))
             if not meant:
                 raise SelectionError(f"{target.copy} has no link `{part}` (it has {', '.join(reversed(links))})")
-            found += [Target(f"{target.copy}.{n}", target.copy, (links[n],), links[n], n) for n in meant]
+            found += [RecordedTarget(f"{target.copy}.{n}", target.copy, (links[n],), links[n], n) for n in meant]
         return found
 
     def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
@@ -144,7 +144,7 @@ class RecordedNames:
             raise SelectionError(f"{selector} has no hinge and no ball joint that could bend")
         return found
 
-    def _select_copies(self, selector: str) -> tuple[list[Target], str | None]:
+    def _select_copies(self, selector: str) -> tuple[list[RecordedTarget], str | None]:
         try:
             wanted = parse_selector(selector)
         except ValueError:
@@ -157,7 +157,7 @@ class RecordedNames:
             raise SelectionError(f"`{wanted.body}` has {len(all_copies)} copies, counted from 0 (asked for {selector})")
         return chosen, wanted.part
 
-    def groups(self, targets: Iterable[Target]) -> Array:
+    def groups(self, targets: Iterable[RecordedTarget]) -> Array:
         """Return the index of the target that each link belongs to, or -1, shape (L,).
 
         Deformable bodies have no links and do not appear.

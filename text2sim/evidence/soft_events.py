@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.evidence.soft_measures import gap
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
@@ -34,7 +34,9 @@ def tolerance(body: RecordedDeformable) -> float:
     return max(MESH, MESH_PART * body.spacing)
 
 
-def soft_episodes(recording: RecordedCase, first: Sequence[Target], second: Sequence[Target]) -> list[dict[str, Any]]:
+def soft_episodes(
+    recording: RecordedCase, first: Sequence[RecordedTarget], second: Sequence[RecordedTarget]
+) -> list[dict[str, Any]]:
     """Return the touches of pairs of targets, at least one deformable, as occurrences without name and kind.
 
     `gap` is the smallest of the touch [m], `penetration` the largest depth of a point in a solid [m], `pos` where it
@@ -55,7 +57,7 @@ def soft_episodes(recording: RecordedCase, first: Sequence[Target], second: Sequ
     return rows
 
 
-def _episodes(recording: RecordedCase, one: Target, other: Target) -> list[dict[str, Any]]:
+def _episodes(recording: RecordedCase, one: RecordedTarget, other: RecordedTarget) -> list[dict[str, Any]]:
     own, theirs = (one, other) if one.soft is not None else (other, one)
     body, second = recording.deformable(own), recording.deformable(theirs)
     assert body is not None

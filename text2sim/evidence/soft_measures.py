@@ -11,7 +11,7 @@ from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.selection import Target
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
@@ -43,7 +43,7 @@ def deformables(recording: RecordedCase, selector: str) -> list[RecordedDeformab
     return found
 
 
-def region_path(recording: RecordedCase, target: Target, region: BodyRegion) -> Array:
+def region_path(recording: RecordedCase, target: RecordedTarget, region: BodyRegion) -> Array:
     """Return the mean position [m] of the points of a region, world, shape (F, 3).
 
     The points are those inside the region at the start, in the body's own frame; a side contains a layer
@@ -175,7 +175,7 @@ def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
     return best
 
 
-def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[Target] | None) -> Array:
+def depth(recording: RecordedCase, targets: Sequence[RecordedTarget], others: Sequence[RecordedTarget] | None) -> Array:
     """Return the largest depth [m] of points of deformable bodies in rigid solids, shape (F,); 0 if none is inside.
 
     Args:
@@ -197,7 +197,9 @@ def depth(recording: RecordedCase, targets: Sequence[Target], others: Sequence[T
     return deepest
 
 
-def gap(recording: RecordedCase, body: RecordedDeformable, others: Sequence[Target], limit: float = np.inf) -> Nearest:
+def gap(
+    recording: RecordedCase, body: RecordedDeformable, others: Sequence[RecordedTarget], limit: float = np.inf
+) -> Nearest:
     """Return the signed distance [m] of a body to the nearest of others in each frame; negative inside.
 
     Args:

@@ -4,7 +4,7 @@ import numpy as np
 
 from text2sim.compiler.schedules import value_at
 from text2sim.evidence.recorded_case import RecordedCase
-from text2sim.evidence.selection import SelectionError, Target
+from text2sim.evidence.selection import RecordedTarget, SelectionError
 from text2sim.recording.states import Array
 from text2sim.recording.vectors import rotate
 from text2sim.spec_schema.models.controls import Force, Torque
@@ -50,7 +50,7 @@ def _work(recording: RecordedCase, control: Force | Torque) -> float | None:
     return sum(_on(recording, control, target) for target in targets)
 
 
-def _on(recording: RecordedCase, control: Force | Torque, target: Target) -> float:
+def _on(recording: RecordedCase, control: Force | Torque, target: RecordedTarget) -> float:
     states = recording.states
     start, end = control.during or (0.0, states.end)
     end = min(states.end, end if isinstance(end, int | float) else states.end)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import pi, radians
 
-from text2sim.compiler.drives import Target
+from text2sim.compiler.drives import DriveTarget
 from text2sim.compiler.schedules import value_at
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.models.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps
@@ -88,7 +88,7 @@ def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     return found
 
 
-def _chain(targets: list[Target], first: float, duration: float) -> Iterator[Span]:
+def _chain(targets: list[DriveTarget], first: float, duration: float) -> Iterator[Span]:
     """Yield the drives of one joint, each until the next takes over, as in `compiler.drives`."""
     ordered = sorted(targets, key=lambda target: target[0])
     before_it: Span | None = None

@@ -12,7 +12,7 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.reach import never_meet, reach_of
 from text2sim.lint.script.starts import depth_inside
-from text2sim.lint.script.targets import Target, targets_of
+from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release, Remove
@@ -79,7 +79,7 @@ def _contact(facts: Facts, event: Any) -> EventBounds:
     return EventBounds(why)
 
 
-def _apart(facts: Facts, a: Target, b: Target) -> str:
+def _apart(facts: Facts, a: StartTarget, b: StartTarget) -> str:
     """Say why two links do not collide even where they meet; empty if they do."""
     model = a.copy.model
     if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:

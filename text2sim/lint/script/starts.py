@@ -9,7 +9,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
-from text2sim.lint.script.targets import Target, targets_of
+from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 
 COLUMN = {"x": 0, "y": 1, "z": 2}
@@ -19,7 +19,7 @@ MAX_PAIRS = 10_000
 """Most pairs of bodies whose distances are computed."""
 
 
-def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def start_of(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     """Return the value of a measure in the first frame; None if it is not known.
 
     Args:
@@ -42,7 +42,7 @@ def start_of(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | N
     return _reduced(measure, numbers) if len(numbers) == len(values) else None
 
 
-def resting(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def resting(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     """Return the value of a measure while nothing moves; None if it is not known.
 
     Args:
@@ -90,7 +90,7 @@ def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
     return facts.own(_Rows).get(copy.name, [])
 
 
-def velocity_at_start(facts: Facts, target: Target) -> Vec | None:
+def velocity_at_start(facts: Facts, target: StartTarget) -> Vec | None:
     """Return the velocity of the centre of mass [m/s]; None if it is not known."""
     rows = velocities_of(facts, target.copy)
     if not rows:
@@ -100,7 +100,7 @@ def velocity_at_start(facts: Facts, target: Target) -> Vec | None:
     return rows[0].linear if len(rows) == 1 and not (several and any(rows[0].angular)) else None
 
 
-def spin_at_start(facts: Facts, target: Target) -> float | None:
+def spin_at_start(facts: Facts, target: StartTarget) -> float | None:
     """Return the angular speed [rad/s]; None if it is not known."""
     rows = velocities_of(facts, target.copy)
     if not rows:
@@ -108,24 +108,24 @@ def spin_at_start(facts: Facts, target: Target) -> float | None:
     return hypot(*rows[0].angular) if len(rows) == 1 else None
 
 
-def _turning(facts: Facts, measure: Any, target: Target) -> float | None:
+def _turning(facts: Facts, measure: Any, target: StartTarget) -> float | None:
     rows = velocities_of(facts, target.copy)
     if not rows:
         return 0.0
     return rows[0].angular[COLUMN[measure.axis]] if len(rows) == 1 and measure.frame == "world" else None
 
 
-def _component(facts: Facts, measure: Any, target: Target) -> float | None:
+def _component(facts: Facts, measure: Any, target: StartTarget) -> float | None:
     velocity = velocity_at_start(facts, target)
     return None if velocity is None else velocity[COLUMN[measure.axis]]
 
 
-def _speed(facts: Facts, measure: Any, target: Target) -> float | None:
+def _speed(facts: Facts, measure: Any, target: StartTarget) -> float | None:
     velocity = velocity_at_start(facts, target)
     return None if velocity is None else hypot(*velocity)
 
 
-def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def _extent(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     boxes = [facts.box(target.copy) if target.link is None else None for target in targets]
     known = [box for box in boxes if box is not None]
     if len(known) < len(boxes) or measure.region is not None or measure.frame is not None:
@@ -135,19 +135,19 @@ def _extent(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | No
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _distance(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def _distance(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     first, second = (targets_of(facts).select(selector) for selector in measure.between)
     if len(first) * len(second) > MAX_PAIRS:
         return None
     return min((dist(a.origin, b.origin) for a in first for b in second if a.label != b.label), default=None)
 
 
-def _count_in(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def _count_in(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     depths = [depth_inside(measure.region, target.origin) for target in targets]
     return None if any(abs(depth) < 1e-5 for depth in depths) else float(sum(depth > 0 for depth in depths))
 
 
-def _momentum(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def _momentum(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     total = 0.0
     for target in targets:
         velocity, mass = velocity_at_start(facts, target), facts.masses.get(target.copy.name)
@@ -157,12 +157,12 @@ def _momentum(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | 
     return total
 
 
-def _energy(facts: Facts, measure: Any, targets: Sequence[Target]) -> float | None:
+def _energy(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     moved = any(velocity_at_start(facts, t) != (0.0, 0.0, 0.0) or spin_at_start(facts, t) != 0.0 for t in targets)
     return None if moved or measure.part != "kinetic" else 0.0
 
 
-_OF_ONE: dict[str, Callable[[Facts, Any, Target], float | None]] = {
+_OF_ONE: dict[str, Callable[[Facts, Any, StartTarget], float | None]] = {
     "position": lambda facts, measure, target: target.origin[COLUMN[measure.axis]],
     "velocity": _component,
     "speed": _speed,
@@ -173,7 +173,7 @@ _OF_ONE: dict[str, Callable[[Facts, Any, Target], float | None]] = {
     "displacement": lambda facts, measure, target: 0.0,
     "tilt": lambda facts, measure, target: 0.0,
 }
-_TOGETHER: dict[str, Callable[[Facts, Any, Sequence[Target]], float | None]] = {
+_TOGETHER: dict[str, Callable[[Facts, Any, Sequence[StartTarget]], float | None]] = {
     "extent": _extent,
     "distance": _distance,
     "count_in": _count_in,

@@ -11,7 +11,7 @@ from text2sim.spec_schema.names.selectors import named_by
 
 
 @dataclass(frozen=True)
-class Target:
+class StartTarget:
     """A copy, or a link of one."""
 
     copy: Copy
@@ -20,7 +20,7 @@ class Target:
     """The link whose frame represents it; None for a primitive of the engine."""
     known: bool
     """Whether its frame at the start is known: a model file may contain more than is read."""
-    turns: bool
+    frame_moves: bool
     """Whether that link can move."""
     moves: bool
     """Whether any part of it can move."""
@@ -43,9 +43,9 @@ class Targets:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self._found: dict[str, list[Target]] = {}
+        self._found: dict[str, list[StartTarget]] = {}
 
-    def select(self, selector: str) -> list[Target]:
+    def select(self, selector: str) -> list[StartTarget]:
         """Return the targets of a selector; none if it has none, which is reported elsewhere."""
         if selector not in self._found:
             try:
@@ -61,20 +61,20 @@ class Targets:
         tree = self.facts.tree(copy) if part is not None and "*" in part else None
         return [part] if tree is None or part is None else [*named_by(part, [link.name for link in tree.links()])]
 
-    def _target(self, copy: Copy, part: str | None) -> Target:
+    def _target(self, copy: Copy, part: str | None) -> StartTarget:
         tree, driven = self.facts.tree(copy), self.facts.mount(copy) == "driven"
         if self.facts.mount(copy) == "soft":  # its solver determines its centre of mass
-            return Target(copy, None, None, False, True, True, False)
+            return StartTarget(copy, None, None, False, True, True, False)
         if tree is None or (part is None and getattr(copy.model, "kind", "") == "rigid"):  # of one link
             moves = self.facts.moves(copy)
-            return Target(copy, None, None, True, moves, moves, driven)
+            return StartTarget(copy, None, None, True, moves, moves, driven)
         links = tree_links(tree, copy.pos, copy.quat)
         mine = [one for one in links if part is None or one.link.name == part]
         # The engine numbers links in the order of the file, parents first: a body's frame is that of its first link.
         first = next((one for one in mine if one.link.name == (part or tree.roots[0].name)), None)
         known = first is not None and getattr(copy.model, "file", None) is None
         moves = any(one.moves for one in mine)
-        return Target(copy, part, first, known, first is None or first.moves, moves, driven)
+        return StartTarget(copy, part, first, known, first is None or first.moves, moves, driven)
 
 
 def targets_of(facts: Facts) -> Targets:

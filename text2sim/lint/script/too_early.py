@@ -16,7 +16,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.gaps import gap
 from text2sim.lint.script.outcomes import bound_of, field_of
 from text2sim.lint.script.starts import depth_inside
-from text2sim.lint.script.targets import Target, targets_of
+from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
@@ -85,7 +85,7 @@ def _way(facts: Facts, event: Any) -> float:
     return 0.0
 
 
-def _gap(facts: Facts, a: Target, b: Target) -> float:
+def _gap(facts: Facts, a: StartTarget, b: StartTarget) -> float:
     """Return the least distance [m] that one of two bodies has to move before they touch."""
     if a.copy.name == b.copy.name:
         return 0.0

@@ -15,7 +15,7 @@ from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.reach import reach_of
 from text2sim.lint.script.starts import COLUMN, ROUNDING, start_of
-from text2sim.lint.script.targets import Target, targets_of
+from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 
@@ -75,7 +75,7 @@ def values_of(facts: Facts, name: str) -> Values:
     return facts.own(_Known)[name]
 
 
-def subjects(facts: Facts, measure: Any) -> list[Target]:
+def subjects(facts: Facts, measure: Any) -> list[StartTarget]:
     """Return the targets of a measure."""
     found = targets_of(facts)
     if isinstance(measure, measures.Distance):
@@ -103,7 +103,7 @@ def _values(facts: Facts, measure: Any) -> Values:
     return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 
-def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None) -> Bounds:
+def _reduced(facts: Facts, measure: Any, targets: list[StartTarget], stat: str | None) -> Bounds:
     low, high, why = _of_one(facts, measure, targets)
     if stat == "count":
         return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
@@ -116,7 +116,7 @@ def _reduced(facts: Facts, measure: Any, targets: list[Target], stat: str | None
     return low, high, why
 
 
-def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
+def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     kind, fastest = measure.kind, facts.plan.max_speed
     if kind == "velocity":
         return -fastest, fastest, f"the run stops at scene.max_speed ({fastest:g} m/s)"
@@ -143,7 +143,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
     return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else FREE
 
 
-def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
+def _along(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     """Return the bounds on a coordinate or its change, from the reach of a body."""
     reach, column = reach_of(facts), COLUMN[measure.axis]
     low, high = inf, -inf
@@ -156,7 +156,7 @@ def _along(facts: Facts, measure: Any, targets: list[Target]) -> Bounds:
     return low, high, "its joints or its mount let it move no farther"
 
 
-def _away(facts: Facts, targets: list[Target]) -> Bounds:
+def _away(facts: Facts, targets: list[StartTarget]) -> Bounds:
     reach, high = reach_of(facts), 0.0
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None
@@ -166,13 +166,13 @@ def _away(facts: Facts, targets: list[Target]) -> Bounds:
     return 0.0, high, "it is not negative, and its joints or its mount let it move no farther"
 
 
-def _frozen(measure: Any, targets: list[Target]) -> str:
+def _frozen(measure: Any, targets: list[StartTarget]) -> str:
     """Say why a measure never changes; empty if it may."""
     if measure.kind in CONTACT_KINDS or any(target.driven for target in targets):
         return ""
     if measure.kind == "extent" and measure.frame is not None:
         return ""
-    if any(target.turns if measure.traits.of_root else target.moves for target in targets):
+    if any(target.frame_moves if measure.traits.of_root else target.moves for target in targets):
         return ""
     first = targets[0]
     if first.moves:
@@ -183,7 +183,7 @@ def _frozen(measure: Any, targets: list[Target]) -> str:
 # --- joints --------------------------------------------------------------------------------------------------------
 
 
-def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
+def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values:
     mechanics = mechanics_of(facts)
     found = [mechanics.swing(target.copy, target.link or target.copy.body) for target in targets]
     swings = [swing for swing in found if swing is not None]
@@ -207,7 +207,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[Target]) -> Values:
     return Values(low, high, why, start, ROUNDING, frozen, unit)
 
 
-def _of_motor(facts: Facts, targets: list[Target], swings: list[Swing], unit: str) -> Values:
+def _of_motor(facts: Facts, targets: list[StartTarget], swings: list[Swing], unit: str) -> Values:
     driven = spans_of(facts)
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
