@@ -9,7 +9,7 @@ from text2sim.compiler.build import resolve_case
 from text2sim.evidence.measures import evaluate
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.lint.facts import Facts
-from text2sim.lint.script.values import values_of
+from text2sim.lint.script.measure_bounds import values_of
 from text2sim.spec_schema.load import load_text
 
 SIZE = (0.3, 0.2, 0.1)

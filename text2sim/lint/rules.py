@@ -1,19 +1,19 @@
 """All rules, in the order in which they are listed."""
 
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
-from text2sim.lint.film import cameras, leaving, viewpoints
-from text2sim.lint.joints import angles, following, holding, idle, joints, ropes
+from text2sim.lint.film import leaving, unseen_subjects, viewpoints
+from text2sim.lint.joints import angles, following, holding, idle, ranges_and_anchors, ropes
 from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
     at_rest,
     contradictions,
+    dead_entries,
     events_at_start,
-    names,
     outcomes,
     pushes,
-    script,
     too_early,
+    unused_names,
 )
 from text2sim.lint.soft import (
     cloths,
@@ -25,11 +25,11 @@ from text2sim.lint.soft import (
     grid,
     ipc,
     proportions,
-    records,
     sap,
     solver_domain,
     starts,
     tearing,
+    unheeded,
     walls,
 )
 from text2sim.lint.start import edges, floor, overlap, selfcontact, unsupported
@@ -58,18 +58,18 @@ RULES: tuple[Rule, ...] = (
     *holding.RULES,
     *idle.RULES,
     *following.RULES,
-    *joints.RULES,
+    *ranges_and_anchors.RULES,
     *ropes.RULES,
     *angles.RULES,
     *masses.RULES,
-    *names.RULES,
-    *script.RULES,
+    *unused_names.RULES,
+    *dead_entries.RULES,
     *events_at_start.RULES,
     *outcomes.RULES,
     *contradictions.RULES,
     *too_early.RULES,
     *at_rest.RULES,
-    *cameras.RULES,
+    *unseen_subjects.RULES,
     *leaving.RULES,
     *viewpoints.RULES,
     *families.RULES,
@@ -83,7 +83,7 @@ RULES: tuple[Rule, ...] = (
     *elements.RULES,
     *proportions.RULES,
     *sap.RULES,
-    *records.RULES,
+    *unheeded.RULES,
     *ipc.RULES,
     *tearing.RULES,
     *cost.RULES,

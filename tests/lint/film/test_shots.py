@@ -9,7 +9,7 @@ from lint_support import data_of, findings
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing.views import cameras, film_view
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.shots import shots
+from text2sim.lint.film.case_cameras import shots
 from text2sim.spec_schema.load import load_case, load_text
 
 BALL = "bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: {0}}}{1}}}}}"

@@ -6,7 +6,7 @@ from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.shots import ShotView
+from text2sim.lint.film.case_cameras import ShotView
 from text2sim.lint.film.subjects import Balls
 from text2sim.spec_schema.models.shapes import Compound
 

@@ -6,9 +6,9 @@ from itertools import dropwhile
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.cameras import blamed
-from text2sim.lint.film.shots import shots
+from text2sim.lint.film.case_cameras import shots
 from text2sim.lint.film.subjects import drawn, subjects
+from text2sim.lint.film.unseen_subjects import blamed
 from text2sim.lint.film.ways import MOMENTS, offset_of, way_seen
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule

@@ -7,8 +7,8 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, vector_dot
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.cameras import EARLY
-from text2sim.lint.film.shots import ShotView, shot, some, taken
+from text2sim.lint.film.case_cameras import ShotView, shot, some, taken
+from text2sim.lint.film.unseen_subjects import EARLY
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside

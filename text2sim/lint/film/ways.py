@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.shots import Offset, films, shots
+from text2sim.lint.film.case_cameras import Offset, films, shots
 from text2sim.lint.film.subjects import center_of
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.spec_schema.models.bodies import Driven

@@ -16,11 +16,11 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.gaps import gap, height
+from text2sim.lint.script.gap_bounds import gap, height
+from text2sim.lint.script.measure_bounds import JOINTS, subjects, values_of
 from text2sim.lint.script.outcomes import bound_of
-from text2sim.lint.script.starts import resting
+from text2sim.lint.script.start_values import resting
 from text2sim.lint.script.targets import targets_of
-from text2sim.lint.script.values import JOINTS, subjects, values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Release

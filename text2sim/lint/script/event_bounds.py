@@ -11,9 +11,9 @@ from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.reach import never_meet, reach_of
-from text2sim.lint.script.starts import depth_inside
+from text2sim.lint.script.measure_bounds import values_of
+from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import StartTarget, targets_of
-from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release, Remove
 

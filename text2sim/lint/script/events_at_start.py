@@ -1,4 +1,4 @@
-"""Events whose condition holds when the run begins; see `starts` for the values at the start."""
+"""Events whose condition holds when the run begins; see `start_values` for the values at the start."""
 
 from collections.abc import Callable, Iterator
 from itertools import product
@@ -9,9 +9,9 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.initial_rest import all_still
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.starts import depth_inside
+from text2sim.lint.script.measure_bounds import values_of
+from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import targets_of
-from text2sim.lint.script.values import values_of
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
 

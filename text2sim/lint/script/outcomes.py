@@ -1,4 +1,4 @@
-"""Expectations that cannot fail or cannot hold, from `values` and `event_bounds`.
+"""Expectations that cannot fail or cannot hold, from `measure_bounds` and `event_bounds`.
 
 An expectation of a measure holds if every value, or a statistic of them, is between its bounds (`above` and `below` are
 exclusive). If all possible values of the measure are inside, it cannot fail; if they are all outside, it cannot hold. A
@@ -13,7 +13,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.angles import in_degrees
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.values import Values, values_of
+from text2sim.lint.script.measure_bounds import Values, values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect

@@ -13,11 +13,11 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.gaps import gap
+from text2sim.lint.script.gap_bounds import gap
+from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.outcomes import bound_of, field_of
-from text2sim.lint.script.starts import depth_inside
+from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import StartTarget, targets_of
-from text2sim.lint.script.values import values_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.measures import Displacement, Position

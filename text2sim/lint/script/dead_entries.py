@@ -1,11 +1,11 @@
-"""Measures that never change and events that cannot happen, from `values` and `event_bounds`."""
+"""Measures that never change and events that cannot happen, from `measure_bounds` and `event_bounds`."""
 
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.values import subjects, values_of
+from text2sim.lint.script.measure_bounds import subjects, values_of
 from text2sim.spec_schema.errors import Problem
 
 STATIC_MEASURES = ("position", "extent")

@@ -14,7 +14,7 @@ from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.reach import reach_of
-from text2sim.lint.script.starts import COLUMN, ROUNDING, start_of
+from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS

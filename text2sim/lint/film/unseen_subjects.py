@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
+from text2sim.lint.film.case_cameras import ShotView, shot, taken
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
-from text2sim.lint.film.shots import ShotView, shot, taken
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
 from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
