@@ -52,13 +52,13 @@ class Facts:
         self._boxes: dict[str, Bounds | None] = {}
         self._extents: dict[tuple[int, Quaternion], Bounds] = {}
         self._thinnest: dict[int | str, float] = {}
-        self._own: dict[Any, Any] = {}
+        self._made: dict[Any, Any] = {}
 
-    def own(self, kind: Callable[["Facts"], T]) -> T:
-        """Return an object that a family of rules makes from the facts, made once."""
-        if kind not in self._own:
-            self._own[kind] = kind(self)
-        return self._own[kind]
+    def once(self, make: Callable[["Facts"], T]) -> T:
+        """Return what `make` makes of these facts; it is called only once."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        return self._made[make]
 
     # --- places of the case ------------------------------------------------------------------------------------
 
@@ -91,9 +91,9 @@ class Facts:
         section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
         return (*section, body, *keys)
 
-    def said(self, name: str, *keys: str) -> Path:
+    def first_said(self, name: str, *keys: str) -> Path:
         """Return the path of the first of these values that the case gives for a body or static; else of the body."""
-        found = (where for key in keys if self.raw(where := self.where(name, key)) is not None)
+        found = (where for key in keys if self.value_at(where := self.where(name, key)) is not None)
         return next(found, self.where(name))
 
     # --- copies ------------------------------------------------------------------------------------------------
@@ -240,7 +240,7 @@ class Facts:
 
     @cached_property
     def masses(self) -> dict[str, float]:
-        """Mass [kg] of every rigid copy or tree, except those from model files."""
+        """Mass [kg] of every rigid copy or tree by its name, except those from model files."""
         copies = (copy for name in self.case.bodies for copy in self.placed[name] if not is_soft(copy.model))
         known = (copy for copy in copies if getattr(copy.model, "file", None) is None)
         return masses_of(self.lowering, self.plan.bodies, known)
@@ -265,7 +265,7 @@ class Facts:
             found[row.entity] = (x + row.linear[0], y + row.linear[1], z + row.linear[2])
         return found
 
-    def raw(self, where: Path) -> Any:
+    def value_at(self, where: Path) -> Any:
         """Return the evaluated data at a path; None if the case does not give it."""
         value: Any = self.loaded.data
         for step in where:

@@ -101,7 +101,7 @@ def _lowest(facts: Facts) -> float:
 def _blame(facts: Facts, copy: Copy) -> Path:
     """Return the path of the control that gives a body its speed; else of the pose that puts it so high."""
     rows = [row for row in facts.rows.velocities if row.entity == copy.name]
-    return ("actions", "controls", rows[0].control) if rows else facts.said(copy.body, "pose", "place", "repeat")
+    return ("actions", "controls", rows[0].control) if rows else facts.first_said(copy.body, "pose", "place", "repeat")
 
 
 RULES = (

@@ -87,7 +87,7 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
 
 def taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
-    return facts.own(_taken)
+    return facts.once(_taken)
 
 
 def _taken(facts: Facts) -> dict[str, list[Frame]]:

@@ -17,11 +17,11 @@ WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "even
 
 def subjects(facts: Facts) -> list[str]:
     """Return the bodies that expectations are about, or that a control acts on, in the order of the case."""
-    return facts.own(_subjects)
+    return facts.once(_subjects)
 
 
 def _subjects(facts: Facts) -> list[str]:
-    actions = facts.raw(("actions",)) or {}
+    actions = facts.value_at(("actions",)) or {}
     expect = actions.get("expect") or {}
     waiting: list[Any] = [*expect.values(), *(actions.get("controls") or {}).values()]
     named: set[str] = set()

@@ -44,7 +44,7 @@ def in_radians(value: float) -> bool:
 def _radians(facts: Facts) -> Iterator[Problem]:
     """Report each field in degrees once."""
     for section in ("bodies", "scene", "actions", "render"):
-        for where, value in _in_degrees(facts.raw((section,)), (section,)):
+        for where, value in _in_degrees(facts.value_at((section,)), (section,)):
             numbers = value if isinstance(value, list) else [value]
             found = [n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)]
             found = [n for n in found if in_radians(n) or (where[-1] == HEAP and n < MIN_HEAP)]

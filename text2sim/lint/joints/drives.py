@@ -73,7 +73,7 @@ class Demand:
 
 def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     """Return the drives of every driven joint, by copy and joint: in order of time, then those that begin at events."""
-    return facts.own(_spans)
+    return facts.once(_spans)
 
 
 def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:

@@ -16,7 +16,7 @@ def _idle(facts: Facts) -> Iterator[Problem]:
     bodies: dict[str, list[Swing]] = {}
     for swing in mechanics.swings():
         where = mechanics.where(swing, "actuator")
-        if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.raw(where) is None:
+        if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.value_at(where) is None:
             continue
         # The motor of a prefab may stay idle, as long as its joint does not sag.
         if facts.loaded.document.origin(where) is None or _sags(swing):

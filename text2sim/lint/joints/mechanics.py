@@ -236,4 +236,4 @@ class _Links:
 
 def mechanics_of(facts: Facts) -> Mechanics:
     """Return the joints of a case, computed once."""
-    return facts.own(Mechanics)
+    return facts.once(Mechanics)

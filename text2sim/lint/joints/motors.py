@@ -50,7 +50,7 @@ class Powered:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
         for way in (("actuator", key), ("actuator",), ()):
             path = self.mechanics.where(self.swing, *way)
-            if self.mechanics.facts.raw(path) is not None:
+            if self.mechanics.facts.value_at(path) is not None:
                 return path
         return ("bodies", self.swing.copy.body)
 
@@ -78,7 +78,7 @@ def powered(facts: Facts) -> list[Powered]:
 
     Of more than `MAX_COPIES` with different targets, an even sample is returned.
     """
-    return facts.own(_powered)
+    return facts.once(_powered)
 
 
 def _powered(facts: Facts) -> list[Powered]:

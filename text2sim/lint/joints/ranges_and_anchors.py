@@ -86,7 +86,7 @@ def _far_anchor(facts: Facts) -> Iterator[Problem]:
                 "origin; anchors are in metres, in the body's own frame"
             )
             where = facts.where(name, "mount", "anchor")
-            yield facts.problem("far-anchor", where if facts.raw(where) is not None else facts.where(name), text)
+            yield facts.problem("far-anchor", where if facts.value_at(where) is not None else facts.where(name), text)
 
 
 _DOOR = """\

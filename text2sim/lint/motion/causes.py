@@ -164,7 +164,7 @@ class Causes:
 
 def causes_of(facts: Facts) -> Causes:
     """Return the causes of motion in a scene, computed once."""
-    return facts.own(Causes)
+    return facts.once(Causes)
 
 
 def _moves(span: Span, rest: float) -> float | None:

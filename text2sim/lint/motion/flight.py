@@ -63,7 +63,7 @@ class Flight:
 
 def flight_of(facts: Facts, copy: Copy) -> Flight | None:
     """Return the path of a copy; None if it is held or has no size."""
-    flights = facts.own(_Flights)
+    flights = facts.once(_Flights)
     if copy.name not in flights.known:
         flights.known[copy.name] = flights.work_out(copy)
     return flights.known[copy.name]

@@ -35,7 +35,7 @@ Rectangle = tuple[float, float, float, float]
 
 def all_still(facts: Facts) -> bool:
     """Return whether everything is at rest until the script acts."""
-    return facts.own(_still)
+    return facts.once(_still)
 
 
 def _still(facts: Facts) -> bool:

@@ -60,7 +60,7 @@ class LinkReach:
 
 def reach_of(facts: Facts) -> LinkReach:
     """Return the reach of the bodies of a case, computed once."""
-    return facts.own(LinkReach)
+    return facts.once(LinkReach)
 
 
 def never_meet(a: list[Ball] | None, b: list[Ball] | None) -> bool:

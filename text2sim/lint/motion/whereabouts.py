@@ -107,7 +107,7 @@ class Whereabouts:
 
 def whereabouts(facts: Facts) -> Whereabouts:
     """Return the predictions for the bodies of a case."""
-    return facts.own(Whereabouts)
+    return facts.once(Whereabouts)
 
 
 def _scaled(way: Vec, times: float) -> Vec:

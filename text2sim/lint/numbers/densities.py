@@ -37,7 +37,7 @@ def _density(facts: Facts) -> Iterator[Problem]:
             yield from _deforming(facts, name, body)
             continue
         where: Path = ("bodies", name)
-        for place, density in _densities(facts.raw(where), where):
+        for place, density in _densities(facts.value_at(where), where):
             low = MATTER[0] if "parts" in place and density <= GAS else SOLID[0]
             if not low <= density <= SOLID[1]:
                 yield _unlikely(facts, place, density)
@@ -48,7 +48,7 @@ def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
     key, unit, power = ("area_density", "kg/m2", 2) if body.kind == "cloth" else ("density", "kg/m3", 3)
     where = facts.where(name, "material", key)
     value, (low, high, known) = getattr(body.material, key), DEFORMING[body.kind]
-    if low <= value <= high or facts.raw(where) is None:
+    if low <= value <= high or facts.value_at(where) is None:
         return
     text = f"no {known} has {'an area density' if power == 2 else 'a density'} of {value:g} {unit}"
     meant, other = (1000 * value, "g/cm3") if value < low else (value / 1000, f"g/m{power}")
@@ -76,7 +76,7 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
     body, where = facts.case.bodies[name], facts.where(name, "material", "mass")
     mass = getattr(getattr(body, "material", None), "mass", None)
     if body.kind == "rigid" and mass is not None:
-        where = where if facts.raw(where) is not None else facts.where(name)  # a prefab may give the mass
+        where = where if facts.value_at(where) is not None else facts.where(name)  # a prefab may give the mass
         for copy in kinds_of(facts, name):
             text = _mass_text(copy.name, mass, sum(part.piece.volume() for part in facts.parts(copy)))
             if text:
@@ -87,7 +87,7 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
         for link in tree.links():
             material = body.links[link.name].material
             where = facts.where(name, "links", link.name, "material", "mass")
-            if material is None or material.mass is None or facts.raw(where) is None:
+            if material is None or material.mass is None or facts.value_at(where) is None:
                 continue
             text = _mass_text(f"{name}.{link.name}", material.mass, sum(geom.piece.volume() for geom in link.geoms))
             if text:

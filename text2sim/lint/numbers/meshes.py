@@ -116,7 +116,7 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
 
 
 def _open(facts: Facts) -> Iterator[Problem]:
-    for use in facts.own(_uses):
+    for use in facts.once(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if use.weighs and not mesh.closed and (fault := _surface(mesh).fault):
             hull = mesh.volume * use.shape.scale**3
@@ -128,7 +128,7 @@ def _open(facts: Facts) -> Iterator[Problem]:
 
 
 def _inside_out(facts: Facts) -> Iterator[Problem]:
-    for use in facts.own(_uses):
+    for use in facts.once(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if not mesh.closed and not _surface(mesh).fault and _surface(mesh).volume < 0:
             text = (
@@ -139,7 +139,7 @@ def _inside_out(facts: Facts) -> Iterator[Problem]:
 
 
 def _unfilled(facts: Facts) -> Iterator[Problem]:
-    for use in facts.own(_uses):
+    for use in facts.once(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if use.filled and not mesh.closed and (fault := _surface(mesh).fault):
             text = (
@@ -150,7 +150,7 @@ def _unfilled(facts: Facts) -> Iterator[Problem]:
 
 
 def _slow(facts: Facts) -> Iterator[Problem]:
-    for use in facts.own(_uses):
+    for use in facts.once(_uses):
         if use.shape.collision != "decompose":
             continue
         faces = len(load_mesh(use.shape.file, facts.folder).faces)
@@ -222,7 +222,7 @@ def _needless(facts: Facts) -> Iterator[Problem]:
 
 def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
     """Yield the meshes that collide by their surface, with their fields."""
-    for use in facts.own(_uses):
+    for use in facts.once(_uses):
         if use.shape.collision == "exact" and not use.filled:
             (piece,) = pieces(use.shape, facts.folder)
             if piece.field is not None:

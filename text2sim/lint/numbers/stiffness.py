@@ -46,7 +46,7 @@ def _stiff(facts: Facts) -> Iterator[Problem]:
     for swing in mechanics.swings():
         if swing.joint.spring > 0.0 and swing.inertia > 0.0 and not swing.closed:
             where = mechanics.where(swing, "spring")
-            if facts.raw(where) is not None:
+            if facts.value_at(where) is not None:
                 name, label = f"spring {swing.joint.spring:g}", mechanics.label(swing)
                 yield from _judge(facts, label, swing, swing.joint.spring, swing.joint.damping, where, name, inf)
 
@@ -95,8 +95,8 @@ def _undamped(facts: Facts) -> Iterator[Problem]:
                 depth = depth + 1 if loose else 0
             if depth >= DEEP:
                 where = ("bodies", name, "links", link.name, "joint")
-                if facts.raw(where) is None:
-                    where = ("bodies", name, "joint") if facts.raw(("bodies", name, "joint")) else ("bodies", name)
+                if facts.value_at(where) is None:
+                    where = ("bodies", name, "joint") if facts.value_at(("bodies", name, "joint")) else ("bodies", name)
                 needed = ceil(facts.case.scene.dt / longest - 1e-9)
                 text = (
                     f"`{name}` has {depth} ball joints in a row without damping and armature, and will fly apart at "

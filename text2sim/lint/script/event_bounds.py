@@ -55,7 +55,7 @@ class _Known(dict[str, EventBounds]):
 
 def bounds_of(facts: Facts, name: str) -> EventBounds:
     """Return the bounds on an event of the case."""
-    return facts.own(_Known)[name]
+    return facts.once(_Known)[name]
 
 
 def _contact(facts: Facts, event: Any) -> EventBounds:

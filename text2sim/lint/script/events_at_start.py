@@ -37,7 +37,7 @@ def _contact(facts: Facts, event: Any) -> str:
     first, second = (targets_of(facts).select(selector) for selector in event.between)
     if len(first) * len(second) > MAX_PAIRS or any(target.link is not None for target in (*first, *second)):
         return ""
-    gaps = facts.own(Gaps)
+    gaps = facts.once(Gaps)
     for a, b in product(first, second):
         if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= TOUCH:
             return (

@@ -72,7 +72,7 @@ def _changes(values: Values, since: str | float | None) -> Values:
 
 def values_of(facts: Facts, name: str) -> Values:
     """Return the possible values of a measure of the case."""
-    return facts.own(_Known)[name]
+    return facts.once(_Known)[name]
 
 
 def subjects(facts: Facts, measure: Any) -> list[StartTarget]:

@@ -87,7 +87,7 @@ class _Rows(dict[str, list[StartVelocity]]):
 
 def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
     """Return the start velocities that the case gives a copy; the last one applies."""
-    return facts.own(_Rows).get(copy.name, [])
+    return facts.once(_Rows).get(copy.name, [])
 
 
 def velocity_at_start(facts: Facts, target: StartTarget) -> Vec | None:

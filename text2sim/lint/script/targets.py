@@ -79,4 +79,4 @@ class Targets:
 
 def targets_of(facts: Facts) -> Targets:
     """Return the targets of the selectors of a case."""
-    return facts.own(Targets)
+    return facts.once(Targets)

@@ -29,7 +29,7 @@ def _words(text: str) -> set[str]:
 
 
 def _params(facts: Facts) -> Iterator[Problem]:
-    given = facts.raw(("params",)) or {}
+    given = facts.value_at(("params",)) or {}
     if not given:
         return
     # A prefab knows its own parameters, but not those of the case. Variants are only in the file.

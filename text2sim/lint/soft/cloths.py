@@ -77,7 +77,9 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
     for row in facts.rows.velocities:
         if row.entity in names:
             return ("actions", "controls", row.control)
-    return facts.said(body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose")
+    return facts.first_said(
+        body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose"
+    )
 
 
 def _one_way(facts: Facts) -> Iterator[Problem]:

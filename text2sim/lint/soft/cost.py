@@ -70,7 +70,7 @@ def _slow(facts: Facts) -> Iterator[Problem]:
         f"is {1.5**power:.0f} times as fast"
     )
     where = next(
-        (facts.where(body.body, "cell") for body in soft.of(most) if facts.raw(facts.where(body.body, "cell"))),
+        (facts.where(body.body, "cell") for body in soft.of(most) if facts.value_at(facts.where(body.body, "cell"))),
         ("scene", "duration"),
     )
     yield facts.problem("slow-scene", where, text)

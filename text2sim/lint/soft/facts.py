@@ -148,7 +148,7 @@ class SoftFacts:
 
 def soft_facts(facts: Facts) -> SoftFacts:
     """Return the facts about deformable bodies of a case."""
-    return facts.own(SoftFacts)
+    return facts.once(SoftFacts)
 
 
 def touches_soft(model: Any) -> bool:

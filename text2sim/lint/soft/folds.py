@@ -32,7 +32,7 @@ def _sharp_folds(facts: Facts) -> Iterator[Problem]:
             f"flies apart; take at most {int(sheet.folds * radius / (BEND * cell))} folds, a smaller `fullness`, or "
             f"`cell` {at_most(radius / BEND)}"
         )
-        yield facts.problem("sharp-folds", facts.said(body.body, "shape"), text, key=True)
+        yield facts.problem("sharp-folds", facts.first_said(body.body, "shape"), text, key=True)
 
 
 RULES = (

@@ -41,8 +41,8 @@ def _step(facts: Facts) -> Iterator[Problem]:
         + f"; use scene.substeps of {needed}, or a softer body ({(COURANT / part) ** 2:.2g} of its stiffness)"
     )
     where = next(
-        (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.raw(path) is not None),
-        facts.said(body.body, "material"),
+        (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.value_at(path) is not None),
+        facts.first_said(body.body, "material"),
     )
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE else "warning")
 
@@ -67,7 +67,9 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
                 f"({length(soft.cell)}), and contains no particle; make it at least {length(EMPTY * soft.cell)} thick"
             )
         severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY) else None
-        where = ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.said(body.body, "shape")
+        where = (
+            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_said(body.body, "shape")
+        )
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
 
@@ -90,7 +92,7 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
             f"{length(room - max(gap, 0.0))}"
         )
         keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        where = facts.said(b.body, *keys)
+        where = facts.first_said(b.body, *keys)
         yield facts.problem("soft-too-near", where, text, key=True)
 
 

@@ -62,16 +62,16 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
         keys, instead = IGNORED[solver]
         for key in keys:
             where: Path = facts.where(name, "material", key)
-            if facts.raw(where) is not None:
+            if facts.value_at(where) is not None:
                 text = f"`{name}` has solver {solver}, which ignores {key}; use {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
-        if soft.model in OTHER and facts.raw(where):
+        if soft.model in OTHER and facts.value_at(where):
             text = f"restitution has no effect under contact model {soft.model}; leave it out"
             yield facts.problem("unheeded-stuff", where, text)
         where = facts.where(name, "material", "soft_reach")
-        if not soft.of("mpm") and facts.raw(where) is not None:
+        if not soft.of("mpm") and facts.value_at(where) is not None:
             text = "soft_reach is for bodies of solver mpm, and this scene has none; leave it out"
             yield facts.problem("unheeded-stuff", where, text, key=True)
 

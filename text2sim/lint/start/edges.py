@@ -51,7 +51,7 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         for a, b in ((one, other), (other, one)):
             if a.name in boxes:
                 neighbours[a.name].append(b)
-    gaps = facts.own(Gaps)
+    gaps = facts.once(Gaps)
     found: dict[str, list[tuple[Copy, Copy, float]]] = {}
     for name, copy, box in boxes.values():
         touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < RESTING]
