@@ -11,7 +11,7 @@ from text2sim.spec_schema.models.shapes import Compound
 
 LEVEL = 0.0087
 """Largest tilt [rad] of a level face: half a degree."""
-ROUND = ("sphere", "ellipsoid", "torus")
+WITHOUT_FACES = ("sphere", "ellipsoid", "torus")
 TURNED = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
 """Shapes of revolution about z."""
 
@@ -33,7 +33,7 @@ def tilted(copies: Iterable[Copy], gravity: Vec) -> Iterator[Copy]:
 def _is_placed(copy: Copy) -> bool:
     """Return whether its tilt is intended, not that of a packing."""
     repeat = getattr(copy.model, "repeat", None)
-    return copy.shape is not None and copy.shape.kind not in ROUND and getattr(repeat, "kind", "") != "packing"
+    return copy.shape is not None and copy.shape.kind not in WITHOUT_FACES and getattr(repeat, "kind", "") != "packing"
 
 
 def _is_tilted(copy: Copy, up: Vec) -> bool:
@@ -44,7 +44,7 @@ def _is_tilted(copy: Copy, up: Vec) -> bool:
 
 def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
     """Return whether a shape's faces are neither level nor upright."""
-    if shape.kind in ROUND:
+    if shape.kind in WITHOUT_FACES:
         return False
     if shape.kind == "polyhedron":
         return True  # slanted faces are what a polyhedron is used for

@@ -22,7 +22,7 @@ from text2sim.compiler.shapes.sweep import least_distance, sweep
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.shapes import Torus
 
-ROUND = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
+ROUND_ABOUT_Z = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
 """Shapes with an axis of their own, z."""
 WAYS = 16
 """Sideways directions in which what surrounds something must not come off."""
@@ -39,7 +39,7 @@ def axis_frame(target: PlacedGroup) -> Quaternion:
     frame = target.frame()
     kinds = {getattr(spot.shape, "kind", None) for spot in target.members}
     local: Vec = _Z
-    if not kinds <= set(ROUND):
+    if not kinds <= set(ROUND_ABOUT_Z):
         low, high = target.bounds(frame)
         sides = [b - a for a, b in zip(low, high, strict=True)]
         longest = max(sides)

@@ -11,8 +11,8 @@ from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.script.targets import targets_of
 from text2sim.spec_schema.errors import Problem
@@ -111,7 +111,7 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("looks-like-degrees", (*where, key), text)
 
 
-def _hinges(facts: Facts, measure: str) -> list[tuple[Swing, list[Span]]]:
+def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     """Return the hinges whose angle a measure is, with their drives; none if it is not an angle of hinges."""
     found = facts.case.actions.measures.get(measure)
     if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):

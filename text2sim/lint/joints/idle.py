@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
@@ -13,7 +13,7 @@ from text2sim.spec_schema.errors import Problem
 def _idle(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
-    bodies: dict[str, list[Swing]] = {}
+    bodies: dict[str, list[LoadedJoint]] = {}
     for swing in mechanics.swings():
         where = mechanics.where(swing, "actuator")
         if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.value_at(where) is None:
@@ -32,7 +32,7 @@ def _idle(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("idle-motor", mechanics.where(swings[0], "actuator"), text, key=True)
 
 
-def _sags(swing: Swing) -> bool:
+def _sags(swing: LoadedJoint) -> bool:
     """Return whether gravity moves a joint that nothing holds."""
     scale = swing.mass * 9.81 * (swing.size if swing.hinge else 1.0)
     return max(map(abs, swing.pull)) > max(swing.joint.friction, 0.01 * scale) or swing.mass <= 0.0

@@ -17,8 +17,8 @@ from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint, pull_of
 from text2sim.lint.joints.motors import Powered
-from text2sim.lint.joints.swing import Swing, pull_of
 from text2sim.lint.motion.whereabouts import whereabouts
 
 MOVED = 1e-6
@@ -138,11 +138,11 @@ def _position(motor: Powered, t: float) -> float:
 
 
 def _turned(pull: tuple[float, float], turn: float) -> tuple[float, float]:
-    """Return a pull as in `Swing.pull`, given for the angle `turn` from the start, converted to the start."""
+    """Return a pull as in `LoadedJoint.pull`, given for the angle `turn` from the start, converted to the start."""
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 
-def _against(swing: Swing, span: Span) -> bool:
+def _against(swing: LoadedJoint, span: Span) -> bool:
     """Return whether a drive moves against a pull."""
     corners = span.corners()
     if span.mode == "velocity":

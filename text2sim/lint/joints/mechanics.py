@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, togethe
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.swing import Swing, far_from, pull_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
 
@@ -32,10 +32,10 @@ class Mechanics:
         self._twins: dict[str, Copy] = {}
         self._firsts: dict[str, Copy] = {}
         self._uniform: dict[str, bool] = {}
-        self._swings: dict[tuple[str, str], Swing | None] = {}
+        self._swings: dict[tuple[str, str], LoadedJoint | None] = {}
         self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
 
-    def swings(self) -> Iterator[Swing]:
+    def swings(self) -> Iterator[LoadedJoint]:
         """Yield every hinge and slider that physics moves; for identical copies, only the first."""
         for body, group in self.facts.placed.items():
             if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
@@ -49,7 +49,7 @@ class Mechanics:
                         if joint.kind in ONE_DOF and (swing := self.swing(copy, name)) is not None:
                             yield swing
 
-    def swing(self, copy: Copy, name: str) -> Swing | None:
+    def swing(self, copy: Copy, name: str) -> LoadedJoint | None:
         """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
         key = (copy.name, name)
         if key not in self._swings:
@@ -57,7 +57,7 @@ class Mechanics:
             self._swings[key] = self._make(copy, name) if twin is copy else self.swing(twin, name)
         return self._swings[key]
 
-    def where(self, swing: Swing, *keys: str) -> Path:
+    def where(self, swing: LoadedJoint, *keys: str) -> Path:
         """Return the path of a joint in the case, or of a value inside it."""
         model, body = swing.copy.model, swing.copy.body
         if model.kind == "rigid":
@@ -69,7 +69,7 @@ class Mechanics:
             return ("bodies", body, "joints", said[-1], *keys) if said else ("bodies", body)
         return ("bodies", body)
 
-    def label(self, swing: Swing) -> str:
+    def label(self, swing: LoadedJoint) -> str:
         """Return the selector of a joint."""
         return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
 
@@ -81,7 +81,7 @@ class Mechanics:
         """Return the inertial of every link of a copy with all links beyond it, in the world at the start, by link."""
         return self._links_of(copy).totals
 
-    def beyond(self, swing: Swing) -> set[str]:
+    def beyond(self, swing: LoadedJoint) -> set[str]:
         """Return the names of all links that a joint carries."""
         links = self._links_of(swing.copy)
         return links.beyond(links.of_joint[swing.name].link.name)
@@ -152,7 +152,7 @@ class Mechanics:
         fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _FIELDS]
         return a.shape == b.shape and all(x == y for x, y in fields)
 
-    def _make(self, copy: Copy, name: str) -> Swing | None:
+    def _make(self, copy: Copy, name: str) -> LoadedJoint | None:
         tree = self.facts.tree(copy)
         if tree is None:
             return None
@@ -178,7 +178,7 @@ class Mechanics:
             inertia = inertial.mass if joint.kind == "slider" else inertial.about(anchor, axis)
             inertia += joint.armature
         reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
-        return Swing(
+        return LoadedJoint(
             copy=copy,
             name=name,
             joint=joint,

@@ -16,8 +16,8 @@ from math import inf, sqrt
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics, mechanics_of
-from text2sim.lint.joints.swing import Swing
 from text2sim.spec_schema.text.document import Path
 
 MAX_COPIES = 200
@@ -29,7 +29,7 @@ class Powered:
     """A driven joint whose load is known, its motor and its drives."""
 
     mechanics: Mechanics
-    swing: Swing
+    swing: LoadedJoint
     spans: tuple[Span, ...]
     stiffness: float
     damping: float

@@ -16,7 +16,7 @@ from text2sim.spec_schema.errors import Problem
 
 BEYOND = 0.02
 """Share of the range by which a target may exceed it, as for a clamp that presses."""
-FAR = 50.0
+FAR_ANCHOR = 50.0
 """Largest distance of an anchor in lengths of the body: a bob of 4 cm may hang on 2 m."""
 
 
@@ -80,7 +80,7 @@ def _far_anchor(facts: Facts) -> Iterator[Problem]:
         if anchor is None or box is None:
             continue
         size = max(high - low for low, high in zip(*box, strict=True))
-        if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR * size:
+        if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR_ANCHOR * size:
             text = (
                 f"`{name}` is {amount(size, 'm')} long and turns about a point {amount(away, 'm')} away from its "
                 "origin; anchors are in metres, in the body's own frame"
@@ -120,7 +120,7 @@ targets in radians.""",
         title="A body turns about a point that is very far away.",
         reason=f"""\
 The `anchor` of a mount is a point of the axis in the body's own frame, in metres, and holds the body like a rod without
-mass. The rule reports anchors farther from the origin than {FAR:g} times the length of the body.""",
+mass. The rule reports anchors farther from the origin than {FAR_ANCHOR:g} times the length of the body.""",
         remedy="Give the anchor in metres: half of the width of a door, `[-0.4, 0, 0]`, not `[-400, 0, 0]`.",
         example="""\
 bodies:

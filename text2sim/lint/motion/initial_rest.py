@@ -11,8 +11,8 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.flight import RESTING
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.start.escape import upright
@@ -63,7 +63,7 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
     return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
 
 
-def _held(facts: Facts, swing: Swing) -> bool:
+def _held(facts: Facts, swing: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
     if swing.closed or swing.floating or swing.joint.spring and swing.start:
         return False

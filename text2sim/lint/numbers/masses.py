@@ -27,7 +27,7 @@ ENGINE_TOLERANCE = 1e-5
 """Default tolerance of the engine in single precision."""
 FLAT, EDGED, WELD = 0.003, 0.02, 0.02
 """Compliance of flat contacts, round contacts and welds, in units of `g tc^2 M / m`."""
-ROUND = ("sphere", "capsule", "ellipsoid", "torus", "cone")
+ROUND_SHAPES = ("sphere", "capsule", "ellipsoid", "torus", "cone")
 VISIBLE = 0.1
 """Largest share of its thickness by which a body may yield."""
 SAG = 0.005
@@ -109,7 +109,7 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         if under is None or over is None or over[0][2] < under[1][2] - 2e-3:
             continue
         size = min(b - a for a, b in zip(*under, strict=True))
-        round_ = any(getattr(copy.shape, "kind", "") in ROUND for copy in pair)
+        round_ = any(getattr(copy.shape, "kind", "") in ROUND_SHAPES for copy in pair)
         time = facts.settings.timeconst
         way = _yielded(facts, EDGED if round_ else FLAT, time, high, low)
         if way > VISIBLE * size:

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 from math import ceil, inf, sqrt
 
 from text2sim.lint.facts import Facts
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.motors import powered
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
@@ -52,7 +52,7 @@ def _stiff(facts: Facts) -> Iterator[Problem]:
 
 
 def _judge(
-    facts: Facts, label: str, swing: Swing, stiffness: float, damping: float, where: Path, name: str, limit: float
+    facts: Facts, label: str, swing: LoadedJoint, stiffness: float, damping: float, where: Path, name: str, limit: float
 ) -> Iterator[Problem]:
     h, dt, inertia = facts.substep, facts.case.scene.dt, swing.inertia
     unit = "kg m2" if swing.hinge else "kg"

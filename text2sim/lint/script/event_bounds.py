@@ -39,7 +39,7 @@ class _Known(dict[str, EventBounds]):
 
     def __missing__(self, name: str) -> EventBounds:
         event = self.facts.case.actions.events[name]
-        found = _WHY[event.kind](self.facts, event) if event.kind in _WHY else EventBounds()
+        found = _HAPPENING_OF[event.kind](self.facts, event) if event.kind in _HAPPENING_OF else EventBounds()
         if event.after is not None and not found.never:
             first = self[event.after]  # references have no cycles
             if first.never:
@@ -154,7 +154,7 @@ def _removed(facts: Facts, event: Any) -> EventBounds:
     return EventBounds("", times[0], tuple(times))
 
 
-_WHY: dict[str, Callable[[Facts, Any], EventBounds]] = {
+_HAPPENING_OF: dict[str, Callable[[Facts, Any], EventBounds]] = {
     "contact": _contact,
     "separation": _contact,
     "threshold": _threshold,

@@ -26,9 +26,14 @@ def _true_at_start(facts: Facts) -> Iterator[Problem]:
     used = {name for one in actions.expect.values() for name in (one.event, one.before, one.on)}
     used |= {getattr(control, "on", None) for control in actions.controls.values()}
     for name, event in actions.events.items():
-        if name not in used or event.after is not None or event.kind not in _WHY or bounds_of(facts, name).never:
+        if (
+            name not in used
+            or event.after is not None
+            or event.kind not in _TRUE_AT_START
+            or bounds_of(facts, name).never
+        ):
             continue
-        why = _WHY[event.kind](facts, event)
+        why = _TRUE_AT_START[event.kind](facts, event)
         if why:
             yield facts.problem("true-at-start", ("actions", "events", name), f"`{name}`: {why}", key=True)
 
@@ -92,7 +97,7 @@ def _rest(facts: Facts, event: Any) -> str:
     return f"`{event.of}` is at rest from the start, so it happens at 0 s; use `after` to find a later rest"
 
 
-_WHY: dict[str, Callable[[Facts, Any], str]] = {
+_TRUE_AT_START: dict[str, Callable[[Facts, Any], str]] = {
     "contact": _contact,
     "threshold": _threshold,
     "enters": _region,

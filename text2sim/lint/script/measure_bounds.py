@@ -11,8 +11,8 @@ from typing import Any
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.joints.swing import Swing
 from text2sim.lint.motion.reach import reach_of
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
@@ -22,7 +22,7 @@ from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 JOINTS = ("joint_position", "joint_velocity", "joint_force")
 TINY = 1e-6
 """Lower bound on a stretch."""
-ROUND = 0.02
+ROUND_SHORTFALL = 0.02
 """Share of its size by which the engine's mesh of a round shape may be smaller."""
 
 Bounds = tuple[float, float, str]
@@ -99,7 +99,7 @@ def _values(facts: Facts, measure: Any) -> Values:
         low, high, why = start, start, frozen
     error = ROUNDING * max(1.0, abs(start or 0.0))
     if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
-        error += ROUND * max(b - a for a, b in zip(*box, strict=True))
+        error += ROUND_SHORTFALL * max(b - a for a, b in zip(*box, strict=True))
     return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 
@@ -207,7 +207,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values
     return Values(low, high, why, start, ROUNDING, frozen, unit)
 
 
-def _of_motor(facts: Facts, targets: list[StartTarget], swings: list[Swing], unit: str) -> Values:
+def _of_motor(facts: Facts, targets: list[StartTarget], swings: list[LoadedJoint], unit: str) -> Values:
     driven = spans_of(facts)
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):

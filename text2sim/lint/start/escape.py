@@ -40,7 +40,7 @@ EXIT = 5
 """Cost of a sweep in steps; a test costs one."""
 ROUND_EXIT = 20
 """Cost of a sweep with a round piece, which converges slowly."""
-ROUND = ("cylinder", "ellipsoid")
+ROUND_PIECES = ("cylinder", "ellipsoid")
 GLANCES = 100
 """Pairs of boxes that are compared in the time of a step."""
 SHARE = 1200
@@ -177,7 +177,7 @@ def _free_length(
 
 def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
     """Return the steps that the exits of pairs of pieces cost."""
-    return sum(ROUND_EXIT if a.piece.kind in ROUND or b.piece.kind in ROUND else EXIT for a, b in pairs)
+    return sum(ROUND_EXIT if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else EXIT for a, b in pairs)
 
 
 def moved_part(part: StandingPart, way: Way) -> StandingPart:

@@ -5,7 +5,7 @@ from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
-KINDS: dict[str, tuple[str, ...]] = {
+MEASURED_OF: dict[str, tuple[str, ...]] = {
     "volume": ("soft",),
     "strain": ("soft",),
     "pieces": ("soft",),
@@ -46,7 +46,7 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         member: Its body.
     """
     kind = measure.kind
-    if kind in KINDS and (not deforms(member) or member.model.kind not in KINDS[kind]):
+    if kind in MEASURED_OF and (not deforms(member) or member.model.kind not in MEASURED_OF[kind]):
         _report_kind(table, where, kind, member)
         return True
     if not deforms(member):
@@ -100,7 +100,7 @@ def _report_kind(table: NameTable, where: Path, kind: str, member: Member) -> No
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
     known = INSTEAD.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
-    takes = " or ".join(KINDS[kind]) if len(KINDS[kind]) < 4 else "a deformable body"
+    takes = " or ".join(MEASURED_OF[kind]) if len(MEASURED_OF[kind]) < 4 else "a deformable body"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
     table.report((*where, "of"), f"{message}; {known or f'it needs {takes}'}", "measure-kind")
 

@@ -11,7 +11,7 @@ from text2sim.compiler.trees.tree import TreeJoint
 
 
 @dataclass(frozen=True)
-class Swing:
+class LoadedJoint:
     """A hinge or slider and everything beyond it."""
 
     copy: Copy
@@ -65,7 +65,7 @@ class Swing:
 
 
 def pull_of(kind: str, axis: Vec, anchor: Vec, inertial: Inertial, gravity: Vec) -> tuple[float, float]:
-    """Return gravity's pull on a joint, as in `Swing.pull`.
+    """Return gravity's pull on a joint, as in `LoadedJoint.pull`.
 
     Args:
         kind: Kind of the joint: `hinge` or `slider`.
