@@ -16,6 +16,7 @@ from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
+from text2sim.compiler.trees.dolls import ragdoll_tree
 from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
@@ -156,7 +157,7 @@ class Lowering:
 
     @entity.register
     def _ragdoll(self, model: Ragdoll, copy: Copy) -> EntityPlan:
-        return self._model(copy, generators.ragdoll_tree(model, {"": rgba_of(model.look, copy)}))
+        return self._model(copy, ragdoll_tree(model, {"": rgba_of(model.look, copy)}))
 
     @entity.register
     def _deformable(self, model: Soft | Cloth | Granular | Liquid | Snow, copy: Copy) -> EntityPlan:

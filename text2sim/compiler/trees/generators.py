@@ -1,4 +1,4 @@
-"""Trees for the generated bodies: chains, ropes, nets and ragdolls."""
+"""Trees for chains, ropes and nets."""
 
 import math
 from dataclasses import replace
@@ -15,7 +15,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
 )
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink, TreeLoop
-from text2sim.spec_schema.models.bodies import Chain, Net, Ragdoll
+from text2sim.spec_schema.models.bodies import Chain, Net
 from text2sim.spec_schema.models.materials import DENSITY, JointDynamics, Material
 from text2sim.spec_schema.models.soft_bodies import Rope
 
@@ -65,7 +65,20 @@ def density_of(material: Material, volume: float) -> float:
     return material.density or DENSITY
 
 
-def _bar(length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec) -> TreeGeom:
+def capsule_bar(
+    length: float, radius: float, density: float, friction: float, rgba: Rgba, start: Vec, end: Vec
+) -> TreeGeom:
+    """Return a capsule between two points.
+
+    Args:
+        length: Of its straight part [m].
+        radius: [m]
+        density: [kg/m3]
+        friction: Coulomb coefficient.
+        rgba: Its colour.
+        start: The middle of its one end [m].
+        end: That of its other end [m].
+    """
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
     axis = tuple(b - a for a, b in zip(start, end, strict=True))
     piece = Piece(kind="capsule", pos=middle, quat=quat_between((0.0, 0.0, 1.0), axis), size=(radius, length))
@@ -96,7 +109,7 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
     density = density_of(chain.material, bare_volume)
     joint = ball_joint(chain.joint, capsule_mass(radius, bar, density), length, damping=0.05)
     middle = length / 2
-    geom = _bar(
+    geom = capsule_bar(
         bar, radius, density, chain.material.friction, rgba, (0, 0, -middle + bar / 2), (0, 0, -middle - bar / 2)
     )
 
@@ -155,7 +168,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     if rope.damping is None and spring > 0.0:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
-    bar = _bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
+    bar = capsule_bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
     start, turns = _along(rope, direction)
     link: TreeLink | None = None
     for index in reversed(range(rope.segments)):
@@ -239,7 +252,7 @@ def net_tree(net: Net, rgba: Rgba) -> Tree:
             loops.append(TreeLoop("connect", f"x{j}_{i - 1}", f"y{i}_{j - 1}", _local_end(spans[j - 1][i - 1])))
     corners = [node(0, 0), node(nx, 0), node(nx, ny), node(0, ny)]
     edges = tuple(
-        _bar(math.dist(a, b), 1.5 * radius, density, net.material.friction, rgba, a, b)
+        capsule_bar(math.dist(a, b), 1.5 * radius, density, net.material.friction, rgba, a, b)
         for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
     )
     return Tree(tuple(roots), tuple(loops), fixtures=edges)
@@ -264,7 +277,7 @@ def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, r
             pos=tuple(a - b for a, b in zip(start, previous, strict=True)),  # type: ignore[arg-type]
             joint=joint,
             geoms=(
-                _bar(
+                capsule_bar(
                     length, net.radius, density, net.material.friction, rgba, (0.0, 0.0, 0.0), _local_end((start, end))
                 ),
             ),
@@ -272,77 +285,3 @@ def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, r
         )
     assert link is not None
     return link
-
-
-# Segments of the doll as parts of its height: (name, parent, joint in parent frame, direction, length, radius, kind).
-# Lengths follow Winter, Biomechanics and Motor Control of Human Movement (2009), figure 4.1, rounded.
-_LIMBS = (
-    ("chest", "pelvis", (0.0, 0.0, 0.06), (0.0, 0.0, 1.0), 0.20, 0.075, "ball"),
-    ("head", "chest", (0.0, 0.0, 0.29), (0.0, 0.0, 1.0), 0.06, 0.062, "ball"),
-    ("arm_l", "chest", (0.0, 0.115, 0.19), "arm", 0.16, 0.030, "ball"),
-    ("forearm_l", "arm_l", None, "arm", 0.16, 0.025, "elbow"),
-    ("arm_r", "chest", (0.0, -0.115, 0.19), "arm", 0.16, 0.030, "ball"),
-    ("forearm_r", "arm_r", None, "arm", 0.16, 0.025, "elbow"),
-    ("thigh_l", "pelvis", (0.0, 0.052, -0.03), "leg", 0.22, 0.043, "ball"),
-    ("shin_l", "thigh_l", None, "leg", 0.23, 0.033, "knee"),
-    ("thigh_r", "pelvis", (0.0, -0.052, -0.03), "leg", 0.22, 0.043, "ball"),
-    ("shin_r", "thigh_r", None, "leg", 0.23, 0.033, "knee"),
-)
-
-
-def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
-    """Return a doll of eleven capsules: ball joints at waist, neck, shoulders and hips, hinges at elbows and knees.
-
-    Args:
-        doll: The body.
-        colors: rgba by link name; the key `""` is for all others.
-    """
-    h = doll.height
-    sizes = {"pelvis": (0.10 * h, 0.065 * h)} | {name: (length * h, r * h) for name, _, _, _, length, r, _ in _LIMBS}
-    density = density_of(doll.material, sum(capsule_mass(r, length, 1.0) for length, r in sizes.values()))
-
-    def geom(name: str, direction: Vec) -> TreeGeom:
-        length, radius = sizes[name]
-        if name == "pelvis":
-            start, end = (0.0, -length / 2, 0.0), (0.0, length / 2, 0.0)
-        else:
-            start, end = (0.0, 0.0, 0.0), tuple(length * d for d in direction)
-        rgba = colors.get(name, colors.get(""))
-        return _bar(length, radius, density, doll.material.friction, rgba, start, end)  # type: ignore[arg-type]
-
-    def limb(name: str) -> tuple[TreeLink, ...]:
-        found = []
-        for child, parent, at, way, length, radius, kind in _LIMBS:
-            if parent != name:
-                continue
-            direction = _direction(way, child, doll.limb_spread)
-            if at is None:
-                parent_length, _ = sizes[parent]
-                pos = tuple(parent_length * d for d in _direction(way, parent, doll.limb_spread))
-            else:
-                pos = tuple(h * x for x in at)
-            mass = capsule_mass(radius * h, length * h, density)
-            joint = ball_joint(doll.joint, mass, length * h, damping=1.0)
-            if kind != "ball":
-                # Elbows bend forwards, knees backwards; both a little at the start, off their limit.
-                bend = (0.0, math.radians(140)) if kind == "knee" else (math.radians(-140), 0.0)
-                joint = TreeJoint(
-                    "hinge", axis=(0.0, 1.0, 0.0), range=bend, damping=joint.damping, armature=joint.armature
-                )
-            found.append(
-                TreeLink(child, pos=pos, joint=joint, geoms=(geom(child, direction),), children=limb(child))  # type: ignore[arg-type]
-            )
-        return tuple(found)
-
-    root = TreeLink(
-        "pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", (0.0, 1.0, 0.0)),), children=limb("pelvis")
-    )
-    return Tree((root,))
-
-
-def _direction(way: str | Vec, name: str, spread: float) -> Vec:
-    if not isinstance(way, str):
-        return way
-    side = 1.0 if name.endswith("_l") else -1.0
-    angle = spread * (math.radians(80) if way == "arm" else math.radians(40))
-    return (0.0, side * math.sin(angle), -math.cos(angle))
