@@ -207,6 +207,15 @@ def test_fmt_does_not_write_through_links(cli: Cli, case: Path, tmp_path: Path):
     assert "{  kind" in outside.read_text()
 
 
+@pytest.mark.parametrize("text", ["just words\nand more\n", "- 1\n-   2\n", "services: {web:   {image: x}}\n"])
+def test_what_is_no_case_is_not_rewritten(cli: Cli, tmp_path: Path, text: str) -> None:
+    (tmp_path / "other.yaml").write_text(text)
+    answer = cli("fmt", tmp_path / "other.yaml")
+    assert answer.code == 2
+    assert "is no case and no prefab" in answer.err
+    assert (tmp_path / "other.yaml").read_text() == text
+
+
 @pytest.mark.parametrize("words", ["check", "check --json", "show --no-png", "diff", "new other --from", "patch"])
 def test_no_command_reads_what_a_case_file_points_at(cli: Cli, case: Path, tmp_path: Path, words: str):
     (tmp_path / "secret").write_text("password: 1234\n")

@@ -8,6 +8,9 @@ import typer
 
 from text2sim.cli.options import AsJson
 
+KEYS = {"text2sim", "name", "scene", "bodies", "actions", "render", "prefab"}
+"""A file with none of these keys is not ours to rewrite."""
+
 
 def fmt(
     cases: Annotated[list[Path], typer.Argument(help="Case folders, case.yaml files, or folders of cases.")],
@@ -19,8 +22,16 @@ def fmt(
     from text2sim.cli.cases import rewrite_cases
     from text2sim.cli.output import say
     from text2sim.service.phrases import shown
+    from text2sim.spec_schema.errors import SpecError
     from text2sim.spec_schema.text.canonical import format_source
+    from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import Source
+
+    def change(source: Source) -> str:
+        document = parse_document(source)
+        if not isinstance(document.data, dict) or not document.data.keys() & KEYS:
+            raise SpecError([document.problem((), "is no case and no prefab, so it is left as it is", rule="type")])
+        return format_source(source)
 
     def report(source: Source, text: str) -> None:
         file = shown(Path(source.file))
@@ -31,4 +42,4 @@ def fmt(
         for line in difflib.unified_diff(before, after, file, f"{file} (canonical)"):
             say(line.rstrip("\n"))
 
-    rewrite_cases(cases, format_source, report, keep=check or diff, as_json=as_json)
+    rewrite_cases(cases, change, report, keep=check or diff, as_json=as_json)
