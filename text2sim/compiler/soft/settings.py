@@ -25,8 +25,8 @@ MPM_CELLS, PBD_CELLS = 3_000_000, 1_000_000
 """Most cells of the grid, which every substep visits at about 5 ns a cell, and of the space of cloth."""
 HASH_CELL, HASH_CELLS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis. The hash
-repeats in space, and every substep clears all of it: `python -m benchmarks.cloth_hash` measures 5.1 ms a substep, and 13.8
-ms with the engine's default, which covers the whole space."""
+repeats in space, and every substep clears all of it: `python -m benchmarks.cloth_hash` measures 5.1 ms a substep, and
+13.8 ms with the engine's default, which covers the whole space."""
 HARDENING = exp(10 * 0.1)
 """Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
 PBD_STEP = 0.0005
