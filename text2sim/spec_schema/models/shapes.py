@@ -285,7 +285,8 @@ class Sheet(Model):
     over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
     """With `over`: part of its length that hangs to the left (-x) of the bar's top."""
     folds: int = Field(default=0, ge=0, le=200)
-    """Waves along x in which it lies or hangs at the start, as a curtain does; they rise and fall along z."""
+    """Waves along x in which it lies or hangs at the start, as a curtain does; they rise and fall along z, and begin at
+    its left edge, halfway up. Its sides are then as near to each other as the waves make them."""
     fullness: Annotated[Real, Field(gt=1, le=4)] = 1.2
     """With `folds`: its length over the width that it takes up."""
     texture: str | None = Field(default=None, max_length=200)
