@@ -58,7 +58,7 @@ def told(tmp_path: Path) -> Any:
         "legibility": {
             "films": {
                 "main": {
-                    "bodies": {"ball": {"share": {"max": 0.0008}}, "tin": {"share": {"max": 0.02}}},
+                    "bodies": {"ball": {"share": {"max": 0.0003}}, "tin": {"share": {"max": 0.02}}},
                     "statics": {"post": 0.05, "peg": 0.0},
                 }
             }
@@ -91,7 +91,7 @@ def told(tmp_path: Path) -> Any:
         ({"color": "tin", "like": "blue"}, False, "wanted blue"),
         ({"color": "tin.foot", "like": "blue"}, None, "no part `foot`"),
         ({"seen": "tin"}, True, "2 %"),
-        ({"seen": "ball"}, False, "0.08 %"),
+        ({"seen": "ball"}, False, "0.03 %"),
         ({"seen": "lamp"}, None, "not measured"),
         ({"seen": "post"}, True, "5 %"),
         ({"seen": "peg"}, False, "0 %"),
