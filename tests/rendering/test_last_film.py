@@ -47,7 +47,7 @@ def test_a_film_that_is_stopped_is_made_of_what_is_there(make_run: MakeRun, monk
     assert sorted(traced[:7]) == [0, 4, 8, 10, 12, 16, 19], "they are spread over the film"
     with av.open(str(film)) as video:
         assert sum(1 for _ in video.decode(video=0)) == 20, "each is held"
-    assert f"7 of 20 pictures, each held until the next; `text2sim render {run}` traces the others" == told
+    assert f"7 of 20 pictures, each shown until the next; `text2sim render {run}` traces the others" == told
     traced.clear()
     monkeypatch.setattr(Filming, "trace", trace)
     assert last_film(run, "draft", None, quiet=True) == (film, "")
