@@ -132,7 +132,7 @@ def test_a_card_is_run_and_tried_and_kept_if_its_prompt_gets_better(
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize(("dealt", "after", "shown"), [
     (("falls-from-too-high",), PHYSICAL.replace("aesthetics: 60", "aesthetics: 10"), "MADE IT WORSE"),
-    ((), GOOD, "NEVER RETRIEVED where it was tried"),
+    ((), GOOD, "NEVER RETRIEVED where it was tested"),
 ])  # fmt: skip
 def test_a_card_that_made_it_worse_or_that_nobody_was_given_is_not_kept_and_shown_as_such(
     learn: Learn, judge: Judge, tmp_path: Path, capsys: pytest.CaptureFixture[str], dealt: tuple[str, ...], after: str, shown: str
@@ -145,7 +145,7 @@ def test_a_card_that_made_it_worse_or_that_nobody_was_given_is_not_kept_and_show
     assert read_ledger(tmp_path / "cards").cards["falls-from-too-high"].state == "rejected"
     show_ledger(tmp_path / "cards", [tmp_path / "work"], False)
     said = capsys.readouterr().out
-    assert "NEVER RETRIEVED in 2 loops, of those that come with text2sim: aimed-without-gravity" in said
+    assert "built-in cards NEVER RETRIEVED in 2 loops: aimed-without-gravity" in said
     assert shown in said
     assert "owes On falling balls (A. Nobody, 1999; drop): The ball is still in the air" in said
 
