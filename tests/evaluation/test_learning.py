@@ -131,7 +131,7 @@ def test_a_card_is_run_and_tried_and_kept_if_its_prompt_gets_better(
 
 @pytest.mark.usefixtures("engine")
 @pytest.mark.parametrize(("dealt", "after", "shown"), [
-    (("falls-from-too-high",), PHYSICAL.replace("aesthetics: 60", "aesthetics: 10"), "MADE IT WORSE"),
+    (("falls-from-too-high",), PHYSICAL.replace("aesthetics: 60", "aesthetics: 10"), "points where it was tested: WORSE"),
     ((), GOOD, "NEVER RETRIEVED where it was tested"),
 ])  # fmt: skip
 def test_a_card_that_made_it_worse_or_that_nobody_was_given_is_not_kept_and_shown_as_such(
