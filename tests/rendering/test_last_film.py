@@ -9,7 +9,7 @@ from filmed import MakeRun
 
 from text2sim.cli.last_film import DRAFT, _size, last_film
 from text2sim.recording.film_record import read_recording
-from text2sim.rendering.budget import cut_down
+from text2sim.rendering.budget import FrameTime, cut_down
 from text2sim.rendering.film import Filming
 from text2sim.rendering.trace import Traced
 from text2sim.templates.cadence import Frame
@@ -25,7 +25,7 @@ def test_the_time_it_takes_is_said_before_and_the_film_is_there(
     assert film.is_file()
     assert not why
     said = capsys.readouterr().err
-    assert "draft film: 2 pictures to trace, 64x36, 10 a second: about" in said
+    assert "draft film: 2 pictures to trace, 64x36, 10 a second, 8 samples per pixel: about" in said
     assert said.index("about") < said.index("rendering draft")
     assert (run / "render" / "legibility.json").is_file()
 
@@ -66,12 +66,14 @@ def test_a_film_that_is_stopped_at_once_leaves_the_preview(make_run: MakeRun, mo
 def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -> None:
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0)
     filming = Filming(read_recording(run))
-    fits = {given: cut_down(filming, Filming.reels, given / 60, 0.1, 0.9) for given in (20, 13, 8, 5, 0)}
-    assert [(fit.filming.size, fit.filming.fps) for fit in fits.values()] == [
-        ((64, 36), 50.0), ((48, 28), 50.0), ((48, 28), 25.0), ((36, 20), 25.0), ((36, 20), 50 / 3),
+    time = FrameTime(0.1, 0.7, 0.2)
+    fits = {given: cut_down(filming, Filming.reels, given / 60, time) for given in (20, 13, 9, 7, 5, 3, 0)}
+    assert [(fit.filming.size, fit.filming.fps, fit.filming.samples) for fit in fits.values()] == [
+        ((64, 36), 50.0, 8), ((64, 36), 50.0, 4), ((48, 28), 50.0, 4), ((48, 28), 50.0, 2), ((36, 20), 50.0, 2),
+        ((36, 20), 25.0, 2), ((36, 20), 50 / 3, 2),
     ]  # fmt: skip
     assert all(fit.seconds <= given for given, fit in fits.items() if given)
-    assert {fit.whole for fit in fits.values()} == {20.0}
+    assert {round(fit.whole, 6) for fit in fits.values()} == {20.0}
 
 
 def test_none_makes_none_and_a_run_that_recorded_nothing_is_no_error(make_run: MakeRun) -> None:
@@ -103,7 +105,7 @@ def test_whatever_becomes_of_the_film_is_said(
 
 def test_a_draft_is_no_larger_than_it_has_to_be() -> None:
     assert _size((640, 360)) == (640, 360)
-    assert _size((1280, 720)) == (854, 480)
+    assert _size((1920, 1080)) == (1280, 720)
     width, height = _size((1080, 1920))
     assert width * height <= 1.01 * DRAFT
     assert width % 2 == height % 2 == 0

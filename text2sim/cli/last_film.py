@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 Quality = Literal["draft", "final", "none"]
 Film = Annotated[
     Quality,
-    typer.Option("--film", help="Path-traced film at the end: draft (small, 8 samples per pixel), final (36), none."),
+    typer.Option("--film", help="Path-traced film at the end: draft (8 samples per pixel or fewer), final (36), none."),
 ]
 FilmMinutes = Annotated[
     float | None,
     typer.Option(
         "--film-minutes",
         min=0.1,
-        help="Time limit of this film in minutes, which decides its size and frame rate; 8 for a draft if left out.",
+        help="Time limit of this film in minutes; it decides samples, size and frame rate. 8 for a draft if left out.",
     ),
 ]
 
-DRAFT = 854 * 480
+DRAFT = 1280 * 720
 """Largest size of a draft [pixels]; time is proportional to size."""
 MINUTES = 8.0
 """Time limit of a draft [min]."""
@@ -91,17 +91,22 @@ def _announcement(fit: "Fitted", quality: str, minutes: float) -> str:
 
     width, height = fit.filming.size
     took = f"about {seconds(fit.seconds)}" if fit.missing else "a moment"
-    text = f"{quality} film: {fit.missing} pictures to trace, {width}x{height}, {fit.filming.fps:g} a second: {took}"
+    size = f"{width}x{height}, {fit.filming.fps:g} a second, {fit.filming.samples} samples per pixel"
+    text = f"{quality} film: {fit.missing} pictures to trace, {size}: {took}"
     if fit.whole > fit.seconds:
-        text += f" (larger and smoother, {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
+        text += f" (uncut {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
     return f"{text}; Ctrl-C makes a film of the finished pictures"
 
 
 def _options(fit: "Fitted") -> str:
     """Options of `text2sim render` that make the same film."""
+    from text2sim.rendering.trace import QUALITIES
+
     film, (width, height) = fit.filming.recording.film, fit.filming.size
-    size = f" --resolution {width}x{height}" if (width, height) != tuple(film["resolution"]) else ""
-    return size + (f" --fps {fit.filming.fps:g}" if fit.filming.fps != film["fps"] else "")
+    wanted = QUALITIES[fit.filming.quality].samples
+    options = f" --resolution {width}x{height}" if (width, height) != tuple(film["resolution"]) else ""
+    options += f" --fps {fit.filming.fps:g}" if fit.filming.fps != film["fps"] else ""
+    return options + (f" --samples {fit.filming.samples}" if fit.filming.samples != wanted else "")
 
 
 def _size(resolution: tuple[int, int]) -> tuple[int, int]:

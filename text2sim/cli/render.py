@@ -40,6 +40,9 @@ def render(
     ] = None,
     camera: Annotated[str, typer.Option("--camera", metavar="NAME", help="Only this camera.")] = "",
     resolution: Annotated[str, typer.Option("--resolution", metavar="WxH", help="The case's if left out.")] = "",
+    samples: Annotated[
+        int, typer.Option("--samples", min=0, max=4096, help="Samples per pixel; the quality's if left out.")
+    ] = 0,
     frames_only: Annotated[
         Literal["png", "exr"] | None,
         typer.Option("--frames-only", help="Numbered pictures instead of a film; exr keeps radiance."),
@@ -49,7 +52,7 @@ def render(
     ] = "",
     minutes: Annotated[
         float | None,
-        typer.Option("--minutes", min=0.1, help="Reduce size, then frame rate, to finish in about this time."),
+        typer.Option("--minutes", min=0.1, help="Reduce samples, size and frame rate to finish in about this time."),
     ] = None,
     join: Annotated[bool, typer.Option("--join", help="Only make the film from the pictures of shards.")] = False,
     beside: Annotated[
@@ -94,11 +97,11 @@ def render(
 
         propose(chosen, write=write, as_json=as_json)
         raise typer.Exit(exits.OK)
-    filming = Filming(chosen.recording, quality, size=size, fps=fps)
+    filming = Filming(chosen.recording, quality, size=size, samples=samples, fps=fps)
     if beside is not None:
         if quality == "still" or frames_only or shard:
             raise typer.BadParameter("cannot be used with still, --frames-only, --shard", param_hint="'--beside'")
-        other = Filming(choose(beside, runs).recording, quality, size=filming.size, fps=fps)
+        other = Filming(choose(beside, runs).recording, quality, size=filming.size, samples=samples, fps=fps)
         path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
         say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
         raise typer.Exit(exits.OK)
@@ -117,7 +120,13 @@ def render(
             message = "cannot be used with still, --minutes, --shard, --join"
             raise typer.BadParameter(message, param_hint="'--workers', '--ray'")
         those = {"camera": camera, "span": span, "during": times}
-        how = {"quality": quality, "size": filming.size, "fps": filming.fps, "format": frames_only or "png"}
+        how = {
+            "quality": quality,
+            "size": filming.size,
+            "samples": samples,
+            "fps": filming.fps,
+            "format": frames_only or "png",
+        }
         trace(chosen, where, {**how, "reels": those}, sum(len(reel.frames) for reel in reels), quiet=as_json)
     teller = Teller(reels, quiet=as_json)
     if not join and not pictures and part == (0, 1):

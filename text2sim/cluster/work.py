@@ -57,13 +57,15 @@ def render(
     format: str,
     cores: int,
     file: str = "case.yaml",
+    samples: int = 0,
 ) -> dict[str, Any]:
     """Render a part of the films of a run into `place.output`, which has the finished pictures.
 
     Args:
         place: Has the run folder as input `run`, and the case as `case` to film it with its current settings.
-        quality: As for `Filming`, like `size` and `fps`.
+        quality: As for `Filming`, like `size`, `samples` and `fps`.
         size: See there.
+        samples: See there.
         fps: See there.
         reels: Arguments of `Filming.reels`.
         shard: Part, from 0, and number of parts.
@@ -84,7 +86,11 @@ def render(
     drjit.set_thread_count(cores)
     plan = plan_case(load_case(place.inputs["case"] / file)) if "case" in place.inputs else None
     filming = Filming(
-        read_recording(place.inputs["run"], plan), quality, size=(size[0], size[1]) if size else None, fps=fps
+        read_recording(place.inputs["run"], plan),
+        quality,
+        size=(size[0], size[1]) if size else None,
+        samples=samples,
+        fps=fps,
     )
     span, during = reels.get("span"), reels.get("during")
     names, traced = [], 0

@@ -6,7 +6,7 @@ RUN/render/<quality>.mp4            the film; <quality>_<camera>.mp4 those of ot
 
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from pathlib import Path
@@ -96,10 +96,16 @@ class Filming:
         """The stage; built on first use, which takes seconds."""
         return FilmStage(self.recording)
 
-    def resized(self, size: tuple[int, int], fps: float) -> "Filming":
-        """Return a copy with another size [pixels] and frame rate [1/s]."""
+    @property
+    def samples(self) -> int:
+        """Samples per pixel."""
+        return self._how.samples
+
+    def variant(self, size: tuple[int, int], fps: float, samples: int) -> "Filming":
+        """Return a copy with another size [pixels], frame rate [1/s] and number of samples per pixel."""
         other = copy(self)
-        other.size, other.fps, other._digests, other._drawn = size, fps, Digests(self.recording, self._how, size), {}
+        other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
+        other._digests = Digests(self.recording, other._how, size)
         return other
 
     def reels(
