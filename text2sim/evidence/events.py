@@ -227,7 +227,8 @@ def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: 
     For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
     """
     time = recording.states.time
-    speeds = [_speed(recording, target) for target in recording.names.select(event.of)]
+    targets = [target for selector in event.subjects for target in recording.names.select(selector)]
+    speeds = [_speed(recording, target) for target in targets]
     if not len(time):
         return []
     height = event.speed - np.fmax.reduce(speeds, axis=0)  # nan for what has left the scene
@@ -240,7 +241,7 @@ def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: 
             begin = crossings(time[first - 1 : first + 1], height[first - 1 : first + 1])[0]
         begin = max(begin, since)
         if time[last] - begin >= event.for_ - 1e-9:
-            rows.append({"time": begin, "of": event.of})
+            rows.append({"time": begin, "of": ", ".join(event.subjects)})
     return rows
 
 

@@ -89,12 +89,14 @@ def _region(facts: Facts, event: Any) -> str:
 
 
 def _rest(facts: Facts, event: Any) -> str:
-    targets = targets_of(facts).select(event.of)
+    targets = [target for selector in event.subjects for target in targets_of(facts).select(selector)]
     if not targets or any(target.driven for target in targets) or not all_still(facts):
         return ""
     if any(row.entity == target.copy.name for target in targets for row in facts.rows.velocities):
         return ""
-    return f"`{event.of}` is at rest from the start, so it happens at 0 s; use `after` to find a later rest"
+    names = ", ".join(f"`{selector}`" for selector in event.subjects)
+    verb = "is" if len(event.subjects) == 1 else "are"
+    return f"{names} {verb} at rest from the start, so it happens at 0 s; use `after` to find a later rest"
 
 
 _TRUE_AT_START: dict[str, Callable[[Facts, Any], str]] = {

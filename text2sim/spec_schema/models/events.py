@@ -67,12 +67,17 @@ class RestEvent(_Event):
     """Bodies come to rest."""
 
     kind: Literal["rest"]
-    of: Selector
-    """A body or its copies."""
+    of: Selector | Annotated[list[Selector], Field(min_length=1, max_length=50)]
+    """A body or its copies, or a list of bodies that are at rest at the same time."""
     speed: Positive = 0.02
     """Largest speed [m/s] of bodies at rest."""
     for_: Positive = Field(default=0.2, alias="for")
     """Shortest time [s] at rest."""
+
+    @property
+    def subjects(self) -> list[str]:
+        """The selectors of its bodies."""
+        return [self.of] if isinstance(self.of, str) else self.of
 
 
 class LeftDomainEvent(_Event):

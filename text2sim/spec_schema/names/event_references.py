@@ -109,13 +109,21 @@ def _check_subject(
 ) -> None:
     if isinstance(event, events.LeftDomainEvent) and table.loaded.case.scene.domain is None:
         table.report(where, "this event needs `scene.domain`, which is missing", "no-domain", key=True)
-    member = table.find(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent))
+    if isinstance(event, events.RestEvent) and not isinstance(event.of, str):
+        for index, selector in enumerate(event.of):
+            _check_member(table, (*where, "of", index), event, selector)
+    else:
+        _check_member(table, (*where, "of"), event, event.of)
+
+
+def _check_member(table: NameTable, where: Path, event: events.Event, selector: str) -> None:
+    member = table.find(selector, where, joint=isinstance(event, events.JointLimitEvent))
     if member is None:
         return
     if isinstance(event, events.JointLimitEvent):
-        joint = check_joint(table, (*where, "of"), member, "measure")
+        joint = check_joint(table, where, member, "measure")
         if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
-            table.report((*where, "of"), f"the joint of `{member.text}` has no limits", "no-limit")
+            table.report(where, f"the joint of `{member.text}` has no limits", "no-limit")
     elif not member.dynamic:
         message = f"{member.why_not_dynamic}, so this event would test nothing"
-        table.report((*where, "of"), message, "driven-subject" if member.driven else "not-dynamic")
+        table.report(where, message, "driven-subject" if member.driven else "not-dynamic")
