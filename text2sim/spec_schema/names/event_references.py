@@ -109,11 +109,11 @@ def _check_subject(
 ) -> None:
     if isinstance(event, events.LeftDomainEvent) and table.loaded.case.scene.domain is None:
         table.report(where, "this event needs `scene.domain`, which is missing", "no-domain", key=True)
-    if isinstance(event, events.RestEvent) and not isinstance(event.of, str):
-        for index, selector in enumerate(event.of):
-            _check_member(table, (*where, "of", index), event, selector)
-    else:
+    if isinstance(event.of, str):
         _check_member(table, (*where, "of"), event, event.of)
+        return
+    for index, selector in enumerate(event.of):
+        _check_member(table, (*where, "of", index), event, selector)
 
 
 def _check_member(table: NameTable, where: Path, event: events.Event, selector: str) -> None:
