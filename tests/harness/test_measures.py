@@ -187,6 +187,21 @@ def test_extent_in_the_frame_of_another_body_is_not_changed_by_its_turning(new_r
     assert np.ptp(measure(folder, **asked, stat="range").values) > 0.03, "in the world it is that of a turning box"
 
 
+def test_displacement_in_the_frame_of_another_body_is_what_moves_on_it(new_run, measure):
+    run = new_run()
+    angle = np.linspace(0, np.pi / 2, len(run.time))
+    way = np.outer(run.time, [2.0, 0, 1.0])
+    run.add_link("car", quat=turn(angle, [0, 1, 0]), pos=way)
+    # It slides by 0.1 t along the x axis of the car, R(angle) (0.1 t, 0, 0) = 0.1 t (cos, 0, -sin).
+    slide = 0.1 * run.time[:, None] * np.stack([np.cos(angle), 0 * angle, -np.sin(angle)], axis=1)
+    run.add_link("load", quat=turn(angle, [0, 1, 0]), pos=way + slide)
+    folder = run.write()
+    asked = {"bodies": ("car", "load"), "kind": "displacement", "of": "load", "frame": "car"}
+    np.testing.assert_allclose(measure(folder, **asked).values, 0.1 * run.time, atol=1e-5)
+    np.testing.assert_allclose(measure(folder, **asked, axis="x").values, 0.1 * run.time, atol=1e-5)
+    np.testing.assert_allclose(measure(folder, **asked, axis="z").values, 0.0, atol=1e-5)
+
+
 def test_extent_of_a_detailed_mesh_is_that_of_its_corners(new_run, measure):
     run = new_run(duration=0.2)
     rng = np.random.default_rng(1)

@@ -182,8 +182,15 @@ def _turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTar
 
 
 def _displacement(recording: RecordedCase, measure: measures.Displacement, target: RecordedTarget) -> Array:
-    """|x(t) - x(0)|, or its component along an axis."""
+    """|x(t) - x(0)|, or its component along an axis.
+
+    In the frame of a body with origin o and rotation R, R^T (x - o) takes the place of x.
+    """
     origin = _path(recording, measure, target)
+    if measure.frame is not None:
+        frame = recording.names.select(measure.frame)[0].root
+        states = recording.states
+        origin = rotate_back(states.quat[:, frame].astype(float), origin - states.pos[:, frame].astype(float))
     moved = origin - origin[:1]
     return np.linalg.norm(moved, axis=1) if measure.axis is None else moved[:, _COLUMN[measure.axis]]
 

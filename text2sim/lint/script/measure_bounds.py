@@ -135,9 +135,10 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
-    if kind == "position" or (kind == "displacement" and measure.axis is not None):
+    moving_frame = getattr(measure, "frame", None) is not None
+    if kind == "position" or (kind == "displacement" and measure.axis is not None and not moving_frame):
         return _along(facts, measure, targets)
-    if kind == "displacement":
+    if kind == "displacement" and not moving_frame:
         return _away(facts, targets)
     kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
     return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else FREE
@@ -170,7 +171,7 @@ def _frozen(measure: Any, targets: list[StartTarget]) -> str:
     """Say why a measure never changes; empty if it may."""
     if measure.kind in CONTACT_KINDS or any(target.driven for target in targets):
         return ""
-    if measure.kind == "extent" and measure.frame is not None:
+    if measure.kind in ("extent", "displacement") and measure.frame is not None:
         return ""
     if any(target.frame_moves if measure.traits.of_root else target.moves for target in targets):
         return ""

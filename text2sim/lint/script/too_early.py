@@ -46,6 +46,8 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
             measure = actions.measures[expect.measure]
             if not isinstance(measure, Position | Displacement) or bound.stat in ("mean", "std", "range"):
                 continue
+            if getattr(measure, "frame", None) is not None:
+                continue
             if values.start is None or values.frozen or measure.stat in ("count", "sum", "std", "range"):
                 continue
             # A minimum or maximum may occur at the end of the span; a bound on all values applies from its start.

@@ -155,6 +155,9 @@ class Displacement(_OfRegion):
     traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=True, from_poses=True, instead="")
     axis: AxisName | None = None
     """Signed displacement along one axis instead."""
+    frame: Selector | None = None
+    """A rigid body or link whose origin and axes are the frame; by default the world. So what lies in a drawer has no
+    displacement as long as it moves with the drawer."""
 
 
 class Tilt(_Of):

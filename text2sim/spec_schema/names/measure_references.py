@@ -38,7 +38,7 @@ def check_measures(table: NameTable) -> None:
             if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
-        if isinstance(measure, measures.Extent) and measure.frame is not None:
+        if isinstance(measure, measures.Extent | measures.Displacement) and measure.frame is not None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
                 _check_rigid(table, (*where, "frame"), frame, "can be the frame")
