@@ -14,7 +14,7 @@ from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
 from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.deciding import AttemptReport, decision_faults
+from text2sim.agents.deciding import AttemptReport, Choices, decision_faults
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits
 from text2sim.agents.planning import Request
@@ -66,10 +66,12 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
     return agreement, told
 
 
-def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
+def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
     dealt = DealtCards(None, lambda event, /, *, live=False, **what: None)
-    return decision_faults(decision, agreed()[0], CASE, AttemptReport(**report), dealt, Path("case.yaml"), anew=anew)
+    agreement = agreed()[0]
+    choices = Choices(anew, trials, {1: (CASE.replace("height: 1.0", "height: 1.5"), agreement)})
+    return decision_faults(decision, agreement, CASE, AttemptReport(**report), dealt, Path("case.yaml"), choices)
 
 
 @pytest.mark.parametrize(
@@ -88,6 +90,7 @@ def faults(answer: str, *, anew: bool = True, **report: Any) -> list[str]:
         "plan: {assets: [{kind: mesh, body: ball, what: a walnut}]}",
         "action: plan_anew",
         "restate: {why: mm, checks: {expect: {low: {measure: z, at: end, below: 0.25}}}}",
+        "{back_to: 1, params: {bound: 0.2}}",
     ],
 )  # fmt: skip
 def test_what_the_planner_may_do(answer: str) -> None:
@@ -118,10 +121,31 @@ def test_what_the_planner_may_do(answer: str) -> None:
         ("waive: {overlap: it is meant so}", "the lint did not find this here"),
         ("{action: plan_anew, take: [1]}", "/take: with `plan_anew` nothing else is done"),
         ("{}", "otherwise the next attempt is this one"),
+        ("{back_to: 2, params: {height: 2.0}}", "/back_to: it can be 1"),
+        ("{trials: [{height: 2}], params: {height: 2}}", "they need `action: try`"),
+        ("{action: try, trials: [{height: 2}]}", "no trials now"),
     ],
 )  # fmt: skip
 def test_what_it_may_not_and_why(answer: str, about: str) -> None:
     assert about in "\n".join(faults(answer))
+
+
+@pytest.mark.parametrize(
+    ("answer", "about"),
+    [
+        ("trials: [{height: 2}, {height: 3, bound: 0.2}]", ""),
+        ("trials: [{height: 2}], back_to: 1", ""),
+        ("trials: [{hight: 2}]", "/trials/0/hight: there is no such parameter"),
+        ("trials: [{height: 2}, {}]", "/trials/1: give the parameters that differ"),
+        ("trials: [{height: tall}]", "/trials/0: /bodies/ball/pose/pos/2"),
+        ("trials: []", "give 1 to 3 of them (got 0)"),
+        ("trials: [{height: 2}], params: {height: 2}", "/params: leave it out"),
+        ("trials: [{height: 2}], take: [1]", "there is no patch 1"),
+    ],
+)
+def test_trials_are_checked_before_they_are_run(answer: str, about: str) -> None:
+    found = "\n".join(faults(f"{{action: try, {answer}}}", trials=3))
+    assert about in found if about else not found
 
 
 def test_a_waiver_of_what_is_no_rule_of_the_lint_is_refused() -> None:

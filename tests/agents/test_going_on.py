@@ -10,6 +10,7 @@ from text2sim.agents.attempts import Attempt, Attempts
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome
+from text2sim.agents.replies import Decision
 
 SECTIONS = {"scene": {"duration": 1.0}, "bodies": {"ball": {"kind": "rigid"}}}
 
@@ -73,9 +74,9 @@ def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:
 
 def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     decisions = [
-        SimpleNamespace(action="plan_anew", why="a hinge is wrong"),
-        SimpleNamespace(action="repair", why="a slider"),
-        SimpleNamespace(action="give_up", why="enough"),
+        Decision(action="plan_anew", why="a hinge is wrong"),
+        Decision(action="repair", why="a slider"),
+        Decision(action="give_up", why="enough"),
     ]
     texts: list[str] = []
     loop = stub(

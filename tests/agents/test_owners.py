@@ -16,7 +16,7 @@ from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, examine, owner_of
 from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.deciding import AttemptReport, decision_faults, foreign
+from text2sim.agents.deciding import AttemptReport, Choices, decision_faults, foreign
 from text2sim.agents.existing_case import planned
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
 from text2sim.agents.section_writer import _patched
@@ -41,7 +41,7 @@ def decided(agreement: Agreement, text: str, folder: Path, rules: frozenset[str]
     """The case after a decision that the Planner may take; fails if it may not."""
     decision = Decision(action="repair", why=WHY, **work)
     wrong = decision_faults(
-        decision, agreement, text, AttemptReport(rules=rules), DECK, folder / "case.yaml", anew=True
+        decision, agreement, text, AttemptReport(rules=rules), DECK, folder / "case.yaml", Choices(anew=True)
     )
     assert wrong == []
     return agreement.changed(text, decision)[0]

@@ -149,6 +149,20 @@ class Agreement:
         """Restore the state of an earlier copy."""
         vars(self).update(vars(earlier))
 
+    def same_checks(self, other: "Agreement") -> bool:
+        """Whether two agreements have the same measures, events and expectations."""
+        return self.names == other.names and self.plan.checks == other.plan.checks
+
+    def go_back_to(self, earlier: "Agreement") -> None:
+        """Restore the parameters, bodies and contract of an earlier copy with the same checks; keep what is newer."""
+        kept = {name: getattr(self.plan, name) for name in ("facts", "says", "keeps", "meets", "causes")}
+        newer = {
+            "plan": earlier.plan.model_copy(update=kept),
+            "restated": self.restated,
+            "planned_anew": self.planned_anew,
+        }
+        vars(self).update(vars(earlier) | newer)
+
     def expect_anew(self, plan: CasePlan) -> None:
         """Replace the plan; binding expectations stay, and new ones are added."""
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})

@@ -17,12 +17,14 @@ from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.requirements import Requirement
 from text2sim.agents.run_summary import citable, evidence_text
+from text2sim.agents.trials import Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.whole_files import replacing, write_atomically
 
 if TYPE_CHECKING:
+    from text2sim.harness.result import RunResult
     from text2sim.runtime.warm_runner import WarmRunner
 
 LARGEST_INPUT = 100_000_000
@@ -328,13 +330,9 @@ class Attempts:
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
         """
-        from text2sim.harness.run import run_case
 
-        def simulate(loaded: Any) -> tuple[str, Found]:
-            rest: dict[str, Any] = {"runs": self.case / "runs", "timeout": timeout, "on_progress": on_progress}
-            result = run_case(loaded, film=False, runner=self.runner, **rest)
-            if result.stopped:
-                raise KeyboardInterrupt  # before any of it is stored
+        def simulate(loaded: LoadedCase) -> tuple[str, Found]:
+            result = self._simulated(loaded, timeout, on_progress)
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
@@ -346,6 +344,44 @@ class Attempts:
             attempt.facts += kept(facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
+
+    def trials(
+        self,
+        attempt: Attempt,
+        text: str,
+        settings: Sequence[Settings],
+        timeout: float,
+        on_progress: Callable[[Any], None],
+    ) -> str:
+        """Run a case with several settings of its parameters, and describe the outcomes, one line each.
+
+        Args:
+            attempt: The attempt that the Planner decides about; the outcomes are stored in its folder.
+            text: The case.
+            settings: Parameters of each trial.
+            timeout: Limit of each run [s].
+            on_progress: Callback for the progress of each run.
+
+        Raises:
+            KeyboardInterrupt: If the user stopped one of these runs.
+        """
+
+        def simulate(loaded: LoadedCase) -> Outcome:
+            result = self._simulated(loaded, timeout, on_progress)
+            return result.state, result.evidence
+
+        store = self.of(attempt.number) / "trials.json"
+        return trials_text(text, settings, self.case / "case.yaml", store, simulate)
+
+    def _simulated(self, loaded: LoadedCase, timeout: float, on_progress: Callable[[Any], None]) -> "RunResult":
+        """Run a case without a film."""
+        from text2sim.harness.run import run_case
+
+        rest: dict[str, Any] = {"runs": self.case / "runs", "timeout": timeout, "on_progress": on_progress}
+        result = run_case(loaded, film=False, runner=self.runner, **rest)
+        if result.stopped:
+            raise KeyboardInterrupt  # before any of it is stored
+        return result
 
     def _pictures(self, attempt: Attempt, run: Path, preview: Callable[[], Any]) -> tuple[list[str], int, str]:
         """Make the sheet of numbered frames for the Critic; return its file name, the number of frames, and a note."""

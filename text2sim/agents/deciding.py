@@ -1,7 +1,7 @@
 """Decisions of the Planner about an attempt, tested on a copy before they are carried out."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from text2sim.agents.rehearsal import TAKEN, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Opening
 from text2sim.agents.roles import render, system_prompt
 from text2sim.agents.run_summary import to_decide_by
+from text2sim.agents.trials import settings_faults
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.spec_schema.changes.patch import PatchError, same
 from text2sim.spec_schema.errors import SpecError
@@ -41,6 +42,20 @@ class AttemptReport:
     """Ids of the lint rules with findings."""
     left: str = ""
     """Sentence with the attempts and time left, and the duration of the last run."""
+    trials: str = ""
+    """Outcomes of trials, one line each."""
+
+
+@dataclass
+class Choices:
+    """What the Planner may choose from when it decides."""
+
+    anew: bool = False
+    """Whether it may make a new plan."""
+    trials: int = 0
+    """Number of trials that it may ask for."""
+    earlier: Mapping[int, tuple[str, Agreement]] = field(default_factory=dict)
+    """Text and agreement of the attempts that it may go back to, by number."""
 
 
 def decide(
@@ -53,8 +68,7 @@ def decide(
     offer: str,
     dealt: "DealtCards",
     path: Path,
-    *,
-    anew: bool,
+    choices: Choices,
 ) -> Decision:
     """Have the Planner decide about an attempt that was not accepted.
 
@@ -68,7 +82,7 @@ def decide(
         offer: One line for each card that may fit.
         dealt: The Debug Cards.
         path: Path of the case file.
-        anew: Whether the Planner may make a new plan.
+        choices: What the Planner may choose from.
 
     Raises:
         RoleFailed: If no part of an answer is usable.
@@ -78,7 +92,7 @@ def decide(
     last: list[Decision] = []
 
     def faults(decision: Decision) -> list[str]:
-        wrong = decision_faults(decision, agreement, case, report, dealt, path, anew=anew)
+        wrong = decision_faults(decision, agreement, case, report, dealt, path, choices)
         if decision.plan is not None:
             bodies = {*agreement.plan.bodies, *decision.plan.bodies}
             wrong += [f"/plan{row}" for row in claim_faults(decision.plan.facts, request.requirements, bodies)]
@@ -113,7 +127,7 @@ def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> 
     kept: Decision | None = None
     for key in ("routes", "take", "params", "patch", "waive", "restate", "plan"):
         value = routes if key == "routes" else getattr(decision, key)
-        base = kept or Decision(action="repair", why=decision.why)
+        base = kept or Decision(action="repair", why=decision.why, back_to=decision.back_to)
         if value and not faults(more := Decision.model_validate(base.model_dump(exclude_unset=True) | {key: value})):
             kept = more
     return kept
@@ -126,8 +140,7 @@ def decision_faults(
     report: AttemptReport,
     dealt: "DealtCards",
     path: Path,
-    *,
-    anew: bool,
+    choices: Choices,
 ) -> list[str]:
     """Describe the parts of a decision that are impossible, have no effect, or weaken the request.
 
@@ -138,8 +151,18 @@ def decision_faults(
         report: Report on the attempt.
         dealt: The Debug Cards.
         path: Path of the case file.
-        anew: Whether the Planner may make a new plan.
+        choices: What the Planner may choose from.
     """
+    if decision.back_to is not None:
+        if decision.back_to not in choices.earlier:
+            return [f"/back_to: it can be {', '.join(map(str, choices.earlier)) or 'left out only'}"]
+        case, agreement = choices.earlier[decision.back_to]
+    offered = (report.critique or {}).get("patches", ())
+    wrong = [
+        f"/take: there is no patch {k}; there are {len(offered)}" for k in decision.take if not 1 <= k <= len(offered)
+    ]
+    if decision.action == "try":
+        return wrong or _trial_faults(decision, case, offered, path, choices.trials)
     work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
     present = agreement.plan.params
     unchanged = [name for name, value in decision.params.items() if name in present and same(present[name], value)]
@@ -148,12 +171,12 @@ def decision_faults(
     if decision.action == "give_up":
         return []
     if decision.action == "plan_anew":
-        wrong = [f"/{key}: with `plan_anew` nothing else is done; leave it out" for key in sorted(work)]
-        return (
-            wrong if anew else [*wrong, "/action: it was planned anew already, or the case is somebody's own: repair"]
-        )
-    offered = len((report.critique or {}).get("patches", ()))
-    wrong = [f"/take: there is no patch {k}; there are {offered}" for k in decision.take if not 1 <= k <= offered]
+        wrong += [f"/{key}: with `plan_anew` nothing else is done; leave it out" for key in sorted(work)]
+        if not choices.anew:
+            wrong.append("/action: it was planned anew already, or the case is somebody's own: repair")
+        return wrong
+    if decision.trials:
+        wrong.append("/trials: they need `action: try`")
     wrong += [f"/waive/{rule}: the lint did not find this here" for rule in decision.waive if rule not in report.rules]
     wrong += [
         f"/waive/{rule}: say why, in ten characters or more" for rule, why in decision.waive.items() if len(why) < 10
@@ -167,8 +190,20 @@ def decision_faults(
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
-    patches = (report.critique or {}).get("patches", ())
-    return wrong or _tried(decision, agreement, case, path, [patches[k - 1] for k in decision.take])
+    return wrong or _tried(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
+
+
+def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: Path, allowed: int) -> list[str]:
+    """Faults of a decision to run trials first."""
+    if not allowed:
+        return ["/action: no trials now, there were some already or time is short: repair"]
+    rest = sorted(decision.model_fields_set - {"action", "why", "trials", "take", "back_to"})
+    used = [key for key in rest if getattr(decision, key)]
+    wrong = [f"/{key}: leave it out; with `try` only `trials`, `take` and `back_to` count" for key in used]
+    if not 1 <= len(decision.trials) <= allowed:
+        wrong.append(f"/trials: give 1 to {allowed} of them (got {len(decision.trials)})")
+    text, refused = revising.with_patches(case, [patches[k - 1] for k in decision.take], path, None)
+    return wrong or refused or settings_faults(text, decision.trials, path)
 
 
 def _does(decision: Decision) -> bool:
@@ -286,6 +321,8 @@ def _reported(report: AttemptReport) -> str:
         parts.append("Writers refer to you:\n\n" + _listed(report.referred))
     if report.evidence:
         parts.append("# Evidence\n\n" + to_decide_by(report.evidence))
+    if report.trials:
+        parts.append(f"# Trials\n\n{report.trials}")
     if report.critique is not None:
         critique = dict(report.critique)
         patches = critique.pop("patches", [])

@@ -14,7 +14,7 @@ from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import exhibit, kept, with_effects
 from text2sim.agents.criticism import criticise, decision_to_film
 from text2sim.agents.dealt_cards import DealtCards, signs
-from text2sim.agents.deciding import AttemptReport, decide
+from text2sim.agents.deciding import AttemptReport, Choices, decide
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
 from text2sim.agents.mending import Mending
@@ -23,6 +23,7 @@ from text2sim.agents.planning import Request, TriedPlan, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
+from text2sim.agents.trials import affordable
 from text2sim.agents.writer_team import Workshop
 
 STANDSTILL = 2
@@ -64,6 +65,10 @@ class AgentLoop:
         """Whether the engine starts while the Writers still write."""
         self.base = ""
         """Text of the existing case that is to be changed."""
+        self._agreed: dict[int, Agreement] = {}
+        """The agreement at each attempt that ran, by number."""
+        self._affordable = 0
+        """Number of trials that the time left allows."""
         self._told: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
@@ -152,6 +157,8 @@ class AgentLoop:
                 return self.outcome("gave_up", decision.why)
             text, left_out = self._revised(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
+            if decision.back_to is not None:
+                cause = f"attempt {decision.back_to} again, changed: {cause}"
 
     def _styled(self, attempt: Attempt) -> None:
         """Film an accepted attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
@@ -217,6 +224,7 @@ class AgentLoop:
         assert examined.loaded is not None
         self.agreement.see(attempt.text)
         contract = self.agreement.take_down(examined)
+        self._agreed[attempt.number] = copy(self.agreement)
         if not self.attempts.recall(attempt):
             guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
@@ -304,15 +312,51 @@ class AgentLoop:
         offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self.left()
-        anew = not (before_run or self.agreement.planned_anew or self.only_if_accepted)
-        only_film = attempt.sound(self.agreement.names) and not report.referred and decision_to_film(report.critique)
-        decision = only_film or decide(
+        choices = Choices(
+            anew=not (before_run or self.agreement.planned_anew or self.only_if_accepted),
+            trials=0 if before_run or report.problems else self._affordable,
+            earlier={} if before_run else self._earlier(attempt),
+        )
+        if attempt.sound(self.agreement.names) and not report.referred:
+            decision = decision_to_film(report.critique)
+            if decision is not None:
+                return self._announced(attempt, decision)
+        decision = self._asked(attempt, report, offer, choices)
+        if decision.action == "try":
+            report.trials, report.left, choices.trials = self._trials(attempt, decision, choices), self.left(), 0
+            decision = self._asked(attempt, report, offer, choices)
+        return decision
+
+    def _asked(self, attempt: Attempt, report: AttemptReport, offer: str, choices: Choices) -> Decision:
+        decision = decide(
             self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
-            self.path, anew=anew,
+            self.path, choices,
         )  # fmt: skip
+        return self._announced(attempt, decision)
+
+    def _announced(self, attempt: Attempt, decision: Decision) -> Decision:
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
+
+    def _earlier(self, attempt: Attempt) -> dict[int, tuple[str, Agreement]]:
+        """Return the text and agreement of the earlier attempts that can be changed instead of the latest."""
+        return {
+            one.number: (one.text, self._agreed[one.number])
+            for one in self.made
+            if one is not attempt
+            and one.number in self._agreed
+            and self._agreed[one.number].same_checks(self.agreement)
+        }
+
+    def _trials(self, attempt: Attempt, decision: Decision, choices: Choices) -> str:
+        """Run the trials of a decision, and describe their outcomes."""
+        text = attempt.text if decision.back_to is None else choices.earlier[decision.back_to][0]
+        patches = [attempt.critique["patches"][k - 1] for k in decision.take] if attempt.critique else []
+        text, _ = revising.with_patches(text, patches, self.path, None)
+        told = self.attempts.trials(attempt, text, decision.trials, self.limits.timeout(), self.progress)
+        self.emit("trials", number=attempt.number, rows=told.splitlines())
+        return told
 
     def left(self) -> str:
         """Return a sentence with the attempts and time left; a resumed loop gets the same one again."""
@@ -324,6 +368,8 @@ class AgentLoop:
         if ran := [one for one in self.made if one.wall]:
             took = f"took {ran[-1].wall:.0f} s of wall time, of which {ran[-1].pace:.3g} s per simulated second"
             words.append(f"the run of attempt {ran[-1].number} {took}, the rest for start, judging and film")
+            self._affordable = affordable(ran[-1].wall, minutes)
+            words.append(f"there is time for {self._affordable} trials" if self._affordable else "no time for trials")
         return "; ".join(words) + "."
 
     def _history(self) -> str:
@@ -331,7 +377,11 @@ class AgentLoop:
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Carry out a decision; return the new text, and the reasons for refused patches."""
-        text, routes = self.agreement.apply(attempt.text, decision), list(decision.routes)
+        text, routes = attempt.text, list(decision.routes)
+        if decision.back_to is not None:
+            text, agreed = self._earlier(attempt)[decision.back_to]
+            self.agreement.go_back_to(agreed)
+        text = self.agreement.apply(text, decision)
         patches = (attempt.critique or {}).get("patches", [])
         left_out: list[str] = []
         for k, patch in enumerate(patches, 1):

@@ -330,8 +330,12 @@ class PlanPatch(Form):
 class Decision(Form):
     """The Planner's decision about an attempt that was not accepted."""
 
-    action: Literal["repair", "plan_anew", "give_up"]
+    action: Literal["repair", "try", "plan_anew", "give_up"]
     why: Line
+    trials: list[dict[Name, Any]] = []
+    """With `try`: values of parameters, for each run before the decision."""
+    back_to: int | None = None
+    """Number of the earlier attempt that is changed, instead of the latest."""
     take: list[int] = []
     """Numbers of the Critic's patches to apply."""
     routes: Annotated[list[Route], Field(max_length=8)] = []

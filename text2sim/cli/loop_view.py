@@ -122,6 +122,8 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         rows = [f"  Planner: {what['action']}: {_short(what['why'])}"]
         rows += [f"    takes patch {k}" for k in what["take"]]
         return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
+    if event == "trials":
+        return [f"  trial {_short(row.removeprefix('- '))}" for row in what["rows"]]
     if event == "viewed":
         marks = ", ".join(f"{name} {mark:g}" for name, mark in what["marks"].items())
         return [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]

@@ -1,0 +1,104 @@
+"""Trials: runs with other parameters before a decision; and attempts that are gone back to."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from tests.agents.test_deciding import CASE, agreed
+from text2sim.agents.attempts import Attempt
+from text2sim.agents.deciding import AttemptReport, Choices
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.replies import Decision
+from text2sim.agents.trials import MAX_TRIALS, Outcome, affordable, trials_text
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.loaded import LoadedCase
+
+
+def simulate(loaded: LoadedCase) -> Outcome:
+    """A run of a ball, whose case says how high it starts."""
+    height = loaded.case.bodies["ball"].pose.pos[2]  # type: ignore[union-attr]
+    if height > 9:
+        raise RunError("no memory")
+    row = {"problem": None, "min": 0.1, "max": height, "last": 0.1 * height, "unit": "m"}
+    expect = {"low": {"ok": height < 2, "why": f"{0.1 * height:g} m at 1 s"}}
+    events = {"lands": {"first": 0.45}, "bounces": {"first": None}}
+    return "finished", {"expect": expect, "measures": {"z": row}, "events": events, "suspicions": []}
+
+
+def test_a_trial_tells_what_was_missed_and_measured_and_is_not_run_twice(tmp_path: Path) -> None:
+    store, ran = tmp_path / "01" / "trials.json", []
+
+    def counted(loaded: LoadedCase) -> Outcome:
+        ran.append(loaded)
+        return simulate(loaded)
+
+    settings = [{"height": 1.5}, {"height": 3}, {"height": 10}]
+    told = trials_text(CASE, settings, tmp_path / "case.yaml", store, counted)
+    assert told.splitlines() == [
+        "- {height: 1.5}: finished; all expectations true; `z` 0.1 to 1.5, at the end 0.15 m; `lands` at 0.45 s",
+        "- {height: 3}: finished; MISSED `low` (0.3 m at 1 s); `z` 0.1 to 3, at the end 0.3 m; `lands` at 0.45 s",
+        "- {height: 10}: failed: no memory",
+    ]
+    assert trials_text(CASE, settings, tmp_path / "case.yaml", store, counted) == told
+    assert len(ran) == 3
+    store.write_text(json.dumps(["not", "a", "mapping"]))
+    assert trials_text(CASE, settings[:1], tmp_path / "case.yaml", store, counted) == told.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("wall", "minutes", "count"), [(60, None, MAX_TRIALS), (60, 20, 6), (60, 10, 3), (600, 20, 0), (0, 1, MAX_TRIALS)]
+)
+def test_trials_take_a_share_of_the_time_left(wall: float, minutes: float | None, count: int) -> None:
+    assert affordable(wall, minutes) == count
+
+
+def test_after_its_trials_the_planner_decides_and_may_not_try_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = [
+        Decision(action="try", why="how high", trials=[{"height": 2}]),
+        Decision(action="repair", why="2 m", params={"height": 2}),
+    ]
+    asked: list[tuple[str, int]] = []
+
+    def decide(*given: Any) -> Decision:
+        report, choices = given[5], given[-1]
+        asked.append((report.trials, choices.trials))
+        return answers.pop(0)
+
+    monkeypatch.setattr("text2sim.agents.loop.decide", decide)
+    attempt = Attempt(1, CASE, "first version", state="finished", wall=10.0)
+    loop: Any = SimpleNamespace(
+        agreement=agreed()[0], workshop=SimpleNamespace(referred=[]), only_if_accepted=False, _affordable=3,
+        dealt=SimpleNamespace(offer=lambda *given: ""), left=lambda: "", emit=lambda *given, **what: None, made=[attempt],
+        chat=None, request=None, path=Path("case.yaml"), _history=lambda: "", _earlier=lambda attempt: {},
+        attempts=SimpleNamespace(trials=lambda attempt, text, trials, *more: f"- {trials[0]}: finished"),
+        limits=SimpleNamespace(timeout=lambda: 60.0), progress=None,
+    )  # fmt: skip
+    for name in ("_asked", "_announced", "_trials"):
+        setattr(loop, name, getattr(AgentLoop, name).__get__(loop))
+    decision = AgentLoop._decided(loop, attempt, AttemptReport())
+    assert decision.params == {"height": 2}
+    assert asked == [("", 3), ("- {'height': 2}: finished", 0)]
+
+
+def test_an_earlier_attempt_is_changed_with_its_own_parameters() -> None:
+    agreement, _ = agreed()
+    earlier, _ = agreed()
+    agreement.plan = agreement.plan.model_copy(update={"params": {"height": 5.0}, "keeps": ["low"]})
+    agreement.restated = ["a bound"]
+    assert agreement.same_checks(earlier)
+    agreement.go_back_to(earlier)
+    assert agreement.plan.params == earlier.plan.params
+    assert agreement.plan.keeps == ["low"]
+    assert agreement.restated == ["a bound"]
+
+
+def test_only_attempts_with_the_same_checks_can_be_gone_back_to() -> None:
+    made = [Attempt(number, f"name: {number}\n", "") for number in (1, 2, 3)]
+    same, other = agreed()[0], agreed()[0]
+    other.names = ("low", "further")
+    loop: Any = SimpleNamespace(made=made, agreement=same, _agreed={1: agreed()[0], 2: other, 3: same})
+    assert list(AgentLoop._earlier(loop, made[2])) == [1]
+    assert Choices().earlier == {}

@@ -1,0 +1,104 @@
+"""Trials: runs of a case with other values of its parameters, before the Planner decides what to do next."""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from text2sim.agents import revising
+from text2sim.agents.assembly import examine, said
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.whole_files import write_atomically
+
+MAX_TRIALS = 6
+"""Largest number of trials at a time."""
+SHARE = 0.3
+"""Largest share of the time left that trials may take."""
+Settings = Mapping[str, Any]
+"""Values of parameters, by name."""
+Outcome = tuple[str, Mapping[str, Any] | None]
+"""Final state of a run, and its evidence if there is any."""
+
+
+def affordable(wall: float, minutes: float | None) -> int:
+    """Return how many trials fit the time left.
+
+    Args:
+        wall: Wall time of one run [s].
+        minutes: Minutes left; None without a limit.
+    """
+    return MAX_TRIALS if minutes is None else max(0, min(MAX_TRIALS, int(SHARE * 60 * minutes / max(wall, 1.0))))
+
+
+def settings_faults(text: str, trials: Sequence[Settings], path: Path) -> list[str]:
+    """Describe what makes a trial impossible: unknown parameters, and values that leave the case wrong.
+
+    Args:
+        text: Text of the case.
+        trials: Parameters of each trial.
+        path: Path of the case file.
+    """
+    wrong, known = [], revising.mapping(revising.data_of(text), "params")
+    for number, settings in enumerate(trials):
+        where = f"/trials/{number}"
+        wrong += [f"{where}/{name}: there is no such parameter" for name in settings if name not in known]
+        if not settings:
+            wrong.append(f"{where}: give the parameters that differ")
+    if wrong:
+        return wrong
+    for number, settings in enumerate(trials):
+        if errors := examine(revising.with_params(text, settings), path).errors:
+            wrong.append(f"/trials/{number}: {said(errors[0])}")
+    return wrong
+
+
+def trials_text(
+    text: str, trials: Sequence[Settings], path: Path, store: Path, simulate: Callable[[LoadedCase], Outcome]
+) -> str:
+    """Run a case with each setting of parameters, and describe the outcomes, one line for each.
+
+    Args:
+        text: Text of the case.
+        trials: Parameters of each trial.
+        path: Path of the case file.
+        store: File of outcomes by digest of the case, so that a resumed loop does not simulate them again.
+        simulate: Runs a loaded case.
+    """
+    try:
+        outcomes = dict(json.loads(store.read_text("utf-8")))
+    except (OSError, ValueError, TypeError):
+        outcomes = {}
+    rows = []
+    for settings in trials:
+        varied = revising.with_params(text, settings)
+        key = hashlib.sha256(varied.encode()).hexdigest()
+        if key not in outcomes:
+            outcomes[key] = _outcome(varied, path, simulate)
+            store.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(store, json.dumps(outcomes, indent=1, ensure_ascii=False) + "\n")
+        values = ", ".join(f"{name}: {value}" for name, value in settings.items())
+        rows.append(f"- {{{values}}}: {outcomes[key]}")
+    return "\n".join(rows)
+
+
+def _outcome(text: str, path: Path, simulate: Callable[[LoadedCase], Outcome]) -> str:
+    examined = examine(text, path)
+    if examined.loaded is None or examined.errors:
+        return f"cannot be run: {said(examined.errors[0])}" if examined.errors else "cannot be run"
+    try:
+        state, evidence = simulate(examined.loaded)
+    except RunError as error:
+        return f"failed: {error}"
+    if evidence is None:
+        return state
+    missed = [f"MISSED `{name}` ({row.get('why')})" for name, row in evidence["expect"].items() if not row.get("ok")]
+    rows = [state, *(missed or ["all expectations true"])]
+    for name, row in evidence["measures"].items():
+        if row.get("problem") is None and row.get("last") is not None:
+            rows.append(f"`{name}` {row['min']:.3g} to {row['max']:.3g}, at the end {row['last']:.3g} {row['unit']}")
+    rows += [
+        f"`{name}` at {row['first']:.3g} s" for name, row in evidence["events"].items() if row.get("first") is not None
+    ]
+    return "; ".join([*rows, *evidence["suspicions"][:2]])
