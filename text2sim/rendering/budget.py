@@ -7,13 +7,13 @@ from pathlib import Path
 from text2sim.rendering.film import Filming, Reel
 
 STEPS = ((1.0, 1), (0.75, 1), (0.75, 2), (0.5625, 2), (0.5625, 3))
-"""What a film gives up, one after the other: factors on its width and height, and on the time between pictures."""
+"""Reductions of a film, in order: factors on its width and height, and on the time between pictures."""
 SLOWEST = 8.0
-"""Pictures per second, fewer than which are no film any more."""
+"""Lowest frame rate of a film [1/s]."""
 OVERTIME = 1.25
-"""Times the minutes there are, after which no further picture is begun: an estimate is one."""
+"""Factor on the time budget after which no further picture is started, because the estimate is not exact."""
 FEWEST = 6
-"""Pictures of which a film is made before all are there."""
+"""Smallest number of pictures from which an incomplete film is encoded."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +23,11 @@ class Fitted:
     filming: Filming
     reels: list[Reel]
     missing: int = 0
-    """Pictures to trace."""
+    """Number of pictures to trace."""
     seconds: float = 0.0
-    """Time [s] that these will take,"""
+    """Estimated time for these [s]."""
     whole: float = 0.0
-    """and that the film as it was wanted would."""
+    """Estimated time for the requested film [s]."""
 
 
 def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> Fitted:
