@@ -119,7 +119,7 @@ class Filming:
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:
-                raise RunError(f"there is no camera {camera}; the cameras are {', '.join(film['cameras'])}")
+                raise RunError(f"there is no camera {camera}; there are {', '.join(film['cameras'])}")
             whole = {"camera": camera, "from": film["start"], "to": film["end"], "speed": film["speed"], "hold": 0.0}
             found = {f"{MAIN}_{camera}": [whole]}
         made = []

@@ -93,9 +93,9 @@ NonNegative = Annotated[Real, Field(ge=0)]
 Length = Annotated[Real, Field(gt=0), Supported(1e-6, 1e6, "m")]
 """A length [m]: the engine builds nothing smaller than a micrometre, and resolves nothing on more than 1000 km."""
 Mass = Annotated[Real, Field(gt=0), Supported(1e-12, 1e12, "kg")]
-"""[kg]"""
+"""A mass [kg]."""
 Density = Annotated[Real, Field(gt=0), Supported(1e-6, 1e9, "kg/m3")]
-"""[kg/m3]"""
+"""A density [kg/m3]."""
 Fraction = Annotated[Real, Field(ge=0, le=1)]
 Seconds = NonNegative
 Integer = StrictInt

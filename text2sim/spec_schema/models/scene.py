@@ -58,7 +58,7 @@ class Solver(Model):
 
 
 class Record(Model):
-    """What a run records."""
+    """Recording of a run."""
 
     rate: Positive | None = None
     """Recorded frames per simulated second, rounded to a whole number of time steps; by default 100, or 50 in a scene
@@ -120,7 +120,7 @@ class Scene(Model):
     ipc: Ipc = Ipc.model_construct()
     """Solver of cloth and soft bodies under contact model ipc."""
     record: Record = Record.model_construct()
-    """What a run records."""
+    """Recording of a run."""
     domain: Domain | None = None
     """The space in which the bodies are expected to stay."""
     statics: dict[Name, Static] = Field(default_factory=dict)

@@ -180,8 +180,8 @@ render:
 
 SCULPT = """\
 In `parts` of a sculpt. All are joined in their order, then all cuts are made, then paint is applied. Use a flat
-ellipsoid or a `loft` for a fin or an ear, a `limb` for a limb, neck, tail or handle, a `loft` for a trunk or a hull, and
-a `revolve` for turned parts.
+ellipsoid or a `loft` for a fin or an ear, a `limb` for a limb, neck, tail or handle, a `loft` for a trunk or a hull,
+and a `revolve` for turned parts.
 
 ```yaml
 shape:
