@@ -17,7 +17,7 @@ FEWEST = 6
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedFilm:
     """A film that fits the budget."""
 
     filming: Filming
@@ -30,7 +30,7 @@ class Fitted:
     """Estimated time for the requested film [s]."""
 
 
-def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> Fitted:
+def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> FittedFilm:
     """Return the largest and smoothest film that can be traced in a given time.
 
     Two frames are traced for that: the first compiles kernels, the second is measured.
@@ -52,7 +52,7 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
 
 def cut_down(
     filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, fixed: float, each: float
-) -> Fitted:
+) -> FittedFilm:
     """Return the largest and smoothest film that fits a time budget; if none does, the quickest.
 
     Args:
@@ -62,7 +62,7 @@ def cut_down(
         fixed: Time per frame that does not depend on its size [s].
         each: Further time per frame at the requested size [s].
     """
-    found: list[Fitted] = []
+    found: list[FittedFilm] = []
     for scale, every in STEPS:
         fps = filming.fps / every
         if every > 1 and fps < SLOWEST:
@@ -73,7 +73,7 @@ def cut_down(
         wanted = {other.finished(frame) for reel in made for frame in reel.frames}
         missing = sum(not path.is_file() for path in wanted)
         seconds = missing * (fixed + each * scale**2)
-        found.append(Fitted(other, made, missing, seconds, found[0].whole if found else seconds))
+        found.append(FittedFilm(other, made, missing, seconds, found[0].whole if found else seconds))
         if seconds <= 60 * minutes:
             break
     return found[-1]

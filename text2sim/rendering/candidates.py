@@ -180,11 +180,11 @@ def directions() -> list[tuple[tuple[float, float, float], float]]:
     return found
 
 
-def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
+def best(scorer: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
     """Return the best cameras with their scores, best first: a search over directions and frames, then over lenses.
 
     Args:
-        jury: The scorer.
+        scorer: Scorer of the run.
         frames: Sets of bodies that a camera may frame, the most usual first.
         keep: Number of candidates that are tried with other lenses.
     """
@@ -193,11 +193,11 @@ def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list
         for n, frame in enumerate(frames)
         for way, habit in directions()
     ]
-    ranked = sorted(((jury.score(one), one) for one in first), key=lambda row: -row[0])
+    ranked = sorted(((scorer.score(one), one) for one in first), key=lambda row: -row[0])
     lenses = [
         Candidate(one.frame, one.direction, lens, one.habit + 2 * HABIT * n)
         for _, one in ranked[:keep]
         for n, lens in enumerate(LENSES)
         if n
     ]
-    return sorted([*ranked, *((jury.score(one), one) for one in lenses)], key=lambda row: -row[0])
+    return sorted([*ranked, *((scorer.score(one), one) for one in lenses)], key=lambda row: -row[0])

@@ -87,7 +87,7 @@ DEEP = 0.65
 """Brightest channel of a colour below which glass is dark, like a wine bottle, and tints what is behind it."""
 
 
-def worn(finish: str, color: tuple[float, float, float]) -> str:
+def drawn_finish(finish: str, color: tuple[float, float, float]) -> str:
     """Return the rendered finish for a finish of the language and a colour: dark glass has its own."""
     return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
-from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
+from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import mesh_shape, shaded
 
@@ -94,7 +94,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        finish = worn(look.finish, look.color)
+        finish = drawn_finish(look.finish, look.color)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
             mesh = read_mesh(part.mesh)

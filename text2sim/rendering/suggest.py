@@ -72,15 +72,15 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     )
     derived = resolve_case(bare).plan.render["cameras"]["main"]["frame"]
     times = _moments(recording)
-    jury = Scorer(recording, subjects(facts), times, derived["within"])
-    chosen = _frames(jury, derived["bodies"])
+    scorer = Scorer(recording, subjects(facts), times, derived["within"])
+    chosen = _frames(scorer, derived["bodies"])
     tell(f"trying cameras at {len(times)} moments")
-    ranked = best(jury, chosen)
+    ranked = best(scorer, chosen)
     score, camera = ranked[0]
     present = Cameras(film, recording.states)
     views = [present.view(*_camera_at(film, recording, t)) for t in times]
-    before = jury.judge(views, np.subtract(views[0].look_at, views[0].pos))
-    render: dict[str, Any] = {"cameras": {"main": _words(camera, jury)}}
+    before = scorer.judge(views, np.subtract(views[0].look_at, views[0].pos))
+    render: dict[str, Any] = {"cameras": {"main": _words(camera, scorer)}}
     if film["overlay"].get("pace"):  # an author's camera would have no pace of its own
         render["shots"] = {
             f"part_{k}": {key: shot[key] for key in ("camera", "from", "to", "speed", "hold")} | {"camera": "main"}
@@ -89,7 +89,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     lights: dict[str, float] = {}
     if not loaded.case.render.lights:
         tell("trying lights")
-        lights = {name: _lit(recording, loaded, render | {"lighting": name}, jury) for name in LIGHTINGS}
+        lights = {name: _lit(recording, loaded, render | {"lighting": name}, scorer) for name in LIGHTINGS}
         winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == LIGHTINGS[0]))
         render = {"lighting": winner, **render}
     shown = _filmed(recording, loaded, render)
@@ -118,16 +118,16 @@ def _camera_at(film: dict[str, Any], recording: FilmRecord, t: float) -> tuple[s
     return frame.camera, frame.t, frame.part
 
 
-def _frames(jury: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
+def _frames(scorer: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
     """Return sets to frame: the bodies of the derived camera, all moving bodies, the subjects of the script."""
-    names, statics = jury.recorded.names, jury.recorded.statics
+    names, statics = scorer.recorded.names, scorer.recorded.statics
     usual = tuple(name for name in derived if name in names)
     moving = tuple(name for name in names if name not in statics)
-    main = tuple(name for name, weight in zip(names, jury.weights, strict=True) if weight == 1.0)
+    main = tuple(name for name, weight in zip(names, scorer.weights, strict=True) if weight == 1.0)
     return [frame for frame in dict.fromkeys([usual, moving, main]) if frame]
 
 
-def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
+def _words(candidate: Candidate, scorer: Scorer) -> dict[str, Any]:
     """Return a camera in the language."""
     words: dict[str, Any] = {
         "kind": "still",
@@ -135,8 +135,8 @@ def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
         "direction": [round(c, 2) for c in candidate.direction],
         "lens_mm": candidate.lens,
     }
-    if jury.within is not None and jury.strays(candidate.frame):
-        low, high = ([round(float(c), 2) for c in corner] for corner in jury.within)
+    if scorer.within is not None and scorer.strays(candidate.frame):
+        low, high = ([round(float(c), 2) for c in corner] for corner in scorer.within)
         words["within"] = {"min": low, "max": high}
     return words
 
@@ -158,7 +158,7 @@ def _filmed(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any]) -
     return replace(recording, film=resolve_case(_with_render(loaded, kept | render)).plan.render)
 
 
-def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury: Scorer) -> float:
+def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], scorer: Scorer) -> float:
     """Return the score of a light: contrast of bodies in traced frames, with a penalty for under- and overexposure."""
     shown = _filmed(recording, loaded, render)
     filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)
@@ -169,7 +169,7 @@ def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury
         frame = pictures[k]
         view = watcher.cameras.view(frame.camera, frame.t, frame.part)
         sight = watcher.recorded.sight(frame.t, view, TRIAL)
-        for n, weight in enumerate(jury.weights):
+        for n, weight in enumerate(scorer.weights):
             mask = sight.mask(n)
             if weight and mask.any() and (apart := contrast(picture, mask)) is not None:
                 bright = picture[mask].mean(axis=1)

@@ -47,7 +47,7 @@ CLEAR = 0.4
 
 
 @dataclass(frozen=True)
-class Fixed:
+class StaticBody:
     """A body that never moves."""
 
     corners: Array
@@ -88,12 +88,12 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMes
         local = mesh.vertices @ matrices(np.array([part.quat]))[0].T + part.pos
         placed = local @ turns[part.link].T + pos[part.link]
         found.setdefault(part.body, []).append(placed[mesh.faces])
-    things = [Fixed(np.concatenate(corners)) for corners in found.values()]
+    things = [StaticBody(np.concatenate(corners)) for corners in found.values()]
     moving = [body for body in recording.bodies if body not in recording.statics]
     return posts(things, level, _boxes(recording, moving) if moving else [])
 
 
-def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
+def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
     """Return the posts of all bodies that need some; None if none does.
 
     Args:
@@ -107,9 +107,9 @@ def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Ar
         if _is_steady(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
-        below, wanted = _under(largest, level, things, moving)
+        below, wanted = _posts_below(largest, level, things, moving)
         # A single post of two would look like a stray line.
-        made += below if 2 * len(below) > wanted else _over(largest, things, moving) or below
+        made += below if 2 * len(below) > wanted else _rods_above(largest, things, moving) or below
     return joined(made) if made else None
 
 
@@ -120,7 +120,7 @@ def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array,
     return [states.placed(boxes, float(t)) for t in times] if boxes.names else []
 
 
-def _groups(things: list[Fixed]) -> list[list[Fixed]]:
+def _groups(things: list[StaticBody]) -> list[list[StaticBody]]:
     """Return the groups of touching bodies, by their bounding boxes."""
     group = list(range(len(things)))
     ends = [(thing.low, thing.high, thing.size) for thing in things]
@@ -133,7 +133,7 @@ def _groups(things: list[Fixed]) -> list[list[Fixed]]:
     return [[thing for thing, one in zip(things, group, strict=True) if one == k] for k in dict.fromkeys(group)]
 
 
-def _is_steady(group: list[Fixed], level: float) -> bool:
+def _is_steady(group: list[StaticBody], level: float) -> bool:
     """Return whether the centre of a group is above its footprint on the floor, or nearly."""
     corners = np.concatenate([thing.corners for thing in group])
     size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0)))
@@ -149,7 +149,9 @@ def _is_steady(group: list[Fixed], level: float) -> bool:
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 
-def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> tuple[list[RenderMesh], int]:
+def _posts_below(
+    thing: StaticBody, level: float, things: list[StaticBody], moving: list[Any]
+) -> tuple[list[RenderMesh], int]:
     """Return the posts of a body, and the number of posts that it would have if nothing were in the way."""
     spots, width = _spots(thing, float(thing.low[2]) - level)
     made = []
@@ -167,7 +169,7 @@ def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -
     return made, len(spots)
 
 
-def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[RenderMesh]:
+def _rods_above(thing: StaticBody, things: list[StaticBody], moving: list[Any]) -> list[RenderMesh]:
     """Return the rods that hold a body from above."""
     spots, width = _spots(thing, 0.0)
     made = []
@@ -184,7 +186,7 @@ def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[RenderMe
     return made
 
 
-def _spots(thing: Fixed, height: float) -> tuple[Array, float]:
+def _spots(thing: StaticBody, height: float) -> tuple[Array, float]:
     """Return positions for posts (n, 2) [m], and the width of what they carry [m]."""
     flat = thing.corners.reshape(-1, 3)[:, :2]
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
@@ -208,7 +210,7 @@ def _spots(thing: Fixed, height: float) -> tuple[Array, float]:
     return (middle + local) @ axes, float(width)
 
 
-def _crossed(thing: Fixed, x: float, y: float) -> Array:
+def _crossed(thing: StaticBody, x: float, y: float) -> Array:
     """Return the heights [m] at which a vertical line crosses a body."""
     if not ((thing.low[:2] <= (x, y)) & (thing.high[:2] >= (x, y))).all():
         return np.zeros(0)

@@ -37,7 +37,7 @@ def _cross(u: list[float], v: list[float]) -> tuple[float, float, float]:
 
 
 class Plane(Model):
-    """The horizontal ground z = 0 of its frame, for statics only."""
+    """The horizontal ground z = 0 of its frame. For statics only."""
 
     kind: Literal["plane"]
     size: Length = 40.0
@@ -206,7 +206,7 @@ class Funnel(Model):
 
 
 class Mesh(Model):
-    """A triangle mesh from the case's folder, with its own colours and texture unless the look has a `color`.
+    """A triangle mesh from the case's folder. It has its own colours and texture unless the look has a `color`.
 
     Mass and centre of mass are those of the enclosed solid or, for an open surface, of its convex hull. The y axis of
     .glb and .gltf files, which points up, becomes z.
@@ -270,7 +270,7 @@ class Sketch(Model):
 
 
 class Sheet(Model):
-    """A rectangle in the x-y plane, without thickness, for cloth only."""
+    """A rectangle in the x-y plane, without thickness. For cloth only."""
 
     kind: Literal["sheet"]
     size: Size2
