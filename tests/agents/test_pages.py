@@ -16,14 +16,17 @@ def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
 
 def test_times_of_schedules_are_said_to_be_those_of_the_run_or_since_an_event() -> None:
     page = language.pages("actions", {"drive", "force"})
-    assert "Times count from the start of the run, also of a force with `during`; of a drive with `on`" in page
-    assert "Time [s] of the run; in a drive with `on`, since its event." in page
+    assert (
+        "Times are relative to the start of the run, also for a force with `during`, but to the event for a drive with `on`"
+        in page
+    )
+    assert "Start [s]: time of the run or, in a drive with `on`, time since its event." in page
 
 
 def test_what_a_name_says_itself_is_named_and_no_more() -> None:
     text = language.vocabulary()
     assert "- `box`, `sphere`," in text
-    assert "- `cone`: A cone along z, its tip up" in text
+    assert "- `cone`: A cone along z with its tip up" in text
     assert "`plate`," in text
 
 
@@ -55,4 +58,6 @@ def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
     assert "- `density`" in bodies
     assert "- `quality`" not in film
     assert "**Overlay.**" not in film
-    assert "A line at the lower left" in language.explained(["Overlay"])[0], "whoever has to write into pictures asks"
+    assert "A line of text at the lower left" in language.explained(["Overlay"])[0], (
+        "whoever has to write into pictures asks"
+    )

@@ -232,7 +232,7 @@ class TestForm:
             ("{face: top, edge: left}", "exactly one of"),
             ("{corner: [left, right]}", "left and right do not meet: they are opposite"),
             ("{edge: [left, left]}", "left is named twice"),
-            ("{corner: [left]}", "needs at least 2 of them (got 1)"),
+            ("{corner: [left]}", "needs at least 2 entries (got 1)"),
             ("{edge: lft}", "(got the text 'lft')"),
             ("{corner: [left, tpo]}", "(got `tpo`)"),
             ("[1, 2]", "needs 3 numbers"),

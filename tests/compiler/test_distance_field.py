@@ -99,7 +99,7 @@ class TestExactMeshes:
         assert raised.value.problems[0].path == "/bodies/m/shape"
 
     def test_a_cell_belongs_to_exact_contact(self, make: Callable[..., Plan]) -> None:
-        with pytest.raises(SpecError, match="cell belongs to collision: exact"):
+        with pytest.raises(SpecError, match="cell needs collision: exact"):
             make({"file": "shell.obj", "cell": 0.004})
 
     def test_contact_models_of_volumes_have_none(self, make: Callable[..., Plan]) -> None:

@@ -230,7 +230,7 @@ class TestProblems:
             (f"{TILE}, place: {{inside: cup}}", "/place/inside", "does not fit"),
             (f"{BALL}, place: {{inside: cup, at: [-2, 0]}}", "/place/at", "does not fit"),
             (f"{BALL}, place: {{left_of: floor}}", "/place/left_of", "no sides"),
-            (f"{BALL}, place: {{left_of: table, at: [0, 0]}}", "/place/at", "no meaning"),
+            (f"{BALL}, place: {{left_of: table, at: [0, 0]}}", "/place/at", "no effect"),
             (f"{BALL}, place: {{touching: floor, direction: [0, 0, -1]}}", "/place/direction", "this side"),
             (
                 f"{BALL}, pose: {{pos: [1, 0, 0]}}, repeat: {{kind: line, count: 2, step: [1, 0, 0], start: [0, 0, 1]}}",

@@ -238,7 +238,7 @@ class TestAround:
             (f"{RING}, place: {{around: pole, clearance: 0.04}}", "clearance", "only 0.0281 m is left"),
             (f"{RING}, place: {{around: pole, offset: [0, 0, 3]}}", "offset", "does not surround"),
             (f"{RING}, place: {{around: floor}}", "around", "a plane"),
-            (f"{RING}, place: {{around: pole, align: {{x: min}}}}", "align", "decides x itself"),
+            (f"{RING}, place: {{around: pole, align: {{x: min}}}}", "align", "already determines x"),
             (f"{CUBE}, repeat: {{kind: ring, count: 3, radius: 0.12}}, place: {{around: pole}}", "around", "larger by 0.03 m"),
             (f"{CUBE}, repeat: {{kind: ring, count: 3, radius: 0.3}}, place: {{around: pole, clearance: 0.2}}", "around", "larger by 0.05 m"),
         ],
@@ -399,8 +399,8 @@ def test_copies_that_lie_flush_all_touch(target, leans, pattern):
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        ("{touching: ramp, flush_deg: 0}", "it goes with on and above"),
-        ("{on: ramp, flush_deg: 0, euler_deg: [0, 0, 5]}", "and so does `euler_deg`"),
+        ("{touching: ramp, flush_deg: 0}", "it belongs to on and above"),
+        ("{on: ramp, flush_deg: 0, euler_deg: [0, 0, 5]}", "`flush_deg` and `euler_deg` both determine"),
     ],
 )
 def test_flush_goes_with_what_it_can_lie_on(words, why):

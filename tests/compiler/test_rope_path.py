@@ -112,7 +112,7 @@ def test_a_hinge_across_the_pulley_is_an_error(tmp_path: Path):
     ("along", "says"),
     [
         ("[[-0.105, 0, 0], {round: whel}, [0.105, 0, 0]]", "`whel`"),
-        ("[{round: wheel}, [0.105, 0, 0]]", "along begins and ends with a point"),
+        ("[{round: wheel}, [0.105, 0, 0]]", "along must begin and end with a point"),
         ("[[-0.105, 0, 0], [0.105, 0, 0]], length: 1", "give either length or along"),
     ],
 )

@@ -9,7 +9,7 @@ from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.recording.film_record import _dressed
 from text2sim.rendering.backdrop import backdrop_mesh, clearness
-from text2sim.rendering.finishes import FINISHES, worn
+from text2sim.rendering.finishes import FINISHES, drawn_finish
 from text2sim.spec_schema.load import load_case
 
 CASE = """
@@ -61,9 +61,9 @@ def test_recorded_colours_find_their_looks() -> None:
 
 
 def test_dark_glass_is_not_clear() -> None:
-    assert FINISHES[worn("glass", (0.2, 0.4, 0.2))].kind == "tinted"
-    assert FINISHES[worn("glass", (0.8, 0.9, 1.0))].kind == "clear"
-    assert worn("wood", (0.2, 0.1, 0.1)) == "wood"
+    assert FINISHES[drawn_finish("glass", (0.2, 0.4, 0.2))].kind == "tinted"
+    assert FINISHES[drawn_finish("glass", (0.8, 0.9, 1.0))].kind == "clear"
+    assert drawn_finish("wood", (0.2, 0.1, 0.1)) == "wood"
 
 
 def test_ground_without_an_end_fades_before_it_ends() -> None:

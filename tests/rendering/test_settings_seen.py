@@ -11,7 +11,7 @@ from text2sim.rendering import tone
 from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
 from text2sim.rendering.film import Filming
 from text2sim.rendering.floors import SURFACES, texture
-from text2sim.rendering.supports import Fixed, posts
+from text2sim.rendering.supports import StaticBody, posts
 from text2sim.spec_schema.load import load_text
 from text2sim.templates.cameras import View
 
@@ -34,7 +34,7 @@ def film(render="{}", look=""):
 def box(half, pos, tilt=0.0):
     c, s = np.cos(tilt), np.sin(tilt)
     placed = CORNERS * half @ np.array([(c, 0, s), (0, 1, 0), (-s, 0, c)]).T + pos
-    return Fixed(np.array([placed[list(q)] for a, b, c, d in QUADS for q in ((a, b, c), (a, c, d))]))
+    return StaticBody(np.array([placed[list(q)] for a, b, c, d in QUADS for q in ((a, b, c), (a, c, d))]))
 
 
 def test_a_place_is_chosen_where_nothing_is_said_of_light_or_backdrop():

@@ -131,10 +131,10 @@ def test_every_problem_at_once_each_in_its_place():
         ),
         (
             small(top=f"render: {{lights: {{{', '.join(f'a{i}: {{kind: sun}}' for i in range(21))}}}}}"),
-            "needs at most 20 of them (got 21)",
+            "needs at most 20 entries (got 21)",
         ),
         (small(top="actions: {expect: {a: {event: b, above: 1}}}"), "above goes with a measure, not with an event"),
-        (small(top="render: {during: [1, 1]}"), "the film needs some length"),
+        (small(top="render: {during: [1, 1]}"), "the span of the film must not be empty"),
         (small(top="render: {lights: {sun: {kind: sun, direction: [0, 0, 0]}}}"), "must not be zero"),
         (small().replace("text2sim: 1\n", ""), "`text2sim` is missing"),
         (
@@ -273,5 +273,5 @@ def test_a_short_thick_rope_has_as_many_links_as_fit() -> None:
         return load_text(f"text2sim: 2\nname: ropes\nscene: {{duration: 1}}\n{rope}\n").case.bodies["r"].segments  # type: ignore[union-attr]
 
     assert [links(length) for length in (2.0, 0.3, 0.04)] == [24, 15, 2]
-    with pytest.raises(SpecError, match="take a longer rope"):
+    with pytest.raises(SpecError, match="use a longer rope"):
         links(0.03)

@@ -16,29 +16,39 @@ def problems_of(stage, place, repeat=None):
 
 FIRING = [
     # relation, other words, key, what is said
-    ("left_of", {"at": [0, 0]}, "at", "`at` has no meaning with `left_of`; `align` and `offset` say the rest"),
-    ("around", {"at": {"edge": "left"}}, "at", "`at` has no meaning with `around`"),
-    ("touching", {"at": [0, 0]}, "at", "a region of the other has, `at: {face: top}`"),
-    ("on", {"inset": 0.1}, "inset", "`inset` goes with a side, an edge or a corner"),
-    ("on", {"at": [0, 0], "inset": 0.1}, "inset", "`inset` goes with"),
-    ("on", {"at": {"nearest": [0, 0, 0]}, "inset": 0.1}, "inset", "`inset` goes with"),
-    ("touching", {"at": {"edge": "left"}, "inset": 0.1}, "inset", "`inset` goes with"),
-    ("on", {"direction": "x"}, "direction", "it goes with beside and touching"),
-    ("left_of", {"direction": "x"}, "direction", "it goes with beside and touching"),
-    ("beside", {"direction": "z"}, "direction", "over and under are `above` and `below`"),
-    ("beside", {"direction": [1, 0, 0.1]}, "direction", "z must be 0"),
-    ("on", {"align": "top"}, "align", "`on` decides the height itself"),
-    ("below", {"align": "top"}, "align", "a gap is said by `clearance` or `offset`"),
-    ("above", {"align": {"z": "min"}}, "align", "`above` decides the height itself"),
-    ("on", {"at": [0, 0], "align": {"x": "min"}}, "align", "`at` decides x already"),
-    ("on", {"at": {"edge": "left"}, "align": {"y": "min"}}, "align", "`at` decides y already"),
-    ("right_of", {"align": {"x": "min"}}, "align", "`right_of` decides x itself"),
-    ("behind", {"align": {"x": "min", "y": "max"}}, "align", "`behind` decides y itself"),
-    ("beside", {"direction": [1, 1, 0], "align": {"y": "max"}}, "align", "as its direction is not across"),
-    ("touching", {"align": "top"}, "align", "`touching` decides the height itself"),
-    ("touching", {"direction": "x", "at": {"face": "top"}, "align": "top"}, "align", "`at` decides the height"),
-    ("around", {"align": {"x": "center"}}, "align", "`around` decides x itself"),
-    ("right_of", {"align": {}}, "align", "says nothing"),
+    ("left_of", {"at": [0, 0]}, "at", "`at` has no effect with `left_of`; use `align` and `offset`"),
+    ("around", {"at": {"edge": "left"}}, "at", "`at` has no effect with `around`"),
+    ("touching", {"at": [0, 0]}, "at", "give a region of the other, such as `{face: top}`"),
+    ("on", {"inset": 0.1}, "inset", "`inset` needs a side, an edge or a corner"),
+    ("on", {"at": [0, 0], "inset": 0.1}, "inset", "`inset` needs"),
+    ("on", {"at": {"nearest": [0, 0, 0]}, "inset": 0.1}, "inset", "`inset` needs"),
+    ("touching", {"at": {"edge": "left"}, "inset": 0.1}, "inset", "`inset` needs"),
+    ("on", {"direction": "x"}, "direction", "it belongs to beside and touching"),
+    ("left_of", {"direction": "x"}, "direction", "it belongs to beside and touching"),
+    ("beside", {"direction": "z"}, "direction", "use `above` or `below` for other heights"),
+    ("beside", {"direction": [1, 0, 0.1]}, "direction", "z of `direction` must be 0"),
+    ("on", {"align": "top"}, "align", "`on` already determines the height"),
+    ("below", {"align": "top"}, "align", "use `clearance` or `offset` for a gap"),
+    ("above", {"align": {"z": "min"}}, "align", "`above` already determines the height"),
+    ("on", {"at": [0, 0], "align": {"x": "min"}}, "align", "`at` already determines x"),
+    ("on", {"at": {"edge": "left"}, "align": {"y": "min"}}, "align", "`at` already determines y"),
+    ("right_of", {"align": {"x": "min"}}, "align", "`right_of` already determines x"),
+    ("behind", {"align": {"x": "min", "y": "max"}}, "align", "`behind` already determines y"),
+    (
+        "beside",
+        {"direction": [1, 1, 0], "align": {"y": "max"}},
+        "align",
+        "`beside` already determines y by its direction",
+    ),
+    ("touching", {"align": "top"}, "align", "`touching` already determines the height"),
+    (
+        "touching",
+        {"direction": "x", "at": {"face": "top"}, "align": "top"},
+        "align",
+        "`at` already determines the height",
+    ),
+    ("around", {"align": {"x": "center"}}, "align", "`around` already determines x"),
+    ("right_of", {"align": {}}, "align", "is empty"),
 ]
 SILENT = [
     ("on", {"at": {"corner": ["left", "front"]}, "inset": 0.1, "offset": [0, 0, 1], "clearance": 0.1}),
@@ -76,7 +86,7 @@ def test_two_relations_are_one_too_many(stage):
         stage({f"{BALL}/pose": None, f"{BALL}/place": {"on": "floor", "left_of": "drum"}})
     (problem,) = caught.value.problems
     assert problem.path == f"{BALL}/place"
-    assert "is needed (got on, left_of); what it leaves open is said by align, at and offset" in problem.message
+    assert "is needed (got on, left_of); align, at and offset refine it" in problem.message
 
 
 @pytest.mark.parametrize("relation", RELATIONS)

@@ -355,7 +355,7 @@ def test_a_static_is_one_rigid_body(tmp_path: Path, write, bodies):
         (("${length / 10}", "${speed}"), 6, "unknown name `speed`"),
         (("${length / 10}", "${i}"), 6, "unknown name `i`"),
         (("  count:", "  pi:"), 7, "`pi` already has a meaning"),
-        ((", of: [wood, metal]", ""), 10, "`of` is missing"),
+        ((", of: [wood, metal]", ""), 10, "choice needs `of`"),
         (("body:\n", "bod:\n"), 13, "unknown key `bod`"),
         (("  material: {density", "  material: {densty"), 16, "unknown key `densty`"),
         (("  material:", "  materiel:"), 16, "unknown key `materiel`"),

@@ -85,7 +85,12 @@ def test_labels_tell_paths_apart():
         ("{grid: {params.speed: 3}}", "/grid/params.speed", "needs a list", None),
         ("{grid: {params.speed: []}}", "/grid/params.speed", "needs at least 1", None),
         ("{grid: {}}", "/grid", "needs at least 1", None),
-        (f"{{grid: {{params.speed: [{', '.join(['1'] * 201)}]}}}}", "", "a sweep has at most 200 runs (got 201)", None),
+        (
+            f"{{grid: {{params.speed: [{', '.join(['1'] * 201)}]}}}}",
+            "",
+            "a sweep may have at most 200 runs (got 201)",
+            None,
+        ),
         ("{variants: [soft, sofd]}", "/variants/1", "there is no variant `sofd`; there are soft, hard", "soft"),
         ("{points: {a: {parms: 3}}}", "/points/a/parms", "the point `a` can change prompt, params", "params"),
         ("{points: {a: 3}}", "/points/a", "needs a mapping", None),

@@ -205,7 +205,7 @@ def test_a_brace_that_is_not_closed_says_where_it_was_opened():
     [
         ("10cm", "leave out the unit"),
         ("'0.1'", "leave out the quotes"),
-        ("$r", "an expression is written ${…}"),
+        ("$r", "write an expression as ${…}"),
         ("0 1", "put commas between numbers"),
         ("large", "needs a number greater than 0 (got the text 'large')"),
     ],

@@ -161,7 +161,7 @@ def test_decor_is_drawn_and_neither_weighs_nor_touches():
     (drawn,) = geometry.visual_mesh(dressed_up, Path()) or ()
     assert drawn.part == "eye"
     assert np.allclose(np.linalg.norm(drawn.vertices - (0.1, 0, 0), axis=1), 0.02)
-    with pytest.raises(ValidationError, match="one at least must have mass"):
+    with pytest.raises(ValidationError, match="at least one must have mass"):
         Compound.model_validate({"kind": "compound", "parts": {"eye": parts["eye"]}})
     with pytest.raises(ValidationError, match="no density"):
         Compound.model_validate({"kind": "compound", "parts": parts | {"eye": parts["eye"] | {"density": 10.0}}})

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 if TYPE_CHECKING:
-    from text2sim.rendering.budget import Fitted
+    from text2sim.rendering.budget import FittedFilm
 
 Quality = Literal["draft", "final", "none"]
 Film = Annotated[
@@ -86,7 +86,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
 
 
-def _announcement(fit: "Fitted", quality: str, minutes: float) -> str:
+def _announcement(fit: "FittedFilm", quality: str, minutes: float) -> str:
     from text2sim.service.phrases import seconds
 
     width, height = fit.filming.size
@@ -98,7 +98,7 @@ def _announcement(fit: "Fitted", quality: str, minutes: float) -> str:
     return f"{text}; Ctrl-C makes a film of the finished pictures"
 
 
-def _options(fit: "Fitted") -> str:
+def _options(fit: "FittedFilm") -> str:
     """Options of `text2sim render` that make the same film."""
     from text2sim.rendering.trace import QUALITIES
 

@@ -15,7 +15,7 @@ from text2sim.service import exits
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
-    from text2sim.rendering.budget import Fitted
+    from text2sim.rendering.budget import FittedFilm
     from text2sim.rendering.film import Filming, FilmProgress, Reel
     from text2sim.runtime.stop import Stop
 
@@ -78,7 +78,7 @@ def render(
     """
     from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
-    from text2sim.rendering.budget import Fitted, fitted
+    from text2sim.rendering.budget import FittedFilm, fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
@@ -111,7 +111,7 @@ def render(
         return [_still(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
 
     whole, pictures, stop = span is None and times is None, quality == "still" or bool(frames_only), Stop()
-    fit = Fitted(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
+    fit = FittedFilm(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
     filming, reels = fit.filming, fit.reels
     if (where := where_of(workers, ray, store, runs)) is not None:
         from text2sim.cli.many import trace
@@ -167,7 +167,7 @@ def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as
 
 
 def trace_films(
-    fit: "Fitted",
+    fit: "FittedFilm",
     tell: "Callable[[FilmProgress], None]",
     stop: "Stop",
     minutes: float = inf,

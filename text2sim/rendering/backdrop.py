@@ -1,7 +1,7 @@
 """Backdrops: a floor and a wall, a seamless studio wall, or endless ground.
 
-As in a studio, the wall stands only where a camera looks. The open sides let light out, which makes frames cheaper: in
-a closed room every light path reaches its maximum length.
+As in a studio, the wall stands only where a camera looks. Light escapes through the open sides, which makes frames
+cheaper: in a closed room every light path reaches its maximum length.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,49 +20,51 @@ Array = NDArray[np.floating]
 WALL = 0.9
 """Height of a cyclorama's wall above its curve, in radii."""
 NEAR = 0.5
-"""Where the curve of the wall begins, in radii: on its open side the floor goes on, under lamps and cameras."""
+"""Distance at which the curve of the wall begins, in radii; the floor continues on its open side, under lamps and
+cameras."""
 CLEARANCE = 1.15
-"""The same where a camera stands on a side to which another looks, in its distances."""
+"""Distance at which the curve begins behind a camera that stands in front of it, in distances of that camera."""
 FILLET = 0.35
 """Radius of the curve between floor and wall, in radii."""
 STEPS = 40
 SIDES = 192
 BEHIND = np.radians(75.0)
-"""How far to both sides of where a camera looks the wall goes."""
+"""Angle [rad] that the wall extends to both sides of a camera's viewing direction."""
 BEYOND_EDGE = np.radians(6.0)
-"""How much farther it goes than cameras see."""
+"""Angle [rad] that the wall extends beyond the field of view of cameras."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
-"""Distance from the camera at which ground without an end is lost in haze, in radii of the stage."""
+"""Distance from the camera at which endless ground fades into haze, in radii of the stage."""
 LOST = 1.5
-"""Where ground without an end ends all the same, in distances of haze: less than a hundredth of it would be seen."""
+"""Radius of endless ground, in distances of haze: less than a hundredth of it would be visible there."""
 OVERHEAD = 0.5
-"""Sine of the height at which a sky has its full colour."""
+"""Sine of the elevation at which a sky has its full colour."""
 WHOLE = 0.999
-"""Alpha of a pixel that sees something everywhere."""
+"""Alpha of a completely covered pixel."""
 SUNK = 1e-4
-"""How far the floor lies below the level on which things stand [m], so that both are not in one place."""
+"""Depth of the floor below the level on which bodies stand [m], so that the two surfaces do not coincide."""
 
 
 SPREAD = np.radians(40.0)
-"""How far from their middle cameras may look for one straight wall to be behind the scene for all of them."""
+"""Largest angle [rad] between the directions of cameras and that of most of them for which the wall is straight."""
 DEEP, SHALLOW = 5.0, 2.2
-"""Farthest and nearest distance of a straight wall, in radii of what the film is about,"""
-BEYOND, MOST = 0.7, 99.0
-"""and how far behind this part [%] of all that is seen it stands."""
+"""Largest and smallest distance of a straight wall, in radii of the subject."""
+BEYOND, PERCENTILE = 0.7, 99.0
+"""Distance of a straight wall behind this percentile [%] of all visible points, in radii of the subject."""
 WIDE, TALL = 9.0, 3.2
-"""Least width and height of a straight wall, in its distances. It meets the floor in an edge: a curve would catch the
-light as a pale band."""
+"""Smallest width and height of a straight wall, in its distances. It meets the floor at an edge: a curve would catch
+the light as a pale band."""
 WIDEST, TALLEST, MARGIN = 30.0, 12.0, 1.05
-"""The same at most: cameras that see farther along it get a round one; and what it is larger by than cameras see."""
+"""Largest width and height of a straight wall, in its distances; beyond them the wall is round. Its extent relative to
+the visible part."""
 FALLOFF = 0.3
-"""How much darker a wall is at its far ends than in its middle, where the subject stands before it."""
+"""Relative drop in brightness of a wall from its middle, behind the subject, to its far ends."""
 
 
 def edge_rays(view: Any, aspect: float) -> Array:
     """Return ray directions: the image centre, then the left and right edges from bottom to top, shape (n, 3).
 
     Args:
-        view: Of the film's camera.
+        view: View of the film's camera.
         aspect: Width of the picture divided by its height.
     """
     right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
@@ -80,7 +82,7 @@ def wall_mesh(
     its ends.
 
     Args:
-        backdrop: As the film section has it resolved, with a level.
+        backdrop: The resolved backdrop of the film section, with a level.
         eyes: Sampled positions of the cameras [m].
         things: Positions of everything visible, over the whole film [m], shape (n, 3).
         stage: Radius of the stage [m].
@@ -97,7 +99,7 @@ def wall_mesh(
     if len(ways) and (ways @ ahead).min() >= np.cos(SPREAD):
         depths = (things[:, :2] - backdrop["center"][:2]) @ ahead
         # Outliers may pass through the wall: it is placed behind most things.
-        reach = float(np.percentile(depths, MOST)) if len(depths) else 0.0
+        reach = float(np.percentile(depths, PERCENTILE)) if len(depths) else 0.0
         away = float(np.clip(reach + BEYOND * stage, SHALLOW * stage, DEEP * stage))
         extent = _extent(backdrop, eyes, rays, ahead, away)
     if extent is None:
@@ -161,7 +163,7 @@ def backdrop_mesh(
     """Return the mesh of a backdrop without its wall (see `wall_mesh`); None if there is none.
 
     Args:
-        backdrop: As the film section has it resolved.
+        backdrop: The resolved backdrop of the film section.
         eyes: Sampled positions of the cameras [m].
         rays: `edge_rays` of each camera.
         reach: Smallest radius [m].
@@ -186,8 +188,8 @@ def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
     """Return the transmittance of the haze, 0 to 1: the ground fades out before its hard edge.
 
     Args:
-        backdrop: As the film section has it resolved.
-        depth: Distance from the camera [m], 0 where there is nothing, shape (h, w).
+        backdrop: The resolved backdrop of the film section.
+        depth: Distance from the camera [m], 0 for empty pixels, shape (h, w).
         alpha: Coverage of each pixel, 0 to 1, shape (h, w).
     """
     far = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
@@ -202,9 +204,9 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     """Return the background in sRGB: one colour, shape (3,), or a sky, shape (h, 1 or w, 3).
 
     Args:
-        backdrop: As the film section has it resolved; `sky` is the colour overhead.
+        backdrop: The resolved backdrop of the film section; `sky` is the colour at the zenith.
         background: Colour at the horizon.
-        view: Of the film's camera.
+        view: View of the film's camera.
         size: Width and height of the picture [pixels].
     """
     if "sky" not in backdrop:
@@ -236,9 +238,9 @@ def _turned(profile: Array, slopes: Array) -> RenderMesh:
 
 
 def _farthest(backdrop: dict[str, Any], eyes: Sequence[Array], rays: Sequence[Array]) -> float:
-    """Return the distance [m] of the farthest camera that the wall must not come before.
+    """Return the distance [m] of the farthest camera that the wall must not hide.
 
-    Another camera looks to its side, so that there is a wall behind it; or it looks past the centre.
+    Such a camera has a wall behind it, because another camera looks towards it, or it looks past the centre.
     """
     away = np.array([np.asarray(eye, float)[:2] for eye in eyes]).reshape(-1, 2) - backdrop["center"][:2]
     angle = np.arctan2(away[:, 1], away[:, 0])

@@ -9,7 +9,7 @@ from text2sim.rendering.film import ENCODER, Filming, Reel
 from text2sim.templates.video import Video
 
 GAP = 4
-"""Between the two [pixels]."""
+"""Gap between the two films [pixels]."""
 
 
 def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: tuple[str, str], name: str) -> Path:
@@ -22,7 +22,7 @@ def beside(films: tuple[Filming, Filming], reels: tuple[Reel, Reel], captions: t
         name: Stem of the file in the left one's folder.
 
     Raises:
-        RunError: if frames are missing.
+        RunError: If frames are missing.
     """
     one, two = (film.pictures(reel, film.rendered(reel)) for film, reel in zip(films, reels, strict=True))
     left = films[0]

@@ -15,11 +15,11 @@ of three films).
 FEWEST_SAMPLES = 2
 """Smallest number of samples per pixel of a film that is cut down."""
 SLOWEST = 8.0
-"""Pictures per second, fewer than which are no film any more."""
+"""Lowest frame rate of a film [1/s]."""
 OVERTIME = 1.25
-"""Times the minutes there are, after which no further picture is begun: an estimate is one."""
+"""Factor on the time budget after which no further picture is started, because the estimate is not exact."""
 FEWEST = 6
-"""Pictures of which a film is made before all are there."""
+"""Smallest number of pictures from which an incomplete film is encoded."""
 
 
 @dataclass(frozen=True)
@@ -35,20 +35,20 @@ class FrameTime:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedFilm:
     """A film that fits the budget."""
 
     filming: Filming
     reels: list[Reel]
     missing: int = 0
-    """Pictures to trace."""
+    """Number of pictures to trace."""
     seconds: float = 0.0
-    """Time [s] that these will take,"""
+    """Estimated time for these [s]."""
     whole: float = 0.0
-    """and that the film as it was wanted would."""
+    """Estimated time for the requested film [s]."""
 
 
-def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> Fitted:
+def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float) -> FittedFilm:
     """Return the largest and smoothest film that can be traced in a given time.
 
     Two frames are traced to measure it: the first compiles kernels.
@@ -71,7 +71,7 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
     )
 
 
-def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, time: FrameTime) -> Fitted:
+def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, time: FrameTime) -> FittedFilm:
     """Return the largest and smoothest film that fits a time budget; if none does, the quickest.
 
     Args:
@@ -80,7 +80,7 @@ def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: 
         minutes: Time budget [min].
         time: Time of one frame of the requested film.
     """
-    found: list[Fitted] = []
+    found: list[FittedFilm] = []
     for scale, every, divisor in CUTS:
         fps, samples = filming.fps / every, max(FEWEST_SAMPLES, filming.samples // divisor)
         if every > 1 and fps < SLOWEST:
@@ -91,7 +91,7 @@ def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: 
         wanted = {other.finished(frame) for reel in made for frame in reel.frames}
         missing = sum(not path.is_file() for path in wanted)
         each = time.update + scale**2 * (time.finishing + time.tracing * samples / filming.samples)
-        found.append(Fitted(other, made, missing, missing * each, found[0].whole if found else missing * each))
+        found.append(FittedFilm(other, made, missing, missing * each, found[0].whole if found else missing * each))
         if missing * each <= 60 * minutes:
             break
     return found[-1]

@@ -18,29 +18,29 @@ from text2sim.templates.viewpoints import place
 Array = NDArray[Any]
 
 AZIMUTHS = (-61, -119, -90, -75, -105, -30, -150, 0, 180, 61, 119, 90)
-"""Angles [deg] of ways to a camera, from +x. The first are what people are used to: from the front, or its right."""
+"""Azimuths [deg] of candidate cameras, from +x. The most usual come first: from the front, or its right."""
 HEIGHTS = {24: 0.0, 40: 0.015, 12: 0.02, 62: 0.14}
-"""Angles [deg] above the horizon, and what a camera loses for each: from high above, things do not seem to stand."""
+"""Penalties by elevation [deg]: from high above, bodies do not seem to stand."""
 LENSES = (42.0, 28.0, 70.0)
-"""Focal lengths [mm], the plainest first."""
+"""Focal lengths [mm], the most usual first."""
 SIZE = (96, 54)
-"""Of the pictures in which candidates are compared [pixels]."""
+"""Size of the pictures in which candidates are compared [pixels]."""
 COARSE, GRAINS = 16_000, 800
-"""Triangles and particles that candidates are compared by."""
+"""Largest numbers of triangles and particles for comparing candidates."""
 ENOUGH = 0.06
-"""Part of the picture from which on a body gains nothing by being larger."""
+"""Share of the picture above which a larger body does not score higher."""
 APART = 0.12
-"""Contrast from which on a body gains nothing by standing out more."""
+"""Contrast above which a body does not score higher."""
 BESIDE = 0.25
-"""What a body counts that the script is not about, compared with one that it is."""
+"""Weight of bodies that are not subjects of the script; that of subjects is 1."""
 WORST = 0.35
-"""What the worst moment counts, compared with the mean of all."""
+"""Weight of the worst moment; the rest is that of the mean over all."""
 LATERAL = 0.12
-"""Gain of a camera that sees all motion across the picture, over one that sees it come straight at itself."""
+"""Bonus of a camera that sees all motion in the image plane, over one that sees it along the line of sight."""
 HABIT = 0.004
-"""Loss of each step down the other lists above."""
+"""Penalty per step down the other lists above."""
 FRAMED_AT = 40
-"""Moments at which is asked what has to be in the picture."""
+"""Number of moments at which the bodies to be framed are sampled."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class Candidate:
     frame: tuple[str, ...]
     """Bodies and statics that it shows."""
     direction: tuple[float, float, float]
-    """The way from them to the camera."""
+    """Direction from them to the camera."""
     lens: float
     """Focal length [mm]."""
     habit: float
-    """What it loses for being unusual."""
+    """Penalty for being unusual."""
 
 
 class Scorer:
@@ -62,7 +62,7 @@ class Scorer:
 
     Args:
         recording: The recording of the run.
-        subjects: Bodies that the script is about; empty for all.
+        subjects: Subjects of the script; empty for all bodies.
         times: Sampled times [s].
         within: Lowest and highest corner [m] of the box in which bodies are followed; None for no limit.
     """
@@ -105,7 +105,7 @@ class Scorer:
         return (1 - WORST) * float(np.mean(scores)) + WORST * min(scores) + LATERAL * self._across(ahead)
 
     def _moment(self, things: Things, view: View) -> float:
-        """Weighted visibility of all things at one moment."""
+        """Return the weighted visibility of all bodies at one moment, 0 to 1."""
         sight = look(things, raster_view(view, self._size))
         colors = np.concatenate([self.recorded.colors, [self.recording.film["background"]]])
         picture = colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
@@ -119,7 +119,7 @@ class Scorer:
         return total / max(float(self.weights.sum()), 1e-9)
 
     def _motion(self) -> Array:
-        """Weighted displacements [m] of the centres of all things between sampled times, shape (n, 3)."""
+        """Return the weighted displacements [m] of the centres of all bodies between sampled times, shape (n, 3)."""
         count = len(self.recorded.names)
         middles = []
         for things in self._things:
@@ -130,14 +130,14 @@ class Scorer:
         return (np.nan_to_num(np.diff(np.array(middles), axis=0)) * self.weights[:, None]).reshape(-1, 3)
 
     def _across(self, ahead: Array) -> float:
-        """Fraction of all motion that is parallel to the image plane, 0 to 1."""
+        """Return the fraction of all motion that is parallel to the image plane, 0 to 1."""
         ahead = ahead / np.linalg.norm(ahead)
         across = self._ways - np.outer(self._ways @ ahead, ahead)
         whole = np.linalg.norm(self._ways, axis=1).sum()
         return float(np.linalg.norm(across, axis=1).sum() / whole) if whole > 1e-9 else 1.0
 
     def strays(self, bodies: tuple[str, ...]) -> bool:
-        """Whether some of these bodies leave the box in which they are followed."""
+        """Return whether some of these bodies leave the box in which they are followed."""
         if self.within is None:
             return False
         low, high = self.within
@@ -145,7 +145,7 @@ class Scorer:
         return bool(((points < low) | (points > high)).any())
 
     def _shown(self, bodies: tuple[str, ...]) -> Array:
-        """Points that a camera must show [m], shape (n, 3)."""
+        """Return the points that a camera must show [m], shape (n, 3)."""
         points = self._outermost(bodies)
         if self.within is None:
             return points
@@ -154,12 +154,12 @@ class Scorer:
         return near if len(near) else points
 
     def _outermost(self, bodies: tuple[str, ...]) -> Array:
-        """Extreme points of bodies over the film [m], shape (n, 3)."""
+        """Return the extreme points of bodies over the film [m], shape (n, 3)."""
         return np.concatenate([self._points[name] for name in bodies])
 
     @cached_property
     def _points(self) -> dict[str, Array]:
-        """Extreme points of each thing over the film, read in one pass: chunks of soft bodies are large."""
+        """Extreme points of each body over the film [m], read in one pass because chunks of soft bodies are large."""
         states, film = self.recording.states, self.recording.film
         found: dict[str, list[Array]] = {name: [] for name in self.recorded.names}
         for t in np.linspace(film["start"], min(film["end"], self.recording.last), FRAMED_AT):
@@ -180,11 +180,11 @@ def directions() -> list[tuple[tuple[float, float, float], float]]:
     return found
 
 
-def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
+def best(scorer: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list[tuple[float, Candidate]]:
     """Return the best cameras with their scores, best first: a search over directions and frames, then over lenses.
 
     Args:
-        jury: The scorer.
+        scorer: Scorer of the run.
         frames: Sets of bodies that a camera may frame, the most usual first.
         keep: Number of candidates that are tried with other lenses.
     """
@@ -193,11 +193,11 @@ def best(jury: Scorer, frames: Sequence[tuple[str, ...]], keep: int = 4) -> list
         for n, frame in enumerate(frames)
         for way, habit in directions()
     ]
-    ranked = sorted(((jury.score(one), one) for one in first), key=lambda row: -row[0])
+    ranked = sorted(((scorer.score(one), one) for one in first), key=lambda row: -row[0])
     lenses = [
         Candidate(one.frame, one.direction, lens, one.habit + 2 * HABIT * n)
         for _, one in ranked[:keep]
         for n, lens in enumerate(LENSES)
         if n
     ]
-    return sorted([*ranked, *((jury.score(one), one) for one in lenses)], key=lambda row: -row[0])
+    return sorted([*ranked, *((scorer.score(one), one) for one in lenses)], key=lambda row: -row[0])

@@ -1,4 +1,4 @@
-"""Patterns and writing on meshes: texture coordinates, and the layer over the base colour."""
+"""Patterns and labels on meshes: texture coordinates, and the layer over the base colour."""
 
 import random
 from dataclasses import dataclass, replace
@@ -15,8 +15,8 @@ from text2sim.templates.unfolding import Sheet, Unfolded, is_round, unfold
 Array = NDArray[np.floating]
 
 WEAR, EVEN_WEAR = 0.07, 0.03
-"""Largest difference in brightness between copies: of what grew or was burnt, and of what was made."""
-GROWN = (
+"""Largest relative difference in brightness between copies, with an uneven finish and with an even one."""
+UNEVEN = (
     "wood",
     "cardboard",
     "brick",
@@ -39,11 +39,11 @@ class Layer:
     picture: Array
     """sRGB with alpha, 0 to 1, shape (h, w, 4)."""
     period: tuple[float, float]
-    """What it covers [m]; it is repeated."""
+    """Width and height [m] that it covers; it is repeated."""
     relief: Array | None = None
-    """0 to 1, shape (h, w)."""
+    """Height map, 0 to 1, shape (h, w)."""
     depth: float = 0.0
-    """Of the relief [m]."""
+    """Depth of the relief [m]."""
     unit: float | None = None
     """Length [m] by which it may be shifted."""
 
@@ -133,10 +133,10 @@ def toned(color: tuple[float, float, float], body: str, finish: str) -> tuple[fl
 
     Args:
         color: Its colour, RGB from 0 to 1.
-        body: Name of the copy, which decides about the tone.
+        body: Name of the copy, which determines the factor.
         finish: Its finish.
     """
-    most = WEAR if finish in GROWN else EVEN_WEAR
+    most = WEAR if finish in UNEVEN else EVEN_WEAR
     factor = 1 + most * random.Random(f"tone {body}").uniform(-1, 1)
     red, green, blue = (min(factor * x, 1.0) for x in color)
     return red, green, blue

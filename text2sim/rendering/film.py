@@ -32,7 +32,7 @@ from text2sim.templates.video import Video
 
 Format = Literal["png", "exr"]
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
-"""Loss and effort of the encoder."""
+"""Constant rate factor and preset of the encoder, by quality."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class FilmProgress:
     done: int
     total: int
     seconds: dict[str, float]
-    """Time [s] of the last picture by part; empty if it was there already."""
+    """Time [s] of the last picture by step; empty if it existed already."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Reel:
     """One film and its frames."""
 
     name: str
-    """Of the file, without its ending."""
+    """Stem of the file name."""
     frames: list[Frame]
 
 
@@ -67,9 +67,9 @@ class Filming:
     Args:
         recording: The recording of the run.
         quality: One of `QUALITIES`.
-        size: Width and height [pixels]; the film section's if left out.
-        samples: Per pixel, instead of the quality's.
-        fps: Pictures per second of film; the film section's if left out.
+        size: Width and height [pixels]; by default those of the film section.
+        samples: Samples per pixel, instead of those of the quality.
+        fps: Pictures per second of film; by default those of the film section.
     """
 
     def __init__(
@@ -114,12 +114,12 @@ class Filming:
         """Return the films of the run.
 
         Args:
-            camera: Film with this camera only.
+            camera: Name of the only camera to film with; empty for all.
             span: First frame, and the one after the last.
             during: First and last simulated time [s].
 
         Raises:
-            RunError: if there is no such camera or frame.
+            RunError: If there is no such camera or frame.
         """
         film: dict[str, Any] = self.recording.film | {"fps": self.fps}
         found = reels(film)
@@ -171,7 +171,7 @@ class Filming:
         return tone.bytes_of(tone.over(shown, alpha, behind))
 
     def finished(self, frame: Frame, format: Format = "png") -> Path:
-        """Return the path of a frame, whether it exists or not."""
+        """Return the path of a frame, which may not exist yet."""
         return self.folder / "frames" / f"{self._digests(self._drawn.get(frame, frame))}.{format}"
 
     def render(
@@ -183,16 +183,16 @@ class Filming:
         format: Format = "png",
         until: float = inf,
     ) -> list[Path]:
-        """Trace the missing frames; return the paths of all.
+        """Trace the missing frames and return the paths of all.
 
-        The order is coarse to fine, so that the frames of a stopped film are spread over it.
+        The order is coarse to fine, so that the frames of an interrupted film are spread over it.
 
         Args:
             reel: The film.
             tell: Called after each frame.
-            shard: (i, n): only every n-th frame, from the i-th on.
+            shard: (i, n): only every n-th frame, starting with the i-th.
             format: png for the displayed frame, exr for radiance.
-            until: Time of `monotonic` [s] after which no frame is begun.
+            until: Time of `monotonic` [s] after which no frame is started.
         """
         sweep(self.folder / "frames")
         mine = reel.frames[shard[0] :: shard[1]]
@@ -213,7 +213,7 @@ class Filming:
         """Return the paths of a film's frames.
 
         Raises:
-            RunError: if some are not rendered.
+            RunError: If some are not rendered.
         """
         paths = [self.finished(frame) for frame in reel.frames]
         missing = [str(k) for k, path in enumerate(paths) if not path.is_file()]
@@ -226,7 +226,7 @@ class Filming:
         """Return a film of the traced frames: each is held until the next one.
 
         Raises:
-            RunError: if there are none.
+            RunError: If there are none.
         """
         there = [frame for frame in reel.frames if self.finished(frame).is_file()]
         if not there:
@@ -243,7 +243,7 @@ class Filming:
             part: Suffix of the file name if it is not the whole film.
 
         Raises:
-            RunError: if some are not.
+            RunError: If some are not rendered.
         """
         paths = self.rendered(reel)
         crf, preset = ENCODER.get(self.quality, ENCODER["final"])
@@ -255,19 +255,19 @@ class Filming:
         return target
 
     def pictures(self, reel: Reel, paths: list[Path]) -> Iterator[Any]:
-        """Yield finished pictures with what is written into them."""
+        """Yield finished pictures with their overlays."""
         from PIL import Image
 
         film = self.recording.film
-        said = film | {"overlay": film["overlay"] | {"pace": False}}  # the preview tells it; here the case has to ask
-        overlay = Overlay(said, self._values()) if reel.name == self.quality else None
+        shown = film | {"overlay": film["overlay"] | {"pace": False}}  # only the preview shows the derived pace
+        overlay = Overlay(shown, self._values()) if reel.name == self.quality else None
         for frame, path in zip(reel.frames, paths, strict=True):
             with Image.open(path) as picture:
                 image = np.asarray(picture.convert("RGB"))
             yield image if overlay is None else overlay.draw(image, frame)
 
     def _values(self) -> Callable[[float], list[str]]:
-        """Return what the film may write of measures at a time [s]."""
+        """Return a function from time [s] to the lines with the values of measures."""
         times, series = read_measures(self.recording.folder)
         names = [name for name in self.recording.film["overlay"]["values"] if name in series]
 
@@ -278,7 +278,7 @@ class Filming:
 
     def _write(self, path: Path, traced: Traced, format: Format) -> None:
         if format == "exr":
-            # Colours of an EXR are dimmed by their alpha: https://openexr.com/en/latest/TechnicalIntroduction.html
+            # EXR has premultiplied alpha: https://openexr.com/en/latest/TechnicalIntroduction.html
             layers = np.dstack([traced.radiance * traced.alpha[..., None], traced.alpha]).astype(np.float32)
             write_radiance(path, layers)
             return
@@ -291,7 +291,7 @@ def write_radiance(path: Path, layers: np.ndarray) -> None:
     """Write layers (height, width, 4) of 32-bit floats as an EXR file.
 
     Raises:
-        OSError: if it cannot be written; Mitsuba would throw what is no error of the system.
+        OSError: If it cannot be written; Mitsuba itself would raise another exception.
     """
     mi = mitsuba()
     stream = mi.MemoryStream()

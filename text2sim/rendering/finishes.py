@@ -1,4 +1,4 @@
-"""Surfaces: Disney's principled material for each finish of the language, with small textures of our own.
+"""Surfaces: Disney's principled material for each finish of the language, with generated textures.
 
 Colours are attributes of mesh faces, so that all parts with one finish share one mesh and material. On uneven surfaces
 a texture blends from the colour to a darker or lighter shade.
@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 Array = NDArray[np.floating]
 
 COLOR, SHADE = "face_color", "face_shade"
-"""Attributes of the meshes: linear colour, and what it is blended with. Not of their vertices: in thin triangles the
-renderer finds no weights to blend those with, and what it finds instead is black."""
+"""Face attributes of the meshes: linear colour, and the shade that it is blended with. Vertex attributes would be black
+in thin triangles, where the renderer finds no interpolation weights."""
 TEXELS = 512
 HAZE = 0.045
-"""Part of the light that clear glass scatters, by which one sees that it is there."""
+"""Fraction of the light that clear glass scatters, which makes it visible."""
 MILKY = 0.45
-"""Part of the light that frosted glass scatters; the rest goes straight through, so that its content is seen."""
+"""Fraction of the light that frosted glass scatters; the rest passes straight through and shows its contents."""
 GEL = 0.2
-"""Part of the light that jelly throws back, as what is cloudy does; the rest goes through it."""
+"""Fraction of the light that jelly scatters back, because it is cloudy; the rest passes through."""
 TINT = 0.62
-"""The same of dark glass."""
+"""Fraction of the light that dark glass scatters."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,13 @@ class Finish:
     sheen: float = 0.0
     anisotropic: float = 0.0
     texture: str = ""
-    """What it is uneven by."""
+    """Name of its texture."""
     shade: float = 1.0
-    """The other end of the blend, as a factor on the colour."""
+    """Factor on the colour at the other end of the blend."""
     tile: float = 1.0
     """Length that the texture covers [m]."""
     bump: float = 0.0
-    """Depth of its relief, as a part of the tile."""
+    """Depth of its relief, as a fraction of the tile."""
     kind: str = "solid"
     """solid, clear, frosted, tinted or gel."""
 
@@ -84,11 +84,11 @@ FINISHES = {
 }
 PLAIN = "rough"
 DEEP = 0.65
-"""Brightest channel of a colour, below which glass is that of a wine bottle: it colours what is behind it."""
+"""Brightest channel of a colour below which glass is dark, like a wine bottle, and tints what is behind it."""
 
 
-def worn(finish: str, color: tuple[float, float, float]) -> str:
-    """Return the finish to draw for one of the language: dark glass has its own."""
+def drawn_finish(finish: str, color: tuple[float, float, float]) -> str:
+    """Return the rendered finish for a finish of the language and a colour: dark glass has its own."""
     return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 
 
@@ -185,7 +185,7 @@ def _under(layer: "Layer", made: dict[str, Any], finish: Finish) -> dict[str, An
 
 
 def needs_uvs(name: str) -> bool:
-    """Whether a surface needs texture coordinates."""
+    """Return whether a finish needs texture coordinates."""
     return bool(finish_of(name).texture)
 
 

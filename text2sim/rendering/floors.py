@@ -22,11 +22,11 @@ class FloorPattern(NamedTuple):
     """Parameters of a floor pattern."""
 
     tiles: int
-    """How many of them the texture covers, along each side."""
+    """Number of tiles along each side of the texture."""
     roughness: float
     specular: float
     contrast: float
-    """Of its unevenness, as a part of its brightness: one standard deviation."""
+    """Standard deviation of its brightness, relative to the mean."""
 
 
 SURFACES = {
@@ -46,7 +46,7 @@ def floor_material(pattern: str, color: tuple[float, float, float], tile: float)
 
     Args:
         pattern: One of `SURFACES`; an unknown one is drawn plain.
-        color: sRGB.
+        color: Colour, sRGB from 0 to 1.
         tile: Spacing of joints [m].
     """
     mi, surface = mitsuba(), SURFACES.get(pattern, SURFACES[PLAIN])

@@ -15,11 +15,11 @@ from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
 LOOKS = 13
-"""Raised whenever this package draws the same thing differently."""
+"""Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
-"""Time [s] after which nobody is writing a file any more."""
+"""Age [s] from which an incomplete file counts as abandoned."""
 SHOWN = ("lights", "background", "backdrop", "gain", "tone")
-"""Parts of the film section that every picture depends on."""
+"""Keys of the film section that every picture depends on."""
 
 
 class Digests:

@@ -19,13 +19,14 @@ Array = NDArray[np.floating]
 FAR = 60.0
 """Distance of a sun [m], in radii of the stage."""
 CLEAR = 0.82
-"""Part of the irradiance of a clear day that comes from the sun itself."""
+"""Fraction of the irradiance of a clear day that comes from the sun itself."""
 SUN_DISC = radians(1.2)
-"""Width of the sun: twice the real one, which costs nothing in looks and halves the noise at the edges of shadows."""
+"""Angular diameter of the sun [rad]: twice the real one, which looks the same and halves the noise at the edges of
+shadows."""
 ROWS = 32
-"""Of a painted sky."""
+"""Rows of a sky's texture."""
 GROUND = 0.35
-"""Brightness of what is below the horizon of a painted sky, as a part of the horizon."""
+"""Brightness below the horizon of a sky, as a fraction of that at the horizon."""
 
 
 def emitters(lights: dict[str, dict[str, Any]], center: Array, radius: float) -> dict[str, Any]:

@@ -28,10 +28,10 @@ WOUND = 0.9
 """Length of the mean normal below which a curved face goes around its corner, as at the tip of a cone."""
 PLANES = 400
 """Largest number of faces of a convex shape that gets bevels: one with more is a scan, and has no edges."""
-LIMB_SIDES, LIMB_RINGS = 32, 7
-"""Of a capsule; few, because dolls, ropes and nets have many capsules."""
+CAPSULE_SIDES, CAPSULE_RINGS = 32, 7
+"""Sides and rings of a capsule; few, because dolls, ropes and nets have many capsules."""
 STEPS = 4
-"""Strips that round an edge of 90 degrees."""
+"""Strips around an edge of 90 degrees."""
 LARGEST = 4000
 """Largest number of vertices of a mesh that is tested for convexity."""
 
@@ -41,13 +41,13 @@ class RenderMesh:
     """Triangles for rendering, with vertex normals."""
 
     vertices: Array
-    """[m], shape (n, 3)."""
+    """Positions [m], shape (n, 3)."""
     faces: Indices
-    """Shape (f, 3)."""
+    """Vertex indices, shape (f, 3)."""
     normals: Array
-    """Shape (n, 3)."""
+    """Unit normals, shape (n, 3)."""
     uvs: Array | None = None
-    """Shape (n, 2); pictures begin at the lower left."""
+    """Texture coordinates, shape (n, 2); the origin of pictures is at the lower left."""
 
 
 def read_mesh(path: Path) -> RenderMesh:
@@ -173,11 +173,11 @@ def _capsule(vertices: Array) -> RenderMesh | None:
     away = np.hypot(np.hypot(vertices[:, 0], vertices[:, 1]), np.maximum(tall - half, 0.0))
     if half < 1e-3 * r or len(vertices) < 24 or np.abs(away - r).max() > 2e-3 * r:
         return None
-    turn = np.linspace(0, np.pi / 2, LIMB_RINGS + 1)
+    turn = np.linspace(0, np.pi / 2, CAPSULE_RINGS + 1)
     slopes = np.stack([np.sin(turn), -np.cos(turn)], axis=1)
     slopes = np.concatenate([slopes, slopes[::-1] * (1, -1)])
-    ends = np.repeat([-half, half], LIMB_RINGS + 1)
-    return revolved(r * slopes + np.stack([np.zeros_like(ends), ends], axis=1), slopes, LIMB_SIDES)
+    ends = np.repeat([-half, half], CAPSULE_RINGS + 1)
+    return revolved(r * slopes + np.stack([np.zeros_like(ends), ends], axis=1), slopes, CAPSULE_SIDES)
 
 
 def revolved(profile: Array, slopes: Array, sides: int = SIDES) -> RenderMesh:

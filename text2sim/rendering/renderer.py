@@ -19,16 +19,16 @@ from text2sim.runtime.machine import version_of
 from text2sim.spec_schema.errors import MachineError
 
 VARIANTS = {"cuda": "cuda_ad_rgb", "llvm": "llvm_ad_rgb", "scalar": "scalar_rgb"}
-"""By what they compute with, the fastest first."""
+"""Mitsuba's variants by backend, the fastest first."""
 PACKAGED_LLVM = "karellen-llvm-core"
-"""A package with LLVM's shared library; there are wheels for Linux on x86-64 only."""
+"""Python package of LLVM's shared library, with wheels for Linux on x86-64 only."""
 RUNTIME = ("libunwind.so.1", "libc++abi.so.1", "libc++.so.1")
-"""What the packaged LLVM links against, in the order of loading: the linker does not look where the package has it."""
+"""Dependencies of the packaged LLVM, in loading order: the linker does not search the folder of the package."""
 LLVM = ("/usr/lib/*/libLLVM*.so*", "/usr/lib/llvm*/lib/libLLVM*.so*", "/opt/homebrew/opt/llvm*/lib/libLLVM*.dylib")
 OLDEST_LLVM = 16
-"""14 is not found by the renderer and 15 aborts in its first kernel."""
+"""Oldest version that works: the renderer does not find 14, and 15 aborts in its first kernel."""
 LIMIT = 120.0
-"""Time [s] that a child may take; the first kernel of a machine is compiled in it."""
+"""Time limit [s] of a child process, which compiles the first kernel on this machine."""
 TRIAL = """
 import ctypes, sys
 for library in sys.argv[2:]:
@@ -46,12 +46,12 @@ sys.exit(0 if 0.1 < value < 10 else 1)
 
 @dataclass(frozen=True)
 class Variant:
-    """Mitsuba variant, and the library that it needs."""
+    """A variant of Mitsuba, and the library that it needs."""
 
     name: str
     """cuda, llvm or scalar."""
     library: str = ""
-    """LLVM's library, where the renderer does not find it by itself."""
+    """Path of LLVM's library if the renderer does not find it itself."""
 
     @property
     def hint(self) -> str:
@@ -66,7 +66,7 @@ class Variant:
 
 
 def is_installed() -> bool:
-    """Whether the extra `render` is installed."""
+    """Return whether the extra `render` is installed."""
     return all(version_of(name) for name in ("mitsuba", "mitsuba-oidn"))
 
 
@@ -74,7 +74,7 @@ def find_variant() -> Variant:
     """Return the fastest variant that works here; cached between processes.
 
     Raises:
-        MachineError: if the renderer is not installed, or no variant works.
+        MachineError: If the renderer is not installed, or no variant works.
     """
     if not is_installed():
         raise MachineError("the path tracer is not installed here: pip install 'text2sim[render]'")

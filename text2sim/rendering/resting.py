@@ -1,4 +1,4 @@
-"""Frames in which nothing moves visibly: each is drawn like the frame from which it cannot be told apart.
+"""Frames in which nothing moves visibly: each is replaced by an earlier frame that looks the same.
 
 Bodies at rest still move by micrometres, so no two frames have the same digest. Without this, the second before
 an event and the rest at the end would cost as much as the event.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
-from text2sim.rendering.finishes import finish_of, material, needs_uvs, worn
+from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import mesh_shape, shaded
 
@@ -17,8 +17,8 @@ Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
-class Wearing:
-    """Properties shared by all parts of one batch."""
+class BatchMaterial:
+    """Properties that all parts of one batch share."""
 
     finish: str
     opacity: float
@@ -32,7 +32,7 @@ class Batch:
     """All parts with one material.
 
     Args:
-        wearing: The material.
+        shared: The material.
         parts: The parts.
         meshes: Meshes of the parts.
 
@@ -40,14 +40,14 @@ class Batch:
         is_clear: Whether it is transparent; see `trace`.
     """
 
-    def __init__(self, name: str, wearing: Wearing, parts: list[WornMesh], meshes: list[RenderMesh]):
-        self.name, self.moves, self.is_clear = name, wearing.moves, finish_of(wearing.finish).kind == "clear"
-        picture = None if wearing.picture is None else read_picture(wearing.picture)
-        self._bsdf = material(wearing.finish, opacity=wearing.opacity, picture=picture, layer=wearing.layer)
+    def __init__(self, name: str, shared: BatchMaterial, parts: list[WornMesh], meshes: list[RenderMesh]):
+        self.name, self.moves, self.is_clear = name, shared.moves, finish_of(shared.finish).kind == "clear"
+        picture = None if shared.picture is None else read_picture(shared.picture)
+        self._bsdf = material(shared.finish, opacity=shared.opacity, picture=picture, layer=shared.layer)
         sizes = [len(mesh.vertices) for mesh in meshes]
         starts = np.cumsum([0, *sizes[:-1]])
         self._faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
-        self._uvs = np.concatenate([mesh.uvs for mesh in meshes if mesh.uvs is not None]) if wearing.has_uvs else None
+        self._uvs = np.concatenate([mesh.uvs for mesh in meshes if mesh.uvs is not None]) if shared.has_uvs else None
         turns = [matrices(np.array([part.quat]))[0] for part in parts]
         self._vertices = np.concatenate(
             [m.vertices @ r.T + p.pos for m, r, p in zip(meshes, turns, parts, strict=True)]
@@ -89,12 +89,12 @@ def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
     """
     read: dict[Any, RenderMesh] = {}
     laid: dict[Any, tuple[RenderMesh, Layer]] = {}
-    sorted_parts: dict[Wearing, list[tuple[WornMesh, RenderMesh]]] = {}
+    sorted_parts: dict[BatchMaterial, list[tuple[WornMesh, RenderMesh]]] = {}
     for part in parts:
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        finish = worn(look.finish, look.color)
+        finish = drawn_finish(look.finish, look.color)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
             mesh = read_mesh(part.mesh)
@@ -117,11 +117,11 @@ def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
         opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
-        wearing = Wearing(finish, opacity, picture, part.body not in statics, mesh.uvs is not None, layer)
-        sorted_parts.setdefault(wearing, []).append((part, mesh))
+        shared = BatchMaterial(finish, opacity, picture, part.body not in statics, mesh.uvs is not None, layer)
+        sorted_parts.setdefault(shared, []).append((part, mesh))
     return [
-        Batch(f"rigid{k}", wearing, [part for part, _ in rows], [mesh for _, mesh in rows])
-        for k, (wearing, rows) in enumerate(sorted_parts.items())
+        Batch(f"rigid{k}", shared, [part for part, _ in rows], [mesh for _, mesh in rows])
+        for k, (shared, rows) in enumerate(sorted_parts.items())
     ]
 
 
@@ -132,7 +132,7 @@ def _color(part: WornMesh) -> tuple[float, float, float]:
 
 
 def read_picture(path: Path) -> Array:
-    """Return a picture, 0 to 1, with alpha if it has one."""
+    """Return a picture (h, w, 3 or 4), 0 to 1, with alpha if it has one."""
     from PIL import Image
 
     with Image.open(path) as picture:

@@ -1,7 +1,7 @@
 """Scene of the path tracer at one time of a recording.
 
-It is rebuilt for every time, with cached meshes for what does not move. That takes a hundredth of a frame's time, and
-treats deformable, liquid and rigid bodies alike.
+It is rebuilt for every time, with cached meshes of static bodies. That takes a hundredth of a frame's time, and works
+for deformable, liquid and rigid bodies alike.
 """
 
 from collections.abc import Callable
@@ -30,11 +30,11 @@ from text2sim.templates.cameras import Cameras, View, basis
 
 BACKDROP_FINISH = "rough"
 ROOM = 0.8
-"""Brightness of the room that glass mirrors, as a part of the background's."""
+"""Brightness of the room that glass reflects, as a fraction of the background's."""
 LENS = ("aperture_radius", "focus_distance")
-"""Numbers of a sensor that the renderer takes for code; it knows itself that the others may change."""
+"""Parameters of a sensor that the renderer would compile as constants; it treats the others as variable by itself."""
 EYES = 60
-"""Moments of the films at which is asked where cameras stand."""
+"""Number of moments of the films at which camera positions are sampled."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class FilmMoment:
     """The scene at one time."""
 
     solid: Any
-    """All but what is as clear as glass."""
+    """All bodies except clear ones."""
     gloss: Any = None
-    """Only what clear things reflect: everything else is black. None if nothing is clear."""
+    """Reflections of clear bodies only: everything else is black. None if nothing is clear."""
 
 
 class FilmStage:
@@ -102,7 +102,7 @@ class FilmStage:
         times = states.time[:: max(1, len(states.time) // EYES)]
         bodies = self.recording.bodies
         lowest = [states.bounds(bodies, float(t))[:, 2].min() for t in times] if bodies else []
-        # What falls out of the picture does not lower the floor.
+        # Bodies that fall out of the picture do not lower the floor.
         return float(max(min(lowest), lowest[0] - np.ptp(states.bounds(bodies, 0.0)[:, 2]))) if lowest else None
 
     def _views(self) -> list[View]:
@@ -119,7 +119,7 @@ class FilmStage:
         return [cameras.view(*moment) for moment in moments]
 
     def at(self, t: float, *, gloss: bool = True) -> FilmMoment:
-        """Return the scene at simulated time `t` [s], with the reflections of clear things if `gloss`."""
+        """Return the scene at simulated time `t` [s], with the reflections of clear bodies if `gloss`."""
         pos, quat = self.recording.states.poses(t)
         around = self.recording.states.around(t)
         shapes: dict[str, Any] = {batch.name: batch.shape(pos, quat) for batch in self._rigid if not batch.is_clear}
@@ -136,8 +136,8 @@ class FilmStage:
         if self._soft is not None:
             shapes |= self._soft.shapes(around, black)
         shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
-        # What glass mirrors besides lamps is the lit room, which is black here: its brightness comes from above, and
-        # fades towards the floor, or a flat pane would mirror a hard line between the two.
+        # Besides lamps, glass reflects the lit room, which is black here. A dome replaces it, bright above and fading
+        # towards the floor: otherwise a flat pane would reflect a hard line between the two.
         film = self.recording.film
         room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
@@ -184,7 +184,7 @@ def _patterned(look: SurfaceLook) -> bool:
 
 
 def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:
-    """Whether a part is a floor plane at this height [m]."""
+    """Return whether a part is a floor plane at this height [m]."""
     pos, quat = recording.states.poses(0.0)
     with np.load(part.mesh) as mesh:
         corners = mesh["vertices"].astype(float)
@@ -198,7 +198,7 @@ def sensor(view: View, size: tuple[int, int]) -> Any:
     """Return a Mitsuba sensor for a camera of the film.
 
     Args:
-        view: Of the film's camera.
+        view: View of the film's camera.
         size: Width and height [pixels].
     """
     mi = mitsuba()

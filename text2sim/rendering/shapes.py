@@ -1,4 +1,4 @@
-"""Meshes of Mitsuba, made in memory."""
+"""Meshes of Mitsuba, built in memory."""
 
 from typing import Any
 
@@ -12,8 +12,8 @@ from text2sim.rendering.tone import linear
 Array = NDArray[np.floating]
 
 DARKEST, DARKEST_METAL = 0.025, 0.2
-"""Least linear brightness of a surface: black paint throws back some 3 % of the light, dull dark steel 20 %. What
-throws back less is a hole in the picture, whose form nobody sees."""
+"""Smallest linear brightness of a surface: black paint reflects some 3 % of the light, dull dark steel 20 %. With less,
+a surface is a hole in the picture without visible shape."""
 
 
 def mesh_shape(
@@ -30,14 +30,14 @@ def mesh_shape(
     """Return a mesh of Mitsuba with its material.
 
     Args:
-        name: For messages.
+        name: Name for messages.
         bsdf: Its material.
-        vertices: [m], shape (n, 3).
-        faces: Shape (f, 3).
-        normals: Shape (n, 3).
-        colors: Linear colour at each vertex, shape (n, 3); a face takes that of its first.
-        shades: What the colour is blended with, shape (n, 3).
-        uvs: Shape (n, 2).
+        vertices: Positions [m], shape (n, 3).
+        faces: Vertex indices, shape (f, 3).
+        normals: Vertex normals, shape (n, 3).
+        colors: Linear colour at each vertex, shape (n, 3); a face has that of its first vertex.
+        shades: Colour at each vertex that the texture blends with, shape (n, 3).
+        uvs: Texture coordinates, shape (n, 2).
     """
     mi = mitsuba()
     properties = mi.Properties()
@@ -59,7 +59,7 @@ def mesh_shape(
 
 
 def shaded(color: tuple[float, float, float], finish: str) -> tuple[Array, Array]:
-    """Return the linear colour of a finish, and what its texture blends it with, each of shape (3,)."""
+    """Return the linear colour of a finish, and the shade that its texture blends with it, each of shape (3,)."""
     made = linear(np.asarray(color, float))
     made = made + max(0.0, (DARKEST_METAL if finish_of(finish).metallic else DARKEST) - float(made.max()))
     return made, np.clip(made * finish_of(finish).shade, 0.0, 1.0)

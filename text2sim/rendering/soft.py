@@ -19,23 +19,23 @@ Array = NDArray[np.floating]
 Around = tuple[int, int, float]
 
 SHADES = {"granular": (0.8, 1.0, 1.15), "snow": (0.97, 1.0)}
-"""Of the colour, which tell grains apart."""
+"""Factors on the colour, by which grains differ."""
 CORE = 0.5
-"""Radius of what fills a heap, in distances between particles."""
+"""Radius of the spheres that fill a heap, in particle distances."""
 CRUMBS = {"granular": (7, 0.24, 0.62), "snow": (8, 0.22, 0.7)}
-"""How many grains a particle is shown as, their radius, and how far from it they lie, in distances."""
+"""Number of grains per particle, their radius, and their largest offset, in particle distances."""
 ENCLOSING = 1.5
-"""Edge of the cells that hide a particle if they are full all around it, in distances."""
-MOST = 400_000
-"""Grains of a body that are drawn."""
-REACH, CUBE = 2.0, 0.7
-"""Of the surface around a liquid: reach of a particle, and edge of the cells, in radii of particles."""
-ROUNDS = 20
-"""Of smoothing a liquid's surface."""
+"""Edge of the cells that hide a particle if all around it are occupied, in particle distances."""
+MAX_GRAINS = 400_000
+"""Largest number of grains drawn for a body."""
+SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
+"""Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
+SMOOTHING_ITERATIONS = 20
+"""Smoothing iterations of a liquid's surface."""
 
 
 class SoftSurface:
-    """A body with a mesh; cloth shows both its sides.
+    """A body with a mesh; both sides of cloth are visible.
 
     Attributes:
         name: Name of its shape.
@@ -101,7 +101,7 @@ class SoftSurface:
             squares = np.linalg.lstsq((uvs[ends[0]] - uvs[ends[1]]) ** 2, long, rcond=None)[0]
             return uvs * np.sqrt(np.maximum(squares, 1e-12))
         whole = RenderMesh(at_rest[self._own], self._faces, np.zeros((len(self._own), 3)))
-        # The normals' place carries the index of the original vertex of each corner.
+        # The normals are used to store the index of the original vertex of each corner.
         whole = RenderMesh(
             whole.vertices, whole.faces, np.repeat(np.arange(len(self._own), dtype=float)[:, None], 3, axis=1)
         )
@@ -141,7 +141,7 @@ class Grains:
         first, end = part.row["points"]
         count = end - first
         many, radius, spread = CRUMBS.get(part.kind, (1, CORE, 0.0))
-        many = max(1, min(many, MOST // max(count, 1)))
+        many = max(1, min(many, MAX_GRAINS // max(count, 1)))
         chance = np.random.default_rng(7)
         ways = chance.standard_normal((count, many, 3))
         ways *= (chance.uniform(0.25, 1.0, (count, many, 1)) ** (1 / 3)) / np.linalg.norm(ways, axis=2, keepdims=True)
@@ -246,11 +246,11 @@ def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.inte
     made, _ = pysplashsurf.reconstruction_pipeline(
         np.ascontiguousarray(points, np.float32),
         particle_radius=radius,
-        smoothing_length=REACH,
-        cube_size=CUBE,
+        smoothing_length=SMOOTHING_LENGTH,
+        cube_size=CUBE_SIZE,
         iso_surface_threshold=0.6,
         mesh_smoothing_weights=True,
-        mesh_smoothing_iters=ROUNDS,
+        mesh_smoothing_iters=SMOOTHING_ITERATIONS,
         mesh_cleanup=True,
     )
     mesh: Any = made.mesh

@@ -23,16 +23,16 @@ from text2sim.templates.cadence import MAIN, frames, reels
 from text2sim.templates.cameras import Cameras
 
 MOMENTS, EVENTS = 4, 3
-"""Moments spread over the film at which is looked, and moments of events."""
+"""Numbers of sampled moments spread over the film, and of moments of events."""
 LIGHTINGS = ("studio", "overcast", "golden_hour", "dark_stage")
 TRIAL = (160, 90)
-"""Of the pictures in which light is compared [pixels]."""
+"""Size of the pictures in which lights are compared [pixels]."""
 LIT_AT = 2
-"""Moments at which light is compared."""
+"""Number of moments at which lights are compared."""
 PLAIN = 0.06
-"""Contrast by which another light has to be better than `studio`."""
+"""Contrast by which another light must exceed `studio`."""
 DARK, BURNT = 0.05, 0.97
-"""Brightness of a body at which nothing of its shape is seen."""
+"""Brightness below and above which the shape of a body is lost."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +40,19 @@ class RenderProposal:
     """A proposed `render` section."""
 
     render: dict[str, Any]
-    """Words of the language: `cameras`, and `lighting` where the case has no lights of its own."""
+    """The section: `cameras`, and `lighting` if the case has no lights of its own."""
     operations: list[Operation]
     """The same as a JSON Patch of the case."""
     score: float
-    """How well the camera shows the run, about 0 to 1,"""
+    """Score of the proposed camera, about 0 to 1."""
     before: float
-    """and the first camera that the run has now."""
+    """Score of the present first camera of the run."""
     lights: dict[str, float]
-    """How well bodies stand out in each light that was tried."""
+    """Mean contrast of bodies in each light that was tried."""
     legibility: dict[str, Any]
-    """As in `evidence.json`, of the film that is proposed."""
+    """Legibility of the proposed film, as in `evidence.json`."""
     tried: int
-    """Cameras."""
+    """Number of cameras that were tried."""
 
 
 def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], None]) -> RenderProposal:
@@ -64,7 +64,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
         tell: Called with progress messages.
 
     Raises:
-        SpecError: if the case cannot be resolved.
+        SpecError: If the case cannot be resolved.
     """
     facts, film = Facts(resolve_case(loaded)), recording.film
     bare = _with_render(
@@ -72,15 +72,15 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     )
     derived = resolve_case(bare).plan.render["cameras"]["main"]["frame"]
     times = _moments(recording)
-    jury = Scorer(recording, subjects(facts), times, derived["within"])
-    chosen = _frames(jury, derived["bodies"])
+    scorer = Scorer(recording, subjects(facts), times, derived["within"])
+    chosen = _frames(scorer, derived["bodies"])
     tell(f"trying cameras at {len(times)} moments")
-    ranked = best(jury, chosen)
+    ranked = best(scorer, chosen)
     score, camera = ranked[0]
     present = Cameras(film, recording.states)
     views = [present.view(*_camera_at(film, recording, t)) for t in times]
-    before = jury.judge(views, np.subtract(views[0].look_at, views[0].pos))
-    render: dict[str, Any] = {"cameras": {"main": _words(camera, jury)}}
+    before = scorer.judge(views, np.subtract(views[0].look_at, views[0].pos))
+    render: dict[str, Any] = {"cameras": {"main": _words(camera, scorer)}}
     if film["overlay"].get("pace"):  # an author's camera would have no pace of its own
         render["shots"] = {
             f"part_{k}": {key: shot[key] for key in ("camera", "from", "to", "speed", "hold")} | {"camera": "main"}
@@ -89,7 +89,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
     lights: dict[str, float] = {}
     if not loaded.case.render.lights:
         tell("trying lights")
-        lights = {name: _lit(recording, loaded, render | {"lighting": name}, jury) for name in LIGHTINGS}
+        lights = {name: _lit(recording, loaded, render | {"lighting": name}, scorer) for name in LIGHTINGS}
         winner = max(LIGHTINGS, key=lambda name: lights[name] + PLAIN * (name == LIGHTINGS[0]))
         render = {"lighting": winner, **render}
     shown = _filmed(recording, loaded, render)
@@ -100,7 +100,7 @@ def suggest(recording: FilmRecord, loaded: LoadedCase, tell: Callable[[str], Non
 
 
 def _moments(recording: FilmRecord) -> list[float]:
-    """Times [s] spread over the film, and the first times of events."""
+    """Return times [s] spread over the film, and the first times of events."""
     film = recording.film
     pictures = frames(film, reels(film)[MAIN], recording.last)
     times = [pictures[k].t for k in spread(len(pictures), MOMENTS)]
@@ -118,16 +118,16 @@ def _camera_at(film: dict[str, Any], recording: FilmRecord, t: float) -> tuple[s
     return frame.camera, frame.t, frame.part
 
 
-def _frames(jury: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return what a camera may frame: the subjects of the derived camera, all that moves, what the script is about."""
-    names, statics = jury.recorded.names, jury.recorded.statics
+def _frames(scorer: Scorer, derived: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return sets to frame: the bodies of the derived camera, all moving bodies, the subjects of the script."""
+    names, statics = scorer.recorded.names, scorer.recorded.statics
     usual = tuple(name for name in derived if name in names)
     moving = tuple(name for name in names if name not in statics)
-    meant = tuple(name for name, weight in zip(names, jury.weights, strict=True) if weight == 1.0)
-    return [frame for frame in dict.fromkeys([usual, moving, meant]) if frame]
+    main = tuple(name for name, weight in zip(names, scorer.weights, strict=True) if weight == 1.0)
+    return [frame for frame in dict.fromkeys([usual, moving, main]) if frame]
 
 
-def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
+def _words(candidate: Candidate, scorer: Scorer) -> dict[str, Any]:
     """Return a camera in the language."""
     words: dict[str, Any] = {
         "kind": "still",
@@ -135,30 +135,30 @@ def _words(candidate: Candidate, jury: Scorer) -> dict[str, Any]:
         "direction": [round(c, 2) for c in candidate.direction],
         "lens_mm": candidate.lens,
     }
-    if jury.within is not None and jury.strays(candidate.frame):
-        low, high = ([round(float(c), 2) for c in corner] for corner in jury.within)
+    if scorer.within is not None and scorer.strays(candidate.frame):
+        low, high = ([round(float(c), 2) for c in corner] for corner in scorer.within)
         words["within"] = {"min": low, "max": high}
     return words
 
 
 def _written(loaded: LoadedCase) -> dict[str, Any]:
-    """The written `render` section, with variants and expressions resolved."""
+    """Return the `render` section as written, with variants and expressions resolved."""
     return loaded.case.render.model_dump(mode="json", by_alias=True, exclude_unset=True)
 
 
 def _with_render(loaded: LoadedCase, render: dict[str, Any]) -> LoadedCase:
-    """The case with another section `render`."""
+    """Return the case with another `render` section."""
     made = Render.model_validate(render)
     return replace(loaded, case=loaded.case.model_copy(update={"render": made}))
 
 
 def _filmed(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any]) -> FilmRecord:
-    """The recording, filmed with a proposed `render` section."""
+    """Return the recording with the film of a proposed `render` section."""
     kept = {key: value for key, value in _written(loaded).items() if key not in ("cameras", "shots")}
     return replace(recording, film=resolve_case(_with_render(loaded, kept | render)).plan.render)
 
 
-def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury: Scorer) -> float:
+def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], scorer: Scorer) -> float:
     """Return the score of a light: contrast of bodies in traced frames, with a penalty for under- and overexposure."""
     shown = _filmed(recording, loaded, render)
     filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)
@@ -169,7 +169,7 @@ def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], jury
         frame = pictures[k]
         view = watcher.cameras.view(frame.camera, frame.t, frame.part)
         sight = watcher.recorded.sight(frame.t, view, TRIAL)
-        for n, weight in enumerate(jury.weights):
+        for n, weight in enumerate(scorer.weights):
             mask = sight.mask(n)
             if weight and mask.any() and (apart := contrast(picture, mask)) is not None:
                 bright = picture[mask].mean(axis=1)

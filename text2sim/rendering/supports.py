@@ -1,8 +1,8 @@
-"""Supports below statics that hang in the air: thin posts, which are only drawn.
+"""Supports of statics that hang in the air: thin posts, which are only drawn.
 
-Touching statics form a group. It needs posts if its centre is not above its footprint on the floor. Posts stand under
-the corners of its largest part, where nothing passes during the recording; if half of them would be in the way, rods
-hold it from above.
+Touching statics form a group. A group needs posts if its centre is not above its footprint on the floor. Posts stand
+under the corners of its largest part, where nothing passes during the recording; if half of them would be in the way,
+rods hold it from above.
 """
 
 from dataclasses import dataclass
@@ -19,47 +19,48 @@ Array = NDArray[np.floating]
 
 COLOR = (0.44, 0.46, 0.48)
 MOMENTS = 60
-"""Of the recording at which is asked where moving things are."""
+"""Number of moments of the recording at which the positions of moving bodies are sampled."""
 TOUCH = 0.01
-"""Gap, in sizes of the smaller, at which two statics still are one thing."""
+"""Largest gap between statics of one group, relative to the size of the smaller."""
 NEAR = 0.03
-"""Height over the floor, in sizes of a thing, at which it still stands on it."""
+"""Largest height over the floor of points that stand on it, relative to the size of the group."""
 STEADY = 0.15
-"""How far its middle may be beyond what stands on the floor, in sizes."""
+"""Largest distance of the centre of a group beyond its footprint, relative to the size of the group."""
 LOW = 0.08
-"""Shortest post, in sizes of what it carries."""
+"""Length of the shortest post, relative to the size of what it carries."""
 INSET, SLIM, SMALL = 0.12, 0.22, 0.3
-"""How far from the edge posts stand, in lengths; width over length below which they stand in one row; length over
-height below which there is one post, with a foot."""
+"""Distance of posts from the edge, relative to the length; width over length below which they stand in one row; length
+over height below which there is one post, with a foot."""
 THICK = 0.014
-"""Radius of a post, in its heights, between the two parts of the width that it carries:"""
+"""Radius of a post relative to its height."""
 LEAST, MOST = 0.03, 0.25
+"""Smallest and largest radius of a post, relative to the width of what it carries."""
 ROD = 0.004
-"""Radius of a rod from above, in sizes of what hangs from it."""
+"""Radius of a rod from above, relative to the size of what hangs from it."""
 FREE = 2.5
-"""Distance of what moves from the middle of a post, in its radii."""
+"""Smallest distance of moving bodies from the axis of a post, in its radii."""
 CEILING = 6.0
-"""How far up rods go, in sizes of what hangs from them."""
+"""Length of rods, relative to the size of what hangs from them."""
 SIDES = 24
 CLEAR = 0.4
-"""Opacity below which a thing seems to be nothing."""
+"""Opacity below which a body looks like nothing that needs a support."""
 
 
 @dataclass(frozen=True)
-class Fixed:
-    """Something that never moves."""
+class StaticBody:
+    """A body that never moves."""
 
     corners: Array
-    """Of its triangles, in the world [m], shape (n, 3, 3)."""
+    """Corners of its triangles, in the world [m], shape (n, 3, 3)."""
 
     @property
     def low(self) -> Array:
-        """Lowest corner of the upright box around it [m], shape (3,)."""
+        """Lowest corner of its axis-aligned bounding box [m], shape (3,)."""
         return self.corners.min(axis=(0, 1))
 
     @property
     def high(self) -> Array:
-        """Highest corner [m]."""
+        """Highest corner of that box [m], shape (3,)."""
         return self.corners.max(axis=(0, 1))
 
     @property
@@ -72,9 +73,9 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMes
     """Return the posts of all statics that need some; None if none does.
 
     Args:
-        recording: Of the run.
+        recording: The recording of the run.
         level: Height of the floor [m].
-        planes: Statics without an end.
+        planes: Names of the statics that are ground planes.
     """
     pos, quat = recording.states.poses(float(recording.states.time[0]))
     turns = matrices(quat)
@@ -87,28 +88,28 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMes
         local = mesh.vertices @ matrices(np.array([part.quat]))[0].T + part.pos
         placed = local @ turns[part.link].T + pos[part.link]
         found.setdefault(part.body, []).append(placed[mesh.faces])
-    things = [Fixed(np.concatenate(corners)) for corners in found.values()]
+    things = [StaticBody(np.concatenate(corners)) for corners in found.values()]
     moving = [body for body in recording.bodies if body not in recording.statics]
     return posts(things, level, _boxes(recording, moving) if moving else [])
 
 
-def posts(things: list[Fixed], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
-    """Return the posts of all things that need some; None if none does.
+def posts(things: list[StaticBody], level: float, moving: list[tuple[Array, Array, Array]]) -> RenderMesh | None:
+    """Return the posts of all bodies that need some; None if none does.
 
     Args:
-        things: All that never moves, but for the floor.
+        things: All bodies that never move, except the floor.
         level: Height of the floor [m].
-        moving: Middles (n, 3) [m], axes (n, 3, 3) and half sizes (n, 3) [m] of boxes around all that moves, at each of
-            some moments.
+        moving: Boxes around all moving bodies at each sampled moment: centres (n, 3) [m], axes (n, 3, 3) and half
+            sizes (n, 3) [m].
     """
     made = []
     for group in _groups(things):
         if _is_steady(group, level):
             continue
         largest = max(group, key=lambda thing: float(np.prod((thing.high - thing.low)[:2])))
-        below, wanted = _under(largest, level, things, moving)
-        # A single leg of two looks like a stray line: what is held from above is whole.
-        made += below if 2 * len(below) > wanted else _over(largest, things, moving) or below
+        below, wanted = _posts_below(largest, level, things, moving)
+        # A single post of two would look like a stray line.
+        made += below if 2 * len(below) > wanted else _rods_above(largest, things, moving) or below
     return joined(made) if made else None
 
 
@@ -119,8 +120,8 @@ def _boxes(recording: FilmRecord, moving: list[str]) -> list[tuple[Array, Array,
     return [states.placed(boxes, float(t)) for t in times] if boxes.names else []
 
 
-def _groups(things: list[Fixed]) -> list[list[Fixed]]:
-    """Return things that touch each other together, by the boxes around them."""
+def _groups(things: list[StaticBody]) -> list[list[StaticBody]]:
+    """Return the groups of touching bodies, by their bounding boxes."""
     group = list(range(len(things)))
     ends = [(thing.low, thing.high, thing.size) for thing in things]
     for i, (low, high, size) in enumerate(ends):
@@ -132,8 +133,8 @@ def _groups(things: list[Fixed]) -> list[list[Fixed]]:
     return [[thing for thing, one in zip(things, group, strict=True) if one == k] for k in dict.fromkeys(group)]
 
 
-def _is_steady(group: list[Fixed], level: float) -> bool:
-    """Whether the middle of a group is above what it has on the floor, or nearly."""
+def _is_steady(group: list[StaticBody], level: float) -> bool:
+    """Return whether the centre of a group is above its footprint on the floor, or nearly."""
     corners = np.concatenate([thing.corners for thing in group])
     size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0)))
     standing = corners.reshape(-1, 3)
@@ -148,8 +149,10 @@ def _is_steady(group: list[Fixed], level: float) -> bool:
     return bool(((at >= on.min(axis=0) - STEADY * size) & (at <= on.max(axis=0) + STEADY * size)).all())
 
 
-def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -> tuple[list[RenderMesh], int]:
-    """Posts, and how many there would be if nothing were in the way."""
+def _posts_below(
+    thing: StaticBody, level: float, things: list[StaticBody], moving: list[Any]
+) -> tuple[list[RenderMesh], int]:
+    """Return the posts of a body, and the number of posts that it would have if nothing were in the way."""
     spots, width = _spots(thing, float(thing.low[2]) - level)
     made = []
     for x, y in spots:
@@ -166,8 +169,8 @@ def _under(thing: Fixed, level: float, things: list[Fixed], moving: list[Any]) -
     return made, len(spots)
 
 
-def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[RenderMesh]:
-    """Rods that come down from above."""
+def _rods_above(thing: StaticBody, things: list[StaticBody], moving: list[Any]) -> list[RenderMesh]:
+    """Return the rods that hold a body from above."""
     spots, width = _spots(thing, 0.0)
     made = []
     for x, y in spots:
@@ -183,8 +186,8 @@ def _over(thing: Fixed, things: list[Fixed], moving: list[Any]) -> list[RenderMe
     return made
 
 
-def _spots(thing: Fixed, height: float) -> tuple[Array, float]:
-    """Return where posts may stand (n, 2) [m], and the width of what they carry [m]."""
+def _spots(thing: StaticBody, height: float) -> tuple[Array, float]:
+    """Return positions for posts (n, 2) [m], and the width of what they carry [m]."""
     flat = thing.corners.reshape(-1, 3)[:, :2]
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
     turns = np.radians(np.arange(0, 90, 3.0))
@@ -207,8 +210,8 @@ def _spots(thing: Fixed, height: float) -> tuple[Array, float]:
     return (middle + local) @ axes, float(width)
 
 
-def _crossed(thing: Fixed, x: float, y: float) -> Array:
-    """Return the heights [m] at which an upright line crosses a thing."""
+def _crossed(thing: StaticBody, x: float, y: float) -> Array:
+    """Return the heights [m] at which a vertical line crosses a body."""
     if not ((thing.low[:2] <= (x, y)) & (thing.high[:2] >= (x, y))).all():
         return np.zeros(0)
     a, b, c = np.moveaxis(thing.corners, 1, 0)
@@ -223,7 +226,7 @@ def _crossed(thing: Fixed, x: float, y: float) -> Array:
 
 
 def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool:
-    """Whether nothing that moves ever comes near a line."""
+    """Return whether no moving body ever comes near a line."""
     for centers, axes, half in moving:
         origin = np.einsum("ni,nij->nj", start - centers, axes)
         along = np.einsum("i,nij->nj", end - start, axes)
@@ -237,7 +240,7 @@ def _is_free(start: Array, end: Array, radius: float, moving: list[Any]) -> bool
 
 
 def _post(x: float, y: float, foot: float, top: float, radius: float, *, flared: bool) -> RenderMesh:
-    """Return a post; one that stands alone has a foot."""
+    """Return a post, with a foot if `flared`."""
     profile, slopes = [(radius, foot), (radius, top)], [(1.0, 0.0), (1.0, 0.0)]
     made = revolved(np.array(profile), np.array(slopes), sides=SIDES)
     if flared:

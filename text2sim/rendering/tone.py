@@ -16,12 +16,12 @@ AGX_IN = np.array([
 ])  # fmt: skip
 AGX_OUT = np.linalg.inv(AGX_IN)
 AGX_LOW, AGX_HIGH = -12.47393, 4.026069
-"""Darkest and brightest that is told apart, powers of two."""
+"""Lower and upper end of the tone curve, as powers of two."""
 AGX_CURVE = (15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232)
 CONTRAST, SATURATION = 1.3, 1.22
-"""Of the look that goes with AgX, "punchy" in a milder form: AgX alone is meant to be graded."""
+"""Contrast and saturation of the grading, a milder form of AgX's "punchy" look: AgX alone is meant to be graded."""
 AGX_GAIN = 2.0
-"""A white sheet in full light comes to 83 % of white, and highlights keep three stops above it."""
+"""Exposure before AgX: a fully lit white sheet is displayed as 83 % of white, with three stops above it."""
 ACES_IN = np.array([[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]])
 ACES_OUT = np.array([[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]])
 LUMA = np.array([0.2126, 0.7152, 0.0722])

@@ -1,8 +1,8 @@
 """Tracing of one frame: samples, guides of the denoiser, and the denoiser.
 
-Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would drown in noise, and the
-denoiser would be guided by the glass. So the scene is traced without clear things, and their reflections are added:
-lamps and bright rims, but no shadows and no refraction.
+Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would be too noisy, and the
+denoiser would be guided by the glass. Therefore the scene is traced without clear bodies, and their reflections are
+added: lamps and bright rims, but no shadows and no refraction.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,26 +23,27 @@ Array = NDArray[np.floating]
 
 GUIDES = "albedo:albedo,normal:sh_normal,depth:depth"
 GUIDE_SAMPLES, GUIDE_SAMPLES_BLURRED = 8, 16
-"""Per pixel, of a sharp picture and over all moments of a blurred one, whose samples are spread less evenly.
+"""Guide samples per pixel of a sharp picture, and over all moments of a blurred one, where they are less evenly
+distributed.
 
-Edges of the picture are as clean as these."""
-MET = {"type": "depth"}
-"""Integrator of coverage: a tenth of the time of paths. It also hits what these do not see, see `_edges`."""
+They determine how clean the edges of the picture are."""
+COVERAGE = {"type": "depth"}
+"""Integrator of coverage: it takes a tenth of the time of paths. It also hits what paths do not see, see `_edges`."""
 SEEN_THROUGH = 0.2
-"""Coverage by which paths stay behind first hits, on average around a pixel, where they see through a surface."""
+"""Deficit in coverage of paths relative to first hits, averaged around a pixel, from which a surface is transparent."""
 ROULETTE = 3
-"""Bounces after which a path ends by chance, the darker the sooner: a third of the time of a studio with walls."""
+"""Bounces before Russian roulette, which saves a third of the time in a studio with walls."""
 SAMPLES_OF_DRAFTS = 8
-"""Per pixel, up to which the denoiser takes its quick way: a third of its time, and little of what it does."""
+"""Largest number of samples per pixel for which the denoiser is fast: a third of its time, with little loss."""
 SEED = 0
-"""The same for every picture: then what does not move does not flicker."""
+"""Seed of every picture: resting parts do not flicker."""
 BRIGHTEST = 24.0
-"""Radiance, in white sheets, above which a single pixel is noise: glass makes such."""
+"""Radiance, relative to a white sheet, above which a single pixel is noise, which glass causes."""
 SHEEN, GLARE = 0.25, 0.3
-"""What clear glass reflects, in white sheets, up to which it stays as it is, and the part of it that stays above: lamps
-in a tube of glass are bars as white as paper, before what is inside it."""
+"""Radiance of reflections of clear glass, relative to a white sheet, above which they are dimmed, and the fraction of
+the excess that remains: otherwise lamps in a glass tube hide its contents behind bars as white as paper."""
 RIM = 3
-"""Pixels around what is there that the denoiser is told to be like it."""
+"""Pixels around visible surfaces that are filled like them before denoising."""
 
 
 @dataclass(frozen=True)
@@ -50,11 +51,11 @@ class Quality:
     """Sampling quality of a frame."""
 
     samples: int
-    """Per pixel; 4, 8, 16, 36 and 64 are exact."""
+    """Samples per pixel; 4, 8, 16, 36 and 64 are exact."""
     depth: int
-    """Of paths."""
+    """Maximum depth of paths, as Mitsuba counts it."""
     blur: int
-    """Moments that a picture with motion blur is made of."""
+    """Moments of a picture with motion blur."""
 
 
 QUALITIES = {"draft": Quality(8, 6, 4), "final": Quality(36, 8, 9), "still": Quality(144, 10, 9)}
@@ -65,15 +66,15 @@ class Traced:
     """A traced frame as radiance."""
 
     radiance: Array
-    """Linear, shape (h, w, 3); of what is there, however little of a pixel it fills."""
+    """Linear radiance of visible surfaces, not multiplied by alpha, shape (h, w, 3)."""
     alpha: Array
-    """How much of a pixel something fills, 0 to 1, shape (h, w)."""
+    """Coverage of each pixel by surfaces, 0 to 1, shape (h, w)."""
     depth: Array
-    """Distance from the camera [m], 0 where there is nothing, shape (h, w)."""
+    """Distance from the camera [m], 0 for empty pixels, shape (h, w)."""
     seconds: dict[str, float]
-    """Time [s] by part."""
+    """Time [s] by step."""
     behind: Array | None = None
-    """What is seen where nothing is, in sRGB; the background if None."""
+    """Picture behind all surfaces, in sRGB; the background if None."""
 
 
 def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
@@ -87,7 +88,8 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     """
     mi = mitsuba()
     path: dict[str, Any] = {"type": "path", "max_depth": quality.depth, "rr_depth": ROULETTE, "hide_emitters": True}
-    integrator, guide, met = mi.load_dict(path), mi.load_dict({"type": "aov", "aovs": GUIDES}), mi.load_dict(MET)
+    guide, coverage = mi.load_dict({"type": "aov", "aovs": GUIDES}), mi.load_dict(COVERAGE)
+    integrator = mi.load_dict(path)
     # The moments of a motion-blurred frame share the samples of a sharp one.
     wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
     samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
@@ -101,7 +103,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         with _timed(seconds, "guides"):
             guides.add(mi.render(moment.solid, sensor=sensor, integrator=guide, spp=guiding, seed=seed))
             if guiding > samples and there.min() < 1:  # edges before an empty background are noisy with few samples
-                more = mi.render(moment.solid, sensor=sensor, integrator=met, spp=guiding, seed=seed)
+                more = mi.render(moment.solid, sensor=sensor, integrator=coverage, spp=guiding, seed=seed)
                 there = _edges(there, np.array(more)[..., 3])
             alphas.add(there)
         if moment.gloss is not None:
@@ -123,9 +125,9 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
 
 
 def _edges(few: Array, many: Array) -> Array:
-    """Return the coverage of pixels (h, w), from many first hits.
+    """Return the coverage of pixels (h, w) from many first hits.
 
-    Where these hit a lamp, a hole of a cut-out or dark glass before the background, the few samples of the paths count.
+    Where these hit a lamp, a hole of a cut-out or dark glass in front of the background, the few path samples are used.
     """
     hidden = maximum_filter((few == 0) & (many > 0.5), 3)
     return np.where(np.logical_or(hidden, uniform_filter(many - few, 5) > SEEN_THROUGH), few, many)
@@ -160,7 +162,12 @@ def _limited(radiance: Array, gain: float) -> Array:
 
 
 def dimmed(gloss: Array, gain: float) -> Array:
-    """Return reflections of glass (h, w, 3), with lamps dimmed so that they do not outshine what is behind."""
+    """Return reflections of glass (h, w, 3), with lamps dimmed so that they do not outshine what is behind the glass.
+
+    Args:
+        gloss: Radiance of the reflections, shape (h, w, 3).
+        gain: Factor that maps a lit white sheet to 1.
+    """
     bright = gloss.max(axis=-1, keepdims=True) * gain
     soft = SHEEN + GLARE * (bright - SHEEN)
     return gloss * np.where(bright > SHEEN, soft / np.maximum(bright, 1e-9), 1.0)

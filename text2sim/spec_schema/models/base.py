@@ -47,7 +47,7 @@ class Model(BaseModel):
 
 
 class ByKind:
-    """Marks a union that is discriminated by `kind`.
+    """Marker of a union that is discriminated by `kind`.
 
     The validator of a model is built when a case has that kind: building all takes a quarter of a `check`.
     """
@@ -73,7 +73,7 @@ def content_of(value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Carried:
+class Supported:
     """Magnitudes that arithmetic and the engine support; the lint reports implausible ones."""
 
     low: float
@@ -82,20 +82,20 @@ class Carried:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
         schema: Any = handler(source)
-        # Not by `Field`: of two bounds of one field, pydantic keeps one.
+        # Not with `Field`: pydantic keeps only one of two bounds of a field.
         return schema | {"ge": max(self.low, schema.get("ge", 0)), "le": min(self.high, schema.get("le", self.high))}
 
 
 Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 """A finite number; booleans are not numbers."""
-Positive = Annotated[Real, Field(gt=0), Carried(1e-15, MAX_NUMBER)]
+Positive = Annotated[Real, Field(gt=0), Supported(1e-15, MAX_NUMBER)]
 NonNegative = Annotated[Real, Field(ge=0)]
-Length = Annotated[Real, Field(gt=0), Carried(1e-6, 1e6, "m")]
+Length = Annotated[Real, Field(gt=0), Supported(1e-6, 1e6, "m")]
 """A length [m]: the engine builds nothing smaller than a micrometre, and resolves nothing on more than 1000 km."""
-Mass = Annotated[Real, Field(gt=0), Carried(1e-12, 1e12, "kg")]
-"""[kg]"""
-Density = Annotated[Real, Field(gt=0), Carried(1e-6, 1e9, "kg/m3")]
-"""[kg/m3]"""
+Mass = Annotated[Real, Field(gt=0), Supported(1e-12, 1e12, "kg")]
+"""A mass [kg]."""
+Density = Annotated[Real, Field(gt=0), Supported(1e-6, 1e9, "kg/m3")]
+"""A density [kg/m3]."""
 Fraction = Annotated[Real, Field(ge=0, le=1)]
 Seconds = NonNegative
 Integer = StrictInt
@@ -129,7 +129,7 @@ Quat = Annotated[tuple[Real, Real, Real, Real], AfterValidator(_nonzero)]
 Window = Annotated[tuple[Seconds, Seconds | Literal["end"]], AfterValidator(_ordered)]
 """A span of simulated time [s], (from, to); `end` is the end of the run."""
 Range = Annotated[tuple[Real, Real], AfterValidator(_ordered)]
-"""A lowest and a highest value."""
+"""Lower and upper limit."""
 
 
 def span_of(window: tuple[float, float | str] | None, end: float) -> tuple[float, float]:
@@ -179,7 +179,7 @@ Axis = Direction | AxisName
 
 
 class Bounds(Model):
-    """An axis-aligned box of space."""
+    """An axis-aligned box."""
 
     min: Vec3
     """Lowest corner [m]."""

@@ -9,8 +9,8 @@ from pydantic import AfterValidator
 from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import Fraction, Noun
 
-# The names of CSS (https://www.w3.org/TR/css-color-4/#named-colors) as `name rrggbb`, and after them some
-# things that people name colours by.
+# CSS names (https://www.w3.org/TR/css-color-4/#named-colors) as `name rrggbb`, followed by materials and other things
+# with a typical colour.
 _TABLE = """
 aliceblue f0f8ff antiquewhite faebd7 aqua 00ffff aquamarine 7fffd4 azure f0ffff beige f5f5dc bisque ffe4c4
 black 000000 blanchedalmond ffebcd blue 0000ff blueviolet 8a2be2 brown a52a2a burlywood deb887 cadetblue
@@ -55,12 +55,12 @@ PALETTES: dict[str, tuple[str, ...]] = {
         "tol_vibrant": "ee7733 0077bb 33bbee ee3377 cc3311 009988 bbbbbb",
         "tol_muted": "cc6677 332288 ddcc77 117733 88ccee 882255 44aa99 999933 aa4499",
         "tol_light": "77aadd ee8866 eedd88 ffaabb 99ddff 44bb99 bbcc33 aaaa00 dddddd",
-        # Ramps of matplotlib in eight steps; cividis looks the same to nearly everybody.
+        # Ramps of matplotlib in eight steps; cividis looks the same with nearly every kind of colour vision.
         "viridis": "440154 46327e 365c8d 277f8e 1fa187 4ac16d a0da39 fde725",
         "cividis": "00224e 1f3a6c 434e6c 62646f 7e7b78 9c9475 bfaf6d e5cc50",
     }.items()
 }
-"""Colours that people with every kind of colour vision tell apart."""
+"""Colours by palette, distinguishable with every kind of colour vision."""
 _HEX = re.compile(r"#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})")
 
 
@@ -70,12 +70,12 @@ class ColorError(ValueError):
     rule = "unknown-color"
 
     def __init__(self, word: str) -> None:
-        super().__init__(f"unknown colour `{word[:40]}`; give a name of CSS, a material, or #rrggbb")
+        super().__init__(f"unknown colour `{word[:40]}`; give a CSS name, a material, or #rrggbb")
         self.hint = nearest(word, NAMED)
 
 
 def rgb(color: str | Sequence[float]) -> tuple[float, float, float]:
-    """Red, green and blue, each in 0..1, in sRGB.
+    """Return red, green and blue, each in 0..1, in sRGB.
 
     Args:
         color: A name, `#rrggbb`, `#rgb`, or three numbers, which are returned as they are.
@@ -102,6 +102,6 @@ def _known(word: str) -> str:
 
 
 ColorName = Annotated[str, AfterValidator(_known), Noun("a colour", "colours")]
-"""A name of CSS, a material (`terracotta`, `steel`), or `#rrggbb`."""
+"""A CSS name, a material (`terracotta`, `steel`), or `#rrggbb`."""
 Color = ColorName | tuple[Fraction, Fraction, Fraction]
 """A name, `#rrggbb`, or three numbers in 0..1 (sRGB)."""

@@ -19,43 +19,44 @@ from text2sim.spec_schema.models.base import (
 from text2sim.spec_schema.models.colors import Color, ColorName
 
 DENSITY = 1000.0
-"""Density [kg/m3] of rigid bodies whose material says neither density nor mass."""
+"""Density [kg/m3] of rigid bodies whose material gives neither density nor mass."""
 
 
 class Material(Model):
-    """Contact and mass of a rigid body."""
+    """Mass and contact properties of a rigid body."""
 
     density: Density | None = DENSITY
-    """Density [kg/m3]; none if `mass` is given."""
+    """Density [kg/m3]; unset if `mass` is given."""
     mass: Mass | None = None
     """Mass [kg] of one copy, instead of `density`."""
     friction: Real = Field(default=0.5, ge=0.01, le=5.0)
-    """Coulomb coefficient. A pair of bodies slides with the larger of its two values, unless
-    `scene.contact.pairs` has one for it."""
+    """Coulomb coefficient. For a pair of bodies the larger value applies, unless `scene.contact.pairs` gives one."""
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
-    """Rolling resistance [m]: its torque is this times the normal force; of two bodies, the larger value counts. A ball
-    of radius r that rolls slows down at 5/7 g times this over r. It is c r for a coefficient of rolling resistance c,
-    which is 0.01 for a billiard ball on its cloth."""
+    """Rolling resistance [m]: the torque is this length times the normal force. For a pair of bodies the larger value
+    applies. A rolling ball of radius r decelerates at 5/7 g times this length over r. For a coefficient of rolling
+    resistance c, such as 0.01 for a billiard ball on its cloth, the length is c r."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
-    """The same against spin about the normal of a contact [m]: two thirds of friction times the radius of the patch."""
+    """Resistance [m] to spin about the contact normal, applied like `rolling_friction`: two thirds of `friction` times
+    the radius of the contact patch."""
     restitution: Real | None = Field(default=None, ge=0.0, le=0.995)
-    """Bounce: speed after over speed before, between two bodies of this material, or of one and a static that has none;
-    it takes a short time step. Between unequal bodies the damping ratio is the mean."""
+    """Coefficient of restitution (speed after over speed before) between two bodies of this material, or between one
+    and a static that has none. It requires a short time step. Between unequal bodies the damping ratio is the mean."""
     touch_soft: Bool = True
-    """Whether soft bodies, cloth, grains and liquids feel it; false for a hook or rod that only holds."""
+    """Whether soft bodies, cloth, grains and liquids collide with it; false for a hook or rod that only holds them."""
     soft_reach: Length | None = None
-    """How far [m] outside its surface `mpm` bodies begin to feel it. If left out: half a cell in a scene with a liquid,
-    which keeps that out of walls; else 0.002, or an eighth of a cell if that is less. About a cell keeps out what is
-    pressed or squeezed. What lies on it stays as far off, and flows past it more slowly."""
+    """Distance [m] outside its surface at which `mpm` bodies begin to feel it. By default half a cell in a scene with a
+    liquid, which keeps the liquid out of walls; otherwise 0.002, or an eighth of a cell if that is less. About one cell
+    keeps out material that is pressed or squeezed. Material on the surface rests at this distance, and flows past more
+    slowly."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> "Material":
         if self.mass is not None:
             if self.density is not None and "density" in self.model_fields_set:
                 raise ValueError("give either density or mass, not both")
-            object.__setattr__(self, "density", None)  # the default is not meant; it stays a field that was not set
+            object.__setattr__(self, "density", None)  # drops the default; the field still counts as not set
         if self.soft_reach is not None and not self.touch_soft:
-            raise ValueError("soft_reach says how deformable bodies touch it, and touch_soft: false that they do not")
+            raise ValueError("soft_reach has no effect with touch_soft: false; give only one of them")
         return self
 
     @property
@@ -68,7 +69,7 @@ class Vary(Model):
     """Variation of the colour from copy to copy."""
 
     hue: Fraction = 0.0
-    """Largest change of hue, as a part of the whole circle."""
+    """Largest change of hue, as a fraction of the full circle."""
     value: Fraction = 0.0
     """Largest change of brightness."""
     seed: Integer = Field(default=0, ge=0)
@@ -76,13 +77,13 @@ class Vary(Model):
 
 
 class Palette(Model):
-    """Colours that copies take in turn, which people with every kind of colour vision tell apart."""
+    """Colours that are assigned to copies in turn, distinguishable with every kind of colour vision."""
 
     palette: Literal["okabe_ito", "tol_bright", "tol_vibrant", "tol_muted", "tol_light", "viridis", "cividis"]
-    """Its name. `viridis` and `cividis` are ramps from dark to light in eight steps, the others are for things that
-    are different."""
+    """Name of the palette. `viridis` and `cividis` are ramps from dark to light in eight steps; the others are
+    qualitative."""
     start: Integer = Field(default=0, ge=0, le=1000)
-    """Which of its colours comes first, counted from 0."""
+    """Index of its first colour, from 0."""
 
 
 Finish = Literal[
@@ -115,65 +116,65 @@ Finish = Literal[
 
 
 class Pattern(Model):
-    """What lies over the colour of a body: boards, tiles, print. Seen in path traced films."""
+    """A pattern over the colour of a body: boards, tiles, print. Path traced only."""
 
     kind: Literal[
         "planks", "bricks", "tiles", "checker", "gingham", "stripes", "dots", "carton", "crate", "book", "pips"
     ]
-    """`planks`: boards; staves on what is round. The last four are for boxes: tape and print, framed boards, covers
+    """`planks`: boards, or staves on round shapes. The last four are for boxes: tape and print, framed boards, covers
     and pages, a die or domino."""
     size: Length | None = None
-    """Width [m] of a board, tile or stripe, length of a brick; by default as fits."""
+    """Width [m] of a board, tile or stripe, or length of a brick; by default derived from the body."""
     color: ColorName | None = None
-    """Of joints, tape, stripes or pips; by default as fits."""
+    """Colour of joints, tape, stripes or pips; by default derived from that of the body."""
     turned: Bool = False
-    """By 90 degrees: boards and stripes run along the longest side."""
+    """Rotate the pattern by 90 degrees: boards and stripes run along the longest side."""
 
 
 class Label(Model):
-    """What is written on a body, on each large side of it."""
+    """Text on each large side of a body."""
 
     text: str = Field(min_length=1, max_length=24, pattern=r"^[^\x00-\x1f\x7f]*$")
-    """A number, a letter, a name; of a `book`, its title."""
+    """A number, a letter, a name; for a `book` its title."""
     color: ColorName | None = None
-    """Of the letters; as is read well if left out."""
+    """Colour of the letters; by default a legible one."""
     plate: ColorName | None = None
-    """Of a disc or plate behind them; none if left out."""
+    """Colour of a disc or plate behind the letters; by default there is none."""
 
 
 class Look(Model):
-    """Colour and surface. Never changes the physics."""
+    """Colour and surface, without influence on the physics."""
 
     color: Color | list[ColorName] | Palette | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names that copies take in turn, and parts and
-    links with `repeat`, or a palette (`{palette: okabe_ito}`)."""
+    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names, or a palette (`{palette: okabe_ito}`).
+    Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
     finish: Finish = "rough"
-    """Surface of the body; the preview shows how it shines. A liquid that is given none is as clear as `glass`."""
+    """Surface of the body; the preview shows its gloss. A liquid is by default as clear as `glass`."""
     pattern: Pattern | None = None
-    """Boards, tiles or print over the colour, as `{kind: stripes, size: 0.03, color: white}`: planks, bricks, tiles,
-    checker, gingham, stripes, dots; on boxes also carton, crate, book, pips."""
+    """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
+    tiles, checker, gingham, stripes, dots; on boxes also carton, crate, book, pips."""
     label: Label | None = None
-    """What is written on it, as `{text: "7", color: white}`."""
+    """Text on the body, such as `{text: "7", color: white}`."""
     opacity: Fraction = 1.0
-    """1 is solid, 0 is invisible."""
+    """1 is opaque, 0 is invisible."""
     vary: Vary | None = None
-    """Variation from copy to copy. In path traced films copies differ a little by themselves; `vary: {}` makes them
-    alike."""
+    """Variation from copy to copy. In path-traced films copies differ slightly by default; `vary: {}` makes them
+    identical."""
     visible: Bool = True
-    """False leaves the body out of every picture."""
+    """False omits the body from every picture."""
 
 
 class JointDynamics(Model):
-    """What a joint does when nobody drives it."""
+    """Passive dynamics of a joint."""
 
     damping: NonNegative | None = None
     """Viscous damping [N s/m for a slider, N m s/rad for a hinge or ball]."""
     friction: NonNegative = 0.0
     """Dry friction of the joint [N or N m]."""
     armature: NonNegative | None = None
-    """Inertia of the rotor that is added to the joint [kg or kg m2]; never added in secret."""
+    """Inertia of the rotor that is added to the joint [kg or kg m2]; never added implicitly."""
     spring: NonNegative = 0.0
-    """Stiffness of a spring to the position 0 [N/m or N m/rad]; `initial` does not move that."""
+    """Stiffness of a spring to the position zero [N/m or N m/rad]; `initial` does not shift that zero."""
 
 
 class Actuator(Model):
@@ -184,4 +185,4 @@ class Actuator(Model):
     damping: NonNegative = 0.0
     """Derivative gain kv [N s/m or N m s/rad]."""
     max_force: Positive | None = None
-    """Largest force [N] or torque [N m] it can give; unlimited if left out."""
+    """Largest force [N] or torque [N m] of the motor; unlimited by default."""

@@ -8,27 +8,27 @@ from text2sim.spec_schema.models.base import Axis, ByKind, Model, Positive, Real
 
 
 class Constant(Model):
-    """One value."""
+    """A constant value."""
 
     kind: Literal["constant"]
     value: Real
     """The value."""
     start: Seconds = 0.0
-    """Time [s] from which it holds."""
+    """Time [s] from which it applies."""
 
 
 class Ramp(Model):
-    """From one value to another."""
+    """A transition from one value to another."""
 
     kind: Literal["ramp"]
     from_: Real | None = Field(default=None, alias="from")
-    """Value at `start`; what the drive before it ends with, or the joint's start position, if left out."""
+    """Value at `start`; by default the final value of the previous drive, or the joint's start position."""
     to: Real
     """Value from `end` on."""
     start: Seconds = 0.0
-    """Time [s] of the run; in a drive with `on`, since its event."""
+    """Start [s]: time of the run or, in a drive with `on`, time since its event."""
     end: Seconds
-    """Time [s], counted alike."""
+    """End [s], in the same time as `start`."""
     ease: Literal["linear", "smooth"] = "smooth"
     """`smooth` starts and ends at rest."""
 
@@ -41,7 +41,7 @@ class Ramp(Model):
 
 class _Table(Model):
     times: list[Seconds] = Field(min_length=1, max_length=1000)
-    """Times [s], growing."""
+    """Times [s], ascending."""
     values: list[Real] = Field(min_length=1, max_length=1000)
     """One value for each time."""
 
@@ -52,23 +52,23 @@ class _Table(Model):
                 f"times and values must have the same length (got {len(self.times)} and {len(self.values)})"
             )
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("times must grow")
+            raise ValueError("times must be ascending")
         return self
 
 
 class Steps(_Table):
-    """Jumps: each value holds from its time to the next."""
+    """A step function: each value applies from its time to the next."""
 
     kind: Literal["steps"]
 
 
 class Piecewise(_Table):
-    """Through the given values."""
+    """An interpolation of given values."""
 
     kind: Literal["piecewise"]
     ease: Literal["linear", "smooth", "spline"] = "linear"
-    """`linear`: straight lines. `smooth`: at rest at every value. `spline`: at rest only at both ends and where it
-    turns back, without a jump in speed and without going beyond the values."""
+    """`linear`: straight lines. `smooth`: at rest at every value. `spline`: at rest only at both ends and where the
+    direction reverses, with continuous speed and without overshoot."""
 
 
 class Sine(Model):
@@ -92,7 +92,7 @@ Schedule = Real | Annotated[Constant | Ramp | Steps | Piecewise | Sine, ByKind()
 
 
 def start_of(schedule: Schedule) -> float:
-    """Return the time [s] at which a schedule takes over from an earlier one."""
+    """Return the time [s] at which a schedule begins and replaces an earlier one."""
     if isinstance(schedule, Constant | Ramp | Sine):
         return schedule.start
     if isinstance(schedule, Steps | Piecewise):
@@ -101,11 +101,11 @@ def start_of(schedule: Schedule) -> float:
 
 
 class Waypoints(Model):
-    """Through positions at given times."""
+    """A path through positions at given times."""
 
     kind: Literal["waypoints"]
     times: list[Seconds] = Field(min_length=2, max_length=1000)
-    """Times [s], growing."""
+    """Times [s], ascending."""
     positions: list[Vec3] = Field(min_length=2, max_length=1000)
     """Displacements [m] from the start pose, one for each time."""
     ease: Literal["linear", "smooth"] = "smooth"
@@ -117,12 +117,12 @@ class Waypoints(Model):
             counts = f"{len(self.times)} and {len(self.positions)}"
             raise ValueError(f"times and positions must have the same length (got {counts})")
         if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("times must grow")
+            raise ValueError("times must be ascending")
         return self
 
 
 class Spin(Model):
-    """Turning about an axis through the body's origin."""
+    """Rotation about an axis through the body's origin."""
 
     kind: Literal["spin"]
     axis: Axis = "z"
@@ -132,7 +132,7 @@ class Spin(Model):
 
 
 class Oscillate(Model):
-    """To and fro along an axis: `amplitude sin(2 pi frequency t)`."""
+    """Oscillation along an axis: `amplitude sin(2 pi frequency t)`."""
 
     kind: Literal["oscillate"]
     axis: Axis = "x"

@@ -9,14 +9,14 @@ from text2sim.spec_schema.models.repeat import Repeat
 
 
 class Placed(Model):
-    """What every body has: where it starts, how many there are, and its look."""
+    """Fields of every body: start, copies and look."""
 
     pose: Pose | None = None
-    """Where it starts; the origin if left out."""
+    """Its pose at the start; by default the origin."""
     place: Place | None = None
-    """Where it starts, said in relation to something else."""
+    """Instead of `pose`: its position at the start, relative to another body or static."""
     repeat: Repeat | None = None
-    """Make several copies."""
+    """A pattern of copies."""
     look: Look = Look.model_construct()
     """Colour and surface."""
 
@@ -28,24 +28,24 @@ class Placed(Model):
 
     @property
     def startable(self) -> bool:
-        """Whether it can be given a velocity at the start: nothing holds it."""
+        """Whether it can be given a velocity at the start, because nothing holds it."""
         return False
 
     @property
     def passive(self) -> bool:
-        """Whether it can only lose energy by itself: it has no motor, spring, loop or net of constraints."""
+        """Whether it can only lose energy by itself, because it has no motor, spring, loop or net of constraints."""
         return False
 
 
 class Linked(Placed):
-    """A body of links on joints that follow from a few numbers: the case names them, and does not list them.
+    """A body whose links and joints are derived from a few parameters instead of listed in the case.
 
-    Every such kind has a `material`. What its links and joints are called is found by `known_parts` of the compiler.
+    Every such kind has a `material`. `known_parts` of the compiler returns the names of links and joints.
     """
 
 
 class Deformable(Placed):
-    """A body of points, not links."""
+    """A body that consists of points instead of links."""
 
     @property
     def startable(self) -> bool:

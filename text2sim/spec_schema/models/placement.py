@@ -1,4 +1,4 @@
-"""Placement of bodies in relation to others."""
+"""Placement of bodies relative to others."""
 
 from typing import Literal
 
@@ -25,27 +25,27 @@ End = Literal["min", "center", "max"]
 
 
 class Align(Model):
-    """Which parts of the two line up along each axis of the world; what is left out is as without `align`."""
+    """Alignment with the other body along each axis of the world; axes that are left out are as without `align`."""
 
     x: End | None = None
-    """`min`: their left ends, `center`: their middles, `max`: their right ends."""
+    """`min`: the left ends of both, `center`: the centres, `max`: the right ends."""
     y: End | None = None
-    """`min`: their front ends, `max`: their back ends."""
+    """`min`: the front ends of both, `center`: the centres, `max`: the back ends."""
     z: End | None = None
-    """`min`: their lowest points, `max`: their highest."""
+    """`min`: the lowest points of both, `center`: the centres, `max`: the highest points."""
 
 
 class Place(Model):
-    """Position in relation to another body or static: exactly one relation. Left is -x, in front is -y."""
+    """Position relative to another body or static, by exactly one relation. Left is -x, in front is -y."""
 
     on: Selector | None = None
-    """Rest on top of it: lowered until it touches."""
+    """On top of it: lowered until it touches."""
     above: Selector | None = None
-    """Over it, `clearance` higher than its top."""
+    """Above it, `clearance` higher than its top."""
     below: Selector | None = None
-    """Under it, `clearance` lower than its bottom."""
+    """Below it, `clearance` lower than its bottom."""
     inside: Selector | None = None
-    """Within its hollow, `clearance` above its inner floor."""
+    """Inside its cavity, `clearance` above its inner floor."""
     left_of: Selector | None = None
     """Beside it, on the -x side."""
     right_of: Selector | None = None
@@ -55,33 +55,34 @@ class Place(Model):
     behind: Selector | None = None
     """Beside it, on the +y side."""
     beside: Selector | None = None
-    """Beside it, on the side `direction`."""
+    """Beside it, on the side given by `direction`."""
     around: Selector | None = None
-    """All around it: a ring on its pole, turned with its axis; copies in a ring or spiral stand around it."""
+    """Around it: a ring on a pole, aligned with its axis, or copies in a ring or spiral."""
     touching: Selector | None = None
-    """Moved from the side `direction` towards its centre, or towards the region `at`, until the two surfaces meet."""
+    """Moved from the side given by `direction` towards its centre, or towards the region `at`, until they touch."""
     at: Vec2 | BodyRegion | None = None
-    """World x and y [m], or a region of the other in the other's own frame; the other's centre if left out."""
+    """World x and y [m], or a region of the other body in that body's frame; by default its centre."""
     inset: NonNegative = 0.0
-    """With a side, an edge or a corner in `at`: how far [m] from it."""
+    """With a side, an edge or a corner in `at`: distance [m] from it."""
     direction: Axis | None = None
-    """The side: of `beside`, level, x if left out; of `touching`, z if left out."""
+    """With `beside`, the side, which is horizontal, by default x; with `touching`, the side that it moves in from, by
+    default z."""
     align: Literal["top", "center", "bottom"] | Align | None = None
-    """What lines up where the relation leaves it open: heights (`top`, `center`, `bottom`), or each axis."""
+    """Alignment that the relation leaves open: of the heights (`top`, `center`, `bottom`), or of each axis."""
     clearance: NonNegative = 0.0
-    """Gap [m] that is left between the two surfaces."""
+    """Gap [m] between the two surfaces."""
     offset: Vec3 = (0.0, 0.0, 0.0)
-    """Moved by this [m] in the end; `on` and `inside` let it down there."""
+    """Final displacement [m]; `on` and `inside` lower the body at the displaced position."""
     facing: Selector | Vec3 | None = None
-    """Turned about the vertical until its +x axis points towards this body or point [m]."""
+    """Body or point [m] that its +x axis points to, by a rotation about the vertical."""
     flush_deg: Real | None = None
-    """With `on` and `above`: laid flat on the face of the other that is on top at that place, however it leans, and
-    turned about its normal by this [deg]. At 0 it is tipped with the face, and not turned. A pattern of copies leans
-    with them."""
+    """With `on` and `above`: the body lies flat on the top face of the other at that position, whatever its slope,
+    rotated about the face's normal by this angle [deg]. At 0 it is tilted with the face, but not rotated. A pattern of
+    copies is tilted as well."""
     quat: Quat | None = None
     """Orientation (w, x, y, z)."""
     euler_deg: Vec3 | None = None
-    """Orientation [deg]: turns about the fixed x, then y, then z axis."""
+    """Orientation [deg]: rotations about the fixed x, then y, then z axis."""
 
     @model_validator(mode="after")
     def _one_relation(self) -> "Place":
@@ -89,7 +90,7 @@ class Place(Model):
         if len(given) != 1:
             raise ValueError(
                 f"exactly one of {', '.join(RELATIONS)} is needed (got {', '.join(given) or 'none'}); "
-                "what it leaves open is said by align, at and offset"
+                "align, at and offset refine it"
             )
         if self.quat is not None and self.euler_deg is not None:
             raise ValueError("give either quat or euler_deg, not both")
@@ -102,11 +103,11 @@ class Place(Model):
 
     @property
     def target(self) -> str:
-        """The selector of the body that the relation is to."""
+        """The selector of the body that the relation refers to."""
         return getattr(self, self.relation)
 
     def alignment(self, axis: int) -> End | None:
-        """Return which parts line up along an axis (0, 1, 2); None if the author says nothing of it."""
+        """Return the alignment along an axis (0, 1, 2); None if none is given."""
         if isinstance(self.align, Align):
             return (self.align.x, self.align.y, self.align.z)[axis]
         if self.align is None or axis != 2:

@@ -1,4 +1,4 @@
-"""Prefabs as they are written: bodies with parameters."""
+"""Prefabs as written in a case or file: bodies with parameters."""
 
 from typing import Annotated, Any, Literal
 
@@ -27,10 +27,10 @@ class PrefabParam(Model):
     """A parameter of a prefab."""
 
     kind: ParamKind
-    """What it takes: `number`, `integer`, `length` [m], greater than 0, `angle_deg` [deg], `vec2`, `vec3`, `text`,
-    `color`, `bool`, `choice`, `body` (a selector)."""
+    """Kind of its values: `number`, `integer`, `length` [m] (greater than 0), `angle_deg` [deg], `vec2`, `vec3`,
+    `text`, `color`, `bool`, `choice`, `body` (a selector)."""
     default: Any = None
-    """Its value if none is given, which may be an expression over the other parameters; required if left out."""
+    """Default value, which may be an expression of the other parameters; without one the parameter is required."""
     min: Real | None = None
     """Smallest number, or smallest item of a vector."""
     max: Real | None = None
@@ -38,34 +38,34 @@ class PrefabParam(Model):
     of: Annotated[list[Annotated[str, Field(max_length=100)]], Field(min_length=1, max_length=100)] | None = None
     """With `choice`: the words to choose from."""
     doc: str = Field(default="", max_length=2000)
-    """What it is for."""
+    """Its purpose."""
 
     @model_validator(mode="after")
     def _fitting(self) -> "PrefabParam":
         if self.kind not in NUMERIC and (self.min is not None or self.max is not None):
-            raise ValueError(f"min and max go with {', '.join(NUMERIC)}, not with {self.kind}")
+            raise ValueError(f"min and max need one of the kinds {', '.join(NUMERIC)} (got {self.kind})")
         if self.min is not None and self.max is not None and self.max < self.min:
             raise ValueError(f"max must not be smaller than min (got {self.max:g} and {self.min:g})")
         if (self.of is not None) != (self.kind == "choice"):
-            raise ValueError("`of` is missing: the words to choose from" if self.of is None else "of goes with choice")
+            raise ValueError("choice needs `of`, the words to choose from" if self.of is None else "of needs choice")
         return self
 
 
 class Prefab(Model):
     """A body with parameters, or several.
 
-    Inside it `${…}` knows its own parameters and what varies from copy to copy (`i`, `n`, `u`, `row`, `column`,
-    `layer`), and nothing of the case.
+    Inside it, `${…}` can use its own parameters and the variables of copies (`i`, `n`, `u`, `row`, `column`, `layer`),
+    but nothing of the case.
     """
 
     doc: str = Field(default="", max_length=4000)
     """What it is, and where its origin is."""
     params: dict[Name, PrefabParam] = Field(default_factory=dict, max_length=100)
-    """What can be given `with` its use, by name."""
+    """Parameters by name, which `with` sets where it is used."""
     body: dict[str, Any] | None = None
     """The one body, as in `bodies`."""
     bodies: Annotated[dict[Name, dict[str, Any]], Field(min_length=1, max_length=200)] | None = None
-    """Several bodies, by name of the part. In the case they are called `NAME_PART`."""
+    """Several bodies, by name of the part. Their names in the case are `NAME_PART`."""
 
     @model_validator(mode="after")
     def _one_form(self) -> "Prefab":
@@ -80,14 +80,14 @@ class PrefabFile(Prefab):
     text2sim: Any
     """Version of the language."""
     prefab: Name
-    """Its name, that of the file."""
+    """Its name, equal to that of the file."""
 
 
 class Use(Model):
     """A body, or several, from a prefab.
 
-    Whatever else stands here is laid over the prefab's body: `place`, `repeat`, `look`, `material` and so on. Of a
-    prefab with several bodies, it goes by the name of the part.
+    All other keys override those of the prefab's body: `place`, `repeat`, `look`, `material` and so on. For a prefab
+    with several bodies they are given under the name of the part.
     """
 
     use: Name

@@ -1,4 +1,4 @@
-"""Regions on bodies: a side, an edge, a corner of one, said in its own frame."""
+"""Regions on bodies: sides, edges, corners and other parts, in the body's own frame."""
 
 from typing import Annotated, Literal
 
@@ -16,19 +16,19 @@ SIDES: dict[str, tuple[int, int]] = {
     "bottom": (2, -1),
     "top": (2, 1),
 }
-"""Axis and direction of every side, in the body's own frame."""
+"""Axis and sign of every side, in the body's own frame."""
 FORMS = ("face", "edge", "corner", "box", "sphere", "nearest")
 
 
 class Block(Bounds):
-    """A box along the axes of the body's frame."""
+    """A box aligned with the axes of the body's frame."""
 
 
 class Ball(Model):
-    """A ball about a point of the body's frame."""
+    """A sphere around a point of the body's frame."""
 
     center: Vec3
-    """Its middle [m]."""
+    """Its centre [m]."""
     radius: Positive
     """Radius [m]."""
 
@@ -36,23 +36,22 @@ class Ball(Model):
 class BodyRegion(Model):
     """A part of a body's surface, in the body's own frame: exactly one of these.
 
-    The sides of a body are those of its bounds in its own frame, as it is described before it is turned: left is -x,
-    front -y, bottom -z.
+    The sides are those of the body's bounds in its own frame, before any rotation: left is -x, front -y, bottom -z.
     """
 
     face: Side | None = None
-    """All that lies farthest out on this side."""
+    """The outermost points on this side."""
     edge: Side | Annotated[list[Side], Field(min_length=2, max_length=2)] | None = None
-    """Where two sides meet. Of something flat one side will do: `left` is the left edge of a sheet, and the left edge
-    of a table's top in `place.at`."""
+    """The line where two sides meet. For flat bodies one side is enough: `left` is the left edge of a sheet, or in
+    `place.at` that of a table top."""
     corner: Annotated[list[Side], Field(min_length=2, max_length=3)] | None = None
-    """Where three sides meet; of something flat, two."""
+    """The point where three sides meet, or two of a flat body."""
     box: Block | None = None
-    """What lies in a box."""
+    """The part inside a box."""
     sphere: Ball | None = None
-    """What lies in a ball."""
+    """The part inside a sphere."""
     nearest: Vec3 | None = None
-    """The one point of the surface that is nearest to this one [m]."""
+    """The one point of the surface that is nearest to this point [m]."""
 
     @model_validator(mode="after")
     def _one_form(self) -> "BodyRegion":
@@ -69,12 +68,12 @@ class BodyRegion(Model):
 
     @property
     def form(self) -> str:
-        """The one form that is given."""
+        """The name of the one form that is given."""
         return next(name for name in FORMS if getattr(self, name) is not None)
 
     @property
     def sides(self) -> tuple[Side, ...]:
-        """The sides that are named: none for a box, a sphere or a nearest point."""
+        """The named sides; none for a box, a sphere or a nearest point."""
         if self.corner is not None:
             return tuple(self.corner)
         if self.face is not None:
@@ -90,9 +89,9 @@ class BodyRegion(Model):
 
 
 class BodyPoint(Model):
-    """A place on a body: the middle of one of its regions."""
+    """A point on a body: the centre of one of its regions."""
 
     body: Selector
-    """A body or static, one copy or one link of it."""
+    """A body or static, or one copy or link of it."""
     region: BodyRegion
-    """Which part of it."""
+    """The region."""

@@ -1,7 +1,7 @@
 """Patterns of copies.
 
-Inside a repeated body these may stand in ``${…}``: ``i`` (0, 1, …), ``n`` (how many), ``u`` (``i/(n-1)``, 0
-to 1), ``row``, ``column``, ``layer``.
+In a repeated body ``${…}`` can use ``i`` (0, 1, …), ``n`` (number of copies), ``u`` (``i/(n-1)``, 0 to 1), ``row``,
+``column`` and ``layer``.
 """
 
 from typing import Annotated, Literal
@@ -13,15 +13,15 @@ from text2sim.spec_schema.models.space import Region
 
 
 class Line(Model):
-    """Copies in a row. For any other row, such as an arch or a fan, `step: [0, 0, 0]`, and `i` in the body's `pose`."""
+    """Copies in a row. For other rows, such as an arch, use `step: [0, 0, 0]` and `i` in the body's `pose`."""
 
     kind: Literal["line"]
     count: Count
-    """How many copies."""
+    """Number of copies."""
     step: Vec3
-    """From one copy to the next [m]."""
+    """Displacement [m] from one copy to the next."""
     start: Vec3 | None = None
-    """Position [m] of the first copy, instead of `pos` in the body's pose, whose orientation holds."""
+    """Position [m] of the first copy, instead of `pos` in the body's pose; the orientation is that of the pose."""
 
 
 class Grid(Model):
@@ -35,33 +35,33 @@ class Grid(Model):
 
 
 class Ring(Model):
-    """Copies on a circle about the vertical through the body's pose."""
+    """Copies on a circle around the vertical axis through the body's pose."""
 
     kind: Literal["ring"]
     count: Count
-    """How many copies."""
+    """Number of copies."""
     radius: Length
     """Radius [m]."""
     start_deg: Real = 0.0
     """Angle [deg] of the first copy from +x."""
     arc_deg: Real = Field(default=360.0, gt=0, le=360.0)
-    """Part of the circle that is filled; at less than 360 the last copy stands at its end."""
+    """Angle [deg] of the arc with copies; below 360 the last copy is at its end."""
     turn: Bool = True
-    """Turn each copy with the circle."""
+    """Rotate each copy with the circle."""
 
 
 class Spiral(Model):
-    """Copies along a flat spiral about the body's vertical, evenly spaced and turned with it."""
+    """Copies along a flat spiral around the vertical axis of the body's pose, evenly spaced and rotated with it."""
 
     kind: Literal["spiral"]
     count: Count
-    """How many copies."""
+    """Number of copies."""
     inner_radius: Length
     """Radius [m] at the first copy."""
     spacing: Length
     """Distance [m] between neighbours along the curve."""
     pitch: Length
-    """Growth [m] of the radius in one turn."""
+    """Growth [m] of the radius per turn."""
     outward: Bool = True
     """False puts the first copy at the outer end."""
 
@@ -71,50 +71,49 @@ class Stack(Model):
 
     kind: Literal["stack"]
     count: Count
-    """How many copies."""
+    """Number of copies."""
     gap: NonNegative = 0.0
     """Gap [m] between neighbours."""
 
 
 class RunningBond(Model):
-    """A wall of boxes: the joints of a row stand over the middles of the row below; along x, one box deep."""
+    """A wall of boxes along x, one box deep, with the joints of each row above the middles of the row below."""
 
     kind: Literal["running_bond"]
     rows: Count
-    """Rows of boxes on top of each other."""
+    """Number of rows on top of each other."""
     columns: Count
-    """Boxes in a row."""
+    """Number of boxes in a row."""
     gap: NonNegative = 0.0
     """Gap [m] between the boxes of a row; rows lie directly on each other."""
     ends: Literal["half", "open"] = "half"
-    """`half` closes every second row with half boxes; `open` leaves the ends toothed (the end boxes hang
-    over)."""
+    """`half` closes every second row with half boxes; `open` leaves the ends toothed, with overhanging boxes."""
 
 
 def _in_the_world(region: Region) -> Region:
     if region.moves_with is not None:
-        raise ValueError("copies are packed at the start: moves_with is for measures and events")
+        raise ValueError("moves_with is for measures and events; copies are packed at the start")
     return region
 
 
 class Packing(Model):
-    """Copies at random in a region, without overlap."""
+    """Copies at random positions in a region, without overlap."""
 
     kind: Literal["packing"]
     count: Count
-    """How many copies."""
+    """Number of copies."""
     region: Annotated[Region, AfterValidator(_in_the_world)]
-    """Where they lie; every copy is wholly inside."""
+    """The region, which contains every copy completely."""
     seed: Integer = Field(default=0, ge=0)
     """Same seed, same packing."""
     gap: NonNegative = 0.001
-    """Least gap [m] between neighbours."""
+    """Smallest gap [m] between neighbours."""
     turn: Literal["random", "yaw", "none"] = "random"
-    """Orientation: anyhow, about the vertical only, or as the body's pose says."""
+    """Orientation: random, random about the vertical only, or that of the body's pose."""
 
 
 class Glyphs(Model):
-    """One copy for each letter of a text or piece of a sketch, where it stands in the line or the picture."""
+    """One copy for each letter of a text or piece of a sketch, at its position in the line or the picture."""
 
     kind: Literal["glyphs"]
 

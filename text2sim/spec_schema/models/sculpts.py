@@ -1,4 +1,4 @@
-"""Sculpted shapes: parts that are joined smoothly into one solid."""
+"""Sculpted shapes: parts that are blended into one solid."""
 
 from typing import Annotated, Literal
 
@@ -27,30 +27,30 @@ Points = Annotated[list[Vec3], Field(min_length=2, max_length=48)]
 
 
 class SculptPart(Model):
-    """What every part of a sculpt has."""
+    """Fields of every part of a sculpt."""
 
     op: Literal["add", "cut", "paint"] = "add"
-    """`add` joins it to the whole; `cut` takes it away from all that is joined; `paint` only gives its look to the
-    surface that lies within it."""
+    """`add` joins it to the whole; `cut` subtracts it from all joined parts; `paint` only applies its look to the
+    surface inside it."""
     pose: Pose = Pose.model_construct()
-    """Where the part sits in the shape's frame."""
+    """Pose of the part in the shape's frame."""
     mirror: AxisName | None = None
-    """The part stands a second time, mirrored: with `y`, at minus y."""
+    """Add a mirrored copy of the part: with `y`, at minus y."""
     blend: NonNegative | None = None
-    """Radius [m] of the fillet to what came before it, or of the rounded rim of a cut; `blend` of the shape if left
-    out."""
+    """Radius [m] of the fillet to the preceding parts, or of the rounded rim of a cut; by default `blend` of the
+    shape."""
     look: Look | None = None
-    """Look of the surface next to this part (of what it cuts, of what it paints), if it differs from the body's."""
+    """Look of the surface next to this part (for `cut` and `paint`, of that surface), if it differs from the body's."""
     repeat: Multiple | None = None
-    """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such parts, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
 
 class SculptEllipsoid(SculptPart):
-    """An ellipsoid; a ball with three equal radii."""
+    """An ellipsoid; a sphere if all radii are equal."""
 
     kind: Literal["ellipsoid"]
     radii: Size3
-    """Half lengths [m] along x, y, z."""
+    """Semi-axes [m] along x, y, z."""
 
 
 class SculptBox(SculptPart):
@@ -72,46 +72,46 @@ class SculptBox(SculptPart):
 
 
 class SculptLimb(SculptPart):
-    """A round bar along a curve: arms, tails, necks, handles, wires. With two points, a round cone."""
+    """A round bar along a curve, for arms, tails, necks, handles, wires. With two points, a round cone."""
 
     kind: Literal["limb"]
     points: Points
-    """Points [m] of its middle line, whose ends are round."""
+    """Points [m] of its centre line; the ends are round."""
     radii: Length | list[Length]
-    """Radius [m]: one, or one at each point."""
+    """Radius [m]: one for all points, or one for each."""
     smooth: Bool = True
-    """The line is a curve through the points (Catmull-Rom); if false, straight from each to the next."""
+    """Use a curve through the points (Catmull-Rom) instead of straight lines."""
 
     @model_validator(mode="after")
     def _match(self) -> "SculptLimb":
         if isinstance(self.radii, list) and len(self.radii) != len(self.points):
             raise ValueError(f"give one radius, or one for each point (got {len(self.radii)} and {len(self.points)})")
         if any(a == b for a, b in zip(self.points, self.points[1:], strict=False)):
-            raise ValueError("two points that follow each other must differ")
+            raise ValueError("consecutive points must differ")
         return self
 
 
 class SculptRevolve(SculptPart):
-    """A profile that is turned about z: pots, bottles, wheels, knobs."""
+    """A profile revolved about z: pots, bottles, wheels, knobs."""
 
     kind: Literal["revolve"]
     profile: list[Vec2] = Field(min_length=2, max_length=64)
-    """Points (radius, height) [m]. The line is closed by the axis, or, with `closed`, by itself."""
+    """Points (radius, height) [m] of a line that is closed by the axis or, with `closed`, by itself."""
     smooth: Bool = False
-    """The line is a curve through the points (Catmull-Rom); if false, it has corners."""
+    """Use a curve through the points (Catmull-Rom) instead of straight lines."""
     closed: Bool = False
-    """The last point is joined to the first, which makes a ring; if false, both are joined to the axis."""
+    """Join the last point to the first, which makes a ring, instead of both to the axis."""
 
     @model_validator(mode="after")
     def _outside(self) -> "SculptRevolve":
         if any(radius < 0 for radius, _ in self.profile):
-            raise ValueError("a radius of the profile must not be negative")
+            raise ValueError("radii of the profile must not be negative")
         if self.closed and len(self.profile) < 3:
-            raise ValueError("a closed profile needs three points or more")
+            raise ValueError("a closed profile needs at least three points")
         if max(radius for radius, _ in self.profile) <= 0:
             raise ValueError("the profile lies on the axis: it encloses nothing")
         if any(a == b for a, b in zip(self.profile, self.profile[1:], strict=False)):
-            raise ValueError("two points that follow each other must differ")
+            raise ValueError("consecutive points must differ")
         return self
 
 
@@ -119,30 +119,30 @@ class Section(Model):
     """A cross-section of a loft."""
 
     at: Real
-    """Where on the axis [m]."""
+    """Position [m] along the axis."""
     size: Size2
     """Full lengths [m] along the two other axes, in the order x, y, z."""
     center: Vec2 = (0.0, 0.0)
-    """Its middle [m] along the same two axes."""
+    """Its centre [m] along the same two axes."""
     squareness: Fraction = 0.0
-    """0: an ellipse; 1: a rectangle; between them, a rounded one."""
+    """0 is an ellipse, 1 a rectangle; values between are rounded rectangles."""
 
 
 class SculptLoft(SculptPart):
-    """A smooth body through cross-sections: hulls, fuselages, car bodies, blades, fins."""
+    """A smooth solid through cross-sections: hulls, fuselages, car bodies, blades, fins."""
 
     kind: Literal["loft"]
     axis: AxisName = "x"
-    """Along which the sections follow each other."""
+    """Axis along which the sections are placed."""
     sections: list[Section] = Field(min_length=2, max_length=48)
-    """By growing `at`; the first and the last are its flat ends."""
+    """Cross-sections by ascending `at`; the first and the last are its flat ends."""
     smooth: Bool = True
-    """Sizes and middles follow curves through the sections (monotone cubic); if false, straight lines."""
+    """Interpolate sizes and centres with curves through the sections (monotone cubic) instead of straight lines."""
 
     @model_validator(mode="after")
     def _ordered(self) -> "SculptLoft":
         if any(b.at <= a.at for a, b in zip(self.sections, self.sections[1:], strict=False)):
-            raise ValueError("`at` must grow from section to section")
+            raise ValueError("`at` must be ascending")
         return self
 
 
@@ -150,28 +150,27 @@ AnySculptPart = Annotated[SculptEllipsoid | SculptBox | SculptLimb | SculptRevol
 
 
 class Sculpt(Model):
-    """A solid of parts that flow into each other: animals, tools, vessels, vehicles.
+    """A solid of parts that blend into each other: animals, tools, vessels, vehicles.
 
-    Parts are joined in their order, then all cuts are made, then it is painted. It becomes a closed mesh, whose mass,
-    centre of mass and inertia the body has. For contact, each part is one or several convex pieces; cuts are not hollow
-    for contact, unless `collision` is `decompose`.
+    Parts are joined in their order, then all cuts are made, then paint is applied. The result is a closed mesh, which
+    determines mass, centre of mass and inertia. For contact, each part is one or several convex pieces; contact ignores
+    cuts unless `collision` is `decompose`.
     """
 
     kind: Literal["sculpt"]
     parts: dict[Name, AnySculptPart] = Field(min_length=1, max_length=100)
-    """The parts by name."""
+    """Parts by name."""
     blend: NonNegative = 0.0
-    """Radius [m] of the fillets where parts meet; parts whose surfaces nearly coincide swell there by up to 0.4 of
-    it."""
+    """Radius [m] of the fillets where parts meet; where surfaces nearly coincide, parts swell by up to 0.4 of it."""
     detail: Length | None = None
-    """Cell [m] of the grid on which it is made; if left out, a fifth of the thinnest part, as far as the limit of cells
-    allows."""
+    """Cell [m] of the grid on which the mesh is made; by default a fifth of the thinnest part, within the limit of
+    cells."""
     collision: Literal["parts", "hull", "decompose"] = "parts"
-    """Contact by convex pieces of the parts, by the convex hull of the whole, or by convex pieces that the engine finds
-    in seconds."""
+    """Contact by convex pieces of the parts, by the convex hull of the whole, or by convex pieces of the whole, which
+    the engine takes seconds to find."""
 
     @model_validator(mode="after")
     def _something(self) -> "Sculpt":
         if all(part.op != "add" for part in self.parts.values()):
-            raise ValueError("one part at least must have op `add`")
+            raise ValueError("at least one part must have op `add`")
         return self

@@ -1,4 +1,4 @@
-"""Shapes. Each is centred on its frame's origin, with its axis along z, unless it says otherwise."""
+"""Shapes, centred on the origin of their frame and with the axis along z unless stated otherwise."""
 
 from math import hypot, pi
 from typing import Annotated, Literal
@@ -29,7 +29,7 @@ Segments = Annotated[Integer, Field(ge=6, le=64)]
 
 
 FLATTEST = 1e-4
-"""Least thickness of a polyhedron, as a part of its largest extent."""
+"""Smallest thickness of a polyhedron, as a fraction of its largest extent."""
 
 
 def _cross(u: list[float], v: list[float]) -> tuple[float, float, float]:
@@ -37,11 +37,11 @@ def _cross(u: list[float], v: list[float]) -> tuple[float, float, float]:
 
 
 class Plane(Model):
-    """The horizontal ground z = 0 of its frame, without end. For statics only."""
+    """The horizontal ground z = 0 of its frame. For statics only."""
 
     kind: Literal["plane"]
     size: Length = 40.0
-    """Side [m] of the square around its origin that is drawn and that bodies touch: beside it they fall."""
+    """Side [m] of the square around its origin that is drawn and that supports bodies; outside it they fall."""
 
 
 class Box(Model):
@@ -71,17 +71,17 @@ class Cylinder(Model):
 
 
 class Capsule(Model):
-    """A cylinder along z with half spheres on both ends."""
+    """A cylinder along z with a hemisphere at each end."""
 
     kind: Literal["capsule"]
     radius: Length
     """Radius [m]."""
     length: Length
-    """Length [m] of the straight part: the whole is `length + 2 radius`."""
+    """Length [m] of the straight part; the total length is `length + 2 radius`."""
 
 
 class Cone(Model):
-    """A cone along z, its tip up; its frame is half way up."""
+    """A cone along z with its tip up; its frame is at half its height."""
 
     kind: Literal["cone"]
     radius: Length
@@ -95,7 +95,7 @@ class Polyhedron(Model):
 
     kind: Literal["polyhedron"]
     points: Annotated[list[Vec3], Field(min_length=4, max_length=64)]
-    """Corners [m] in the body's frame, in any order; what lies inside of the others does not count."""
+    """Corners [m] in the body's frame, in any order; points inside the hull of the others are ignored."""
 
     @model_validator(mode="after")
     def _solid(self) -> "Polyhedron":
@@ -105,7 +105,7 @@ class Polyhedron(Model):
         normal = max((_cross(u, v) for v in away), key=lambda n: hypot(*n))
         size, area = hypot(*u), hypot(*normal)
         if size > 1e6:
-            raise ValueError(f"its points are up to {size:g} m apart; 1000 km at most")
+            raise ValueError(f"its points are up to {size:g} m apart, more than 1000 km")
         heights = [sum(n * c for n, c in zip(normal, v, strict=True)) / area for v in away] if area > 0 else [0.0]
         thin = max(heights) - min(heights)
         if thin < max(1e-6, FLATTEST * size):
@@ -118,19 +118,19 @@ class Ellipsoid(Model):
 
     kind: Literal["ellipsoid"]
     radii: Size3
-    """Half lengths [m] along x, y, z."""
+    """Semi-axes [m] along x, y, z."""
 
 
 class Torus(Model):
-    """A ring about z, made of capsules.
+    """A ring around z, made of capsules.
 
-    Its hole is a polygon: clear to `radius cos(180 deg / segments) - bar_radius`. Rings that hang in each other have
-    their middles at most `2 (radius - bar_radius)` apart.
+    Its hole is a polygon with an inscribed circle of radius `radius cos(180 deg / segments) - bar_radius`. The centres
+    of linked rings are at most `2 (radius - bar_radius)` apart.
     """
 
     kind: Literal["torus"]
     radius: Length
-    """Radius [m] of the circle at the middle of the bar."""
+    """Radius [m] of the centre line of the bar."""
     bar_radius: Length
     """Radius [m] of the bar."""
     segments: Segments = 16
@@ -145,7 +145,7 @@ class Torus(Model):
 
 
 class Tube(Model):
-    """A hollow cylinder along z, open at both ends, made of convex staves; its frame is half way up its axis."""
+    """A hollow cylinder along z, open at both ends, made of convex staves; its frame is at half its height."""
 
     kind: Literal["tube"]
     outer_radius: Length
@@ -166,13 +166,13 @@ class Tube(Model):
 
 
 class Cup(Model):
-    """A tube with a floor, open at the top; made of convex pieces."""
+    """A tube with a floor, open at the top, made of convex pieces."""
 
     kind: Literal["cup"]
     radius: Length
     """Outer radius [m]."""
     height: Length
-    """Height [m] over all."""
+    """Overall height [m]."""
     thickness: Length
     """Thickness [m] of wall and floor."""
     segments: Segments = 24
@@ -186,10 +186,10 @@ class Cup(Model):
 
 
 class Funnel(Model):
-    """A cone's wall along z, open at both ends; made of convex staves.
+    """A conical wall along z, open at both ends, made of convex staves.
 
-    Its frame is half way up its axis, and its top at +z, whichever end is the wider. To lie along x,
-    `euler_deg: [0, -90, 0]` turns the top to -x.
+    Its frame is at half its height, and its top at +z, whichever end is wider. `euler_deg: [0, -90, 0]` lays it along
+    x, with the top at -x.
     """
 
     kind: Literal["funnel"]
@@ -200,47 +200,48 @@ class Funnel(Model):
     height: Length
     """Height [m]."""
     thickness: Length
-    """Thickness [m] of the wall, measured along the radius."""
+    """Thickness [m] of the wall in the radial direction."""
     segments: Segments = 24
     """Staves around the wall."""
 
 
 class Mesh(Model):
-    """A triangle mesh from the case's folder. Its own colours and picture hold unless the look has a `color`.
+    """A triangle mesh from the case's folder. It has its own colours and texture unless the look has a `color`.
 
-    Mass and centre of mass are those of the solid that the surface encloses, or, where it is open, of its
-    convex hull. In .glb and .gltf files y points up; here that becomes z.
+    Mass and centre of mass are those of the enclosed solid or, for an open surface, of its convex hull. The y axis of
+    .glb and .gltf files, which points up, becomes z.
     """
 
     kind: Literal["mesh"]
     file: str = Field(max_length=200)
-    """Path inside the case's folder: .obj, .stl, .ply, .glb or .gltf; `genesis:` before it means the engine's own
+    """Path inside the case's folder: .obj, .stl, .ply, .glb or .gltf; the prefix `genesis:` denotes the engine's own
     assets."""
     scale: Positive = 1.0
     """Factor from the file's unit to metres."""
     collision: Literal["hull", "decompose", "exact"] = "hull"
     """Contact by its convex hull, by several convex pieces, which take seconds to find, or by the surface itself, with
-    its holes and threads (a closed one, through a field of distances; see contact.md); all meshes of a body alike."""
+    its holes and threads (if closed, as a signed distance field; see contact.md). It is the same for all meshes of a
+    body."""
     cell: Length | None = None
-    """Of `exact`: distance [m] of the nodes of the field, within which edges are rounded. If left out, a 95th of its
-    grid, which is a fifth longer than the mesh, or half of thinner walls, down to a 127th."""
+    """With `exact`: distance [m] of the nodes of the field, within which edges are rounded. By default 1/95 of the
+    grid, which is a fifth longer than the mesh, or half of the thickness of thinner walls, but at least 1/127."""
 
     @model_validator(mode="after")
     def _gridded(self) -> "Mesh":
         if self.cell is not None and self.collision != "exact":
-            raise ValueError(f"cell belongs to collision: exact (this mesh has collision: {self.collision})")
+            raise ValueError(f"cell needs collision: exact (got {self.collision})")
         return self
 
 
 class Text(Model):
-    """Letters as a solid, upright: width along x, height along z, depth along y; centred.
+    """Upright letters as a centred solid: width along x, height along z, depth along y.
 
     The font is DejaVu Sans Bold.
     """
 
     kind: Literal["text"]
     text: str = Field(min_length=1, max_length=200)
-    """What it says; after a line break a new line begins, 1.5 heights below, at the left."""
+    """The text; a line break begins a new line 1.5 heights below, at the left."""
     height: Length
     """Height [m] of a capital letter."""
     depth: Length
@@ -248,13 +249,13 @@ class Text(Model):
     font: str | None = Field(default=None, max_length=200)
     """A .ttf or .otf file inside the case's folder instead of the built-in font."""
     part: Annotated[Integer, Field(ge=0, le=1000)] | None = None
-    """Only this letter, counted from 0 without blanks; all if left out."""
+    """Index of the only letter, from 0 and without blanks; by default all letters."""
 
 
 class Sketch(Model):
-    """What is drawn in a picture, as a solid, upright: width along x, height along z, depth along y; centred.
+    """An upright drawing from a picture as a centred solid: width along x, height along z, depth along y.
 
-    Strokes and filled forms count where they are darker than the paper. Specks are left out.
+    Strokes and filled forms become solid where they are darker than the paper. Specks are ignored.
     """
 
     kind: Literal["sketch"]
@@ -265,7 +266,7 @@ class Sketch(Model):
     depth: Length
     """Thickness [m] along y."""
     part: Annotated[Integer, Field(ge=0, le=1000)] | None = None
-    """Only this connected piece, counted from 0 by rows from left to right; all if left out."""
+    """Index of the only connected piece, from 0 by rows from left to right; by default all pieces."""
 
 
 class Sheet(Model):
@@ -275,35 +276,35 @@ class Sheet(Model):
     size: Size2
     """Lengths [m] along x and y."""
     sag: NonNegative = 0.0
-    """How deep [m] its middle hangs at the start below its left and right edges, which come nearer to each other: a
-    hammock, an awning; up to 0.45 of its length. It is a parabola as long as the sheet, L, with the origin between its
-    ends; they are `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
+    """Depth [m] of its middle at the start below its left and right edges, as in a hammock or awning; at most 0.45 of
+    its length L. The sheet is then a parabola of length L with the origin between its ends, which are
+    `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
     over: Length | None = None
-    """It hangs over a bar along y at its origin, down on both sides: a scarf, a towel, a blanket on a line. Radius [m]
-    of the fold: that of the bar, and the distance that cloth keeps from it (half a `cell`). `edge: left` is its hem on
-    that side; `face: left` all that hangs there."""
+    """Radius [m] of the fold of a sheet that hangs over a bar along y at its origin, down on both sides, as a scarf or
+    a towel on a line: the radius of the bar plus the distance that cloth keeps from it (half a `cell`). `edge: left` is
+    its hem on that side, `face: left` all of that side."""
     over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
-    """With `over`: part of its length that hangs to the left (-x) of the bar's top."""
+    """With `over`: fraction of its length to the left (-x) of the bar's top."""
     folds: int = Field(default=0, ge=0, le=200)
-    """Waves along x in which it lies or hangs at the start, as a curtain does; they rise and fall along z, and begin at
-    its left edge, halfway up. Its sides are then as near to each other as the waves make them."""
+    """Number of waves along x at the start, as in a curtain. They rise and fall along z, begin at half their height at
+    its left edge, and shorten the sheet accordingly."""
     fullness: Annotated[Real, Field(gt=1, le=4)] = 1.2
-    """With `folds`: its length over the width that it takes up."""
+    """With `folds`: length of the sheet over the width that it occupies."""
     texture: str | None = Field(default=None, max_length=200)
-    """A picture inside the case's folder, .png or .jpg, laid over it once."""
+    """A picture inside the case's folder, .png or .jpg, that covers it once."""
 
     @model_validator(mode="after")
     def _hangs(self) -> "Sheet":
         long = self.size[0]
         if self.sag > 0.45 * long:
-            raise ValueError(f"a sheet of {long:g} m along x sags by {0.45 * long:g} m at most (got {self.sag:g} m)")
+            raise ValueError(f"sag may be at most 0.45 of the length, {0.45 * long:g} m (got {self.sag:g} m)")
         if bool(self.sag) + (self.over is not None) + bool(self.folds) > 1:
-            raise ValueError("give one of sag, over and folds")
+            raise ValueError("give at most one of sag, over, folds")
         if self.over is None:
             return self
         shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over
         if shorter < fold:
-            raise ValueError(f"its shorter side, {shorter:g} m, does not reach round the fold: at least {fold:.3g} m")
+            raise ValueError(f"the shorter side must reach around the fold, {fold:.3g} m or more (got {shorter:g} m)")
         return self
 
 
@@ -330,47 +331,47 @@ class Part(Model):
     """One piece of a compound."""
 
     shape: SolidShape
-    """What the piece is shaped like."""
+    """Shape of the piece."""
     pose: Pose = Pose.model_construct()
-    """Where the piece sits in the body's frame."""
+    """Pose of the piece in the body's frame."""
     density: Density | None = None
     """Density [kg/m3], if it differs from the body's material."""
     look: Look | None = None
     """Look, if it differs from the body's."""
     repeat: Multiple | None = None
-    """So many of these parts, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such parts, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
     decor: Bool = False
-    """Only drawn, as hoops, handles, eyes and buttons are: it weighs nothing and touches nothing."""
+    """Only draw the piece, such as a hoop, handle, eye or button, without mass and contact."""
 
     @model_validator(mode="after")
     def _weightless(self) -> "Part":
         if self.decor and self.density is not None:
-            raise ValueError("what is only drawn (decor: true) has no density")
+            raise ValueError("a part that is only drawn (decor: true) has no density")
         return self
 
 
 class Compound(Model):
-    """Several pieces that move as one body. Each weighs by itself: where they overlap, what they share weighs twice."""
+    """Several pieces that move as one body. Their masses add up: overlaps count twice."""
 
     kind: Literal["compound"]
     parts: dict[Name, Part] = Field(min_length=1, max_length=200)
-    """The pieces by name."""
+    """Pieces by name."""
 
     @model_validator(mode="after")
     def _solid(self) -> "Compound":
         if not self.solids:
-            raise ValueError("all its parts are only drawn (decor: true); one at least must have mass")
+            raise ValueError("all its parts are only drawn (decor: true); at least one must have mass")
         return self
 
     @property
     def solids(self) -> dict[str, Part]:
-        """The pieces that weigh and touch, by name."""
+        """The pieces with mass and contact, by name."""
         return {name: part for name, part in self.parts.items() if not part.decor}
 
 
 Shape = Annotated[_Solid | Sculpt | Compound, ByKind()]
 StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, ByKind()]
 SoftShape = Shape
-"""What deforms as a volume: any solid, and of a compound the union of its parts."""
+"""The shape of a soft volume: any solid, or the union of the parts of a compound."""
 ClothShape = Annotated[Sheet | Mesh, ByKind()]
-"""A sheet, or a mesh that is an open surface."""
+"""A sheet, or a mesh with an open surface."""

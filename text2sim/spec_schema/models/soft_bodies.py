@@ -1,4 +1,4 @@
-"""Bodies that change their shape: soft bodies, cloth, ropes, grains, liquids, snow."""
+"""Deformable bodies: soft bodies, cloth, ropes, grains, liquids, snow."""
 
 from typing import Annotated, Any, Literal
 
@@ -20,30 +20,30 @@ ONLY_WITH = {
     "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
     "pbd": ("stretch_compliance", "bending_compliance", "air_resistance"),
 }
-"""Fields of a cloth's material that one solver knows and the other does not."""
+"""Fields of a cloth's material that only one solver supports."""
 
 
 class Soft(Deformable):
-    """A volume that deforms: rubber, foam, jelly, clay."""
+    """A deformable solid: rubber, foam, jelly, clay."""
 
     kind: Literal["soft"]
     solver: Literal["fem", "mpm"] | None = None
-    """`mpm` moves particles through a grid: any contact, large strains, coarse surfaces. `fem` moves the corners
-    of tetrahedra: exact shapes, slow contact. If left out, what `scene.contact.model` goes with; else mpm."""
+    """`mpm` moves particles through a grid: any contact, large strains, coarse surfaces. `fem` moves the corners of
+    tetrahedra: exact shapes, slow contact. By default the one that `scene.contact.model` implies, otherwise mpm."""
     shape: SoftShape
-    """What it is shaped like before anything acts on it."""
+    """Its undeformed shape."""
     cell: Length | None = None
-    """Wanted length [m] of an element: the grid's cell in mpm (one for the scene: the smallest that is given),
-    the edge of a tetrahedron in fem. Derived if left out."""
+    """Desired length [m] of an element: the grid's cell in mpm (one for the scene, the smallest given), the edge of a
+    tetrahedron in fem. Derived by default."""
     material: SoftMaterial = SoftMaterial.model_construct()
     """Stiffness and mass."""
 
     @model_validator(mode="after")
     def _fits(self) -> "Soft":
         if self.solver == "fem" and self.material.model == "elasto_plastic":
-            raise ValueError("model elasto_plastic goes with solver mpm (got fem)")
+            raise ValueError("model elasto_plastic needs solver mpm (got fem)")
         if self.material.yield_stress is not None and self.material.model != "elasto_plastic":
-            raise ValueError(f"yield_stress goes with model elasto_plastic (got {self.material.model})")
+            raise ValueError(f"yield_stress needs model elasto_plastic (got {self.material.model})")
         return self
 
 
@@ -52,13 +52,13 @@ class Cloth(Deformable):
 
     kind: Literal["cloth"]
     solver: Literal["pbd", "ipc"] | None = None
-    """`pbd` runs everywhere; `ipc` never lets anything through, and needs a CUDA device. If left out, what
-    `scene.contact.model` goes with; else pbd."""
+    """`pbd` runs everywhere; `ipc` never lets anything through, and needs a CUDA device. By default the one that
+    `scene.contact.model` implies, otherwise pbd."""
     shape: ClothShape
-    """What it is shaped like before anything acts on it."""
+    """Its undeformed shape."""
     cell: Length | None = None
-    """Wanted length [m] of an element: the distance of particles in pbd (one for the scene: the smallest that is
-    given), the edge of a triangle in ipc. Derived if left out."""
+    """Desired length [m] of an element: the particle distance in pbd (one for the scene, the smallest given), the edge
+    of a triangle in ipc. Derived by default."""
     material: ClothMaterial = ClothMaterial.model_construct()
     """Mass, stiffness, friction."""
 
@@ -68,7 +68,7 @@ class Cloth(Deformable):
             other = "pbd" if self.solver == "ipc" else "ipc"
             for name in ONLY_WITH[other]:
                 if getattr(self.material, name) is not None:
-                    raise ValueError(f"material.{name} goes with solver {other} (got {self.solver})")
+                    raise ValueError(f"material.{name} needs solver {other} (got {self.solver})")
         return self
 
 
@@ -77,9 +77,9 @@ class Granular(Deformable):
 
     kind: Literal["granular"]
     shape: SoftShape
-    """The space that it fills at the start."""
+    """The volume that it fills at the start."""
     cell: Length | None = None
-    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: GranularMaterial = GranularMaterial.model_construct()
     """Mass and friction angle."""
 
@@ -89,9 +89,9 @@ class Liquid(Deformable):
 
     kind: Literal["liquid"]
     shape: SoftShape
-    """The space that it fills at the start."""
+    """The volume that it fills at the start."""
     cell: Length | None = None
-    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: LiquidMaterial = LiquidMaterial.model_construct()
     """Mass and stiffness."""
 
@@ -101,57 +101,57 @@ class Snow(Deformable):
 
     kind: Literal["snow"]
     shape: SoftShape
-    """The space that it fills at the start."""
+    """The volume that it fills at the start."""
     cell: Length | None = None
-    """Cell [m] of the grid (one for the scene: the smallest that is given). Derived if left out."""
+    """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: SnowMaterial = SnowMaterial.model_construct()
-    """Mass, stiffness, and when it crumbles."""
+    """Mass, stiffness, and limits of crumbling."""
 
 
 LINKS = 24
-"""Of a rope that does not say how many."""
+"""Default number of links of a rope."""
 
 
 class Round(Model):
-    """A body that a rope goes round: a pulley, a drum, a post."""
+    """A body that a rope runs around: a pulley, a drum, a post."""
 
     round: Selector
-    """A cylinder or the like that turns about, or stands along, its own z."""
+    """A cylinder or similar body that turns about, or extends along, its own z axis."""
     side: Axis = (0.0, 0.0, 1.0)
-    """Where the rope touches it, seen from its axis: on top if nothing is said, `[0, 0, -1]` is below."""
+    """Direction from its axis to the rope: by default on top; `[0, 0, -1]` is below."""
     turns: Annotated[Integer, Field(ge=0, le=50)] = 0
-    """So many whole turns more, side by side along its axis."""
+    """Number of additional full turns, side by side along its axis."""
     radius: Length | None = None
-    """Radius [m] on which the rope lies; that of its shape if left out."""
+    """Radius [m] of the surface under the rope; by default that of its shape."""
 
 
 class Rope(Linked):
-    """A rope of capsule links on ball joints, straight at the start or laid `along`; pose is that of its first end.
+    """A rope of capsule links on ball joints, straight at the start or laid `along`; `pose` is that of its first end.
 
-    Its links are named `link_0`, `link_1`, … from the first end on. On a drum about a level axis a turn that no
-    pull holds flies off from `w^2 r > g` on (speed of turning w [rad/s], radius r).
+    Its links are named `link_0`, `link_1`, … from the first end on. On a drum with a horizontal axis, a turn without
+    tension flies off above `w^2 r = g` (angular velocity w [rad/s], radius r).
     """
 
     kind: Literal["rope"]
     length: Length | None = None
-    """Length [m]; follows from `along` where that is given."""
+    """Length [m]; give either this or `along`, which determines it."""
     along: list[Vec3 | Round] | None = Field(default=None, min_length=2, max_length=100)
-    """Points [m] that it goes along at the start, and bodies that it goes round, in turn, such as
-    `[[-0.1, 0, 0], {round: wheel}, [0.1, 0, 0]]`. In its own frame, which is the world's unless it has a pose."""
+    """Points [m] of its path at the start and bodies that it runs around, in order, such as
+    `[[-0.1, 0, 0], {round: wheel}, [0.1, 0, 0]]`, in its own frame, which is the world's unless it has a pose."""
     radius: Length
     """Radius [m]."""
     segments: Annotated[Integer, Field(ge=2, le=200)] = LINKS
-    """How many links; if left out, fewer for a short thick rope, so that each is at least as long as it is thick."""
+    """Number of links; the default is smaller for a short thick rope, so that each is at least as long as thick."""
     direction: Axis = (0.0, 0.0, -1.0)
     """Direction from its first end to its last."""
     anchored: Bool = True
-    """Held by the world at its first end."""
+    """Attach its first end to the world."""
     youngs_modulus: NonNegative = 0.0
-    """Stiffness [Pa] against bending: each joint is a spring of `E I / segment length`. 0: a slack rope."""
+    """Young's modulus E [Pa] for bending: each joint is a spring of `E I / segment length`. 0 is a limp rope."""
     damping: NonNegative | None = None
-    """Viscous damping [N m s/rad] of each joint; derived if left out."""
+    """Viscous damping [N m s/rad] of each joint; derived by default."""
     self_collision: Bool = False
-    """Let links that are not neighbours touch each other."""
+    """Let links that are not neighbours collide."""
     material: Material = Material.model_construct()
     """Density and friction."""
 
@@ -171,13 +171,13 @@ class Rope(Linked):
             raise ValueError("give either length or along")
         if self.along is not None:
             if isinstance(self.along[0], Round) or isinstance(self.along[-1], Round):
-                raise ValueError("along begins and ends with a point")
+                raise ValueError("along must begin and end with a point")
             if self.place is not None or self.direction != (0.0, 0.0, -1.0):
-                raise ValueError("along says where it is and where it goes: leave out place and direction")
+                raise ValueError("along determines position and direction: leave out place and direction")
         elif self.length is not None and (link := self.length / self.segments) < 2 * self.radius * (1 - 1e-9):
             raise ValueError(
                 f"a link must be at least twice as long as the radius (got {link:g} and "
-                f"{self.radius:g}); take "
+                f"{self.radius:g}); use "
                 + ("fewer segments" if self.segments > 2 else "a longer rope, or a rigid capsule")
             )
         return self

@@ -8,65 +8,64 @@ from text2sim.spec_schema.models.base import Bool, Density, Length, Model, NonNe
 
 
 class SoftMaterial(Model):
-    """The stuff of a soft body, isotropic."""
+    """The isotropic material of a soft body."""
 
     model: Literal["elastic", "neo_hookean", "elasto_plastic"] = "elastic"
-    """`elastic` returns to its shape (corotated); `neo_hookean` bears large strains better; `elasto_plastic`
-    keeps a dent (mpm only)."""
+    """`elastic` returns to its shape (corotated); `neo_hookean` handles large strains better; `elasto_plastic` keeps
+    dents (mpm only)."""
     youngs_modulus: Positive = 1e5
-    """Stiffness [Pa]: rubber foam 1e4 to 1e5, soft rubber 1e6."""
+    """Young's modulus [Pa]: rubber foam 1e4 to 1e5, soft rubber 1e6."""
     poisson_ratio: Real = Field(default=0.3, ge=0.0, lt=0.5)
-    """How much it bulges when it is pressed; 0.5 would keep its volume."""
+    """Poisson's ratio, how much it bulges under compression; 0.5 would preserve its volume."""
     density: Density = 1000.0
     """Density [kg/m3]."""
     friction: Real = Field(default=0.5, ge=0.0, le=5.0)
-    """Coulomb coefficient against rigid bodies. An mpm body takes that of the rigid body instead."""
+    """Coulomb coefficient against rigid bodies. For an mpm body that of the rigid body applies instead."""
     damping: NonNegative | None = None
-    """With solver fem: part of the velocity that is lost in a second [1/s]; derived if left out."""
+    """With solver fem: fraction of the velocity that is lost per second [1/s]; derived by default."""
     hydroelastic_modulus: Positive | None = None
-    """With solver fem: how hard its contact is. The pressure [Pa] of contact grows with the depth, and is this large in
-    the middle of the body; 1e7 if left out. For bodies that are squeezed to half their width, 10 to 30 times
-    `youngs_modulus`: the engine does not solve contact that is hundreds of times harder than the body."""
+    """With solver fem: stiffness of contact. The contact pressure [Pa] grows with the depth up to this value in the
+    middle of the body; by default 1e7. For bodies that are squeezed to half their width use 10 to 30 times
+    `youngs_modulus`: the engine cannot solve contact that is hundreds of times stiffer than the body."""
     yield_stress: Positive | None = None
-    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; a tenth of the stiffness if left out."""
+    """With `elasto_plastic`: von Mises stress [Pa] from which it flows; by default a tenth of the stiffness."""
 
 
 class ClothMaterial(Model):
-    """The stuff of a cloth."""
+    """The material of a cloth."""
 
     area_density: Positive = 0.3
-    """Mass of an area [kg/m2]: shirt 0.15, curtain 0.3, canvas 0.5."""
+    """Mass per area [kg/m2]: shirt 0.15, curtain 0.3, canvas 0.5."""
     thickness: Length = 1e-3
-    """Thickness [m]. With solver pbd the distance of its particles takes this place in contact."""
+    """Thickness [m]. With solver pbd contact uses the particle distance instead."""
     friction: Real = Field(default=0.3, ge=0.0, le=5.0)
-    """Coulomb coefficient, on itself and other cloth; on a rigid body the larger of both holds."""
+    """Coulomb coefficient on itself and other cloth; on a rigid body the larger of the two values applies."""
     youngs_modulus: Positive | None = None
-    """With solver ipc: stiffness [Pa] of the fabric in its plane; 1e6 if left out."""
+    """With solver ipc: in-plane Young's modulus [Pa] of the fabric; by default 1e6."""
     poisson_ratio: Real | None = Field(default=None, ge=0.0, lt=0.5)
-    """With solver ipc: how much it narrows when it is stretched; 0.3 if left out."""
+    """With solver ipc: Poisson's ratio, how much it narrows under tension; by default 0.3."""
     bending_stiffness: NonNegative | None = None
-    """With solver ipc: resistance to bending, as the engine means it; 10 if left out."""
+    """With solver ipc: resistance to bending, as the engine defines it; by default 10."""
     stretch_compliance: NonNegative | None = None
-    """With solver pbd: how much the threads give [m/N]; 1e-7 if left out."""
+    """With solver pbd: compliance of the threads [m/N]; by default 1e-7."""
     bending_compliance: NonNegative | None = None
-    """With solver pbd: how easily it folds [rad/N]; 1e-4 if left out, which is stiff as card. 1e4 drapes like
-    cotton."""
+    """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, as stiff as card. 1e4 drapes like cotton."""
     air_resistance: NonNegative | None = None
-    """With solver pbd: drag `c |v| v` [kg/m] of still air on each point; c is 1e-3 if left out. A sheet is a parachute:
-    with n points, `(size / cell + 1)` along each side, it carries a mass m down at `sqrt(m g / (n c))`."""
+    """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
+    with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute."""
 
 
 class GranularMaterial(Model):
     """Sand, grain, gravel."""
 
     density: Density = 1600.0
-    """Of the heap, air included [kg/m3]."""
+    """Bulk density [kg/m3], including the air between grains."""
     friction_angle_deg: Real = Field(default=35.0, gt=0.0, lt=80.0)
-    """Inner friction angle [deg]: how steep a heap of it stands."""
+    """Angle of internal friction [deg], which limits the slope of a heap."""
     youngs_modulus: Positive = 5e5
-    """Stiffness [Pa]; softer than real grains so that steps may be long."""
+    """Young's modulus [Pa]; softer than real grains, for longer time steps."""
     poisson_ratio: Real = Field(default=0.2, ge=0.0, lt=0.5)
-    """How much it presses sideways when it is pressed."""
+    """Poisson's ratio, how much it pushes sideways under compression."""
 
 
 class LiquidMaterial(Model):
@@ -75,21 +74,21 @@ class LiquidMaterial(Model):
     density: Density = 1000.0
     """Density [kg/m3]."""
     stiffness: Positive = 5e5
-    """How strongly it resists compression [Pa]; softer than real water (2e9) so that steps may be long."""
+    """Resistance to compression [Pa]; softer than real water (2e9), for longer time steps."""
     viscous: Bool = False
-    """Let it resist shear, too, as much as its stiffness allows: more like paste than like water."""
+    """Make it also resist shear, as much as its stiffness allows: more like paste than like water."""
 
 
 class SnowMaterial(Model):
-    """Snow: crumbles when it is stretched, hardens when it is pressed."""
+    """Snow: crumbles under tension, hardens under compression."""
 
     density: Density = 300.0
     """Density [kg/m3]: fresh 100, packed 400."""
     youngs_modulus: Positive = 5e5
-    """Stiffness [Pa] before it is pressed."""
+    """Young's modulus [Pa] before compression."""
     poisson_ratio: Real = Field(default=0.2, ge=0.0, lt=0.5)
-    """How much it bulges when it is pressed."""
+    """Poisson's ratio, how much it bulges under compression."""
     crush: Positive = Field(default=0.025, le=0.5)
-    """Compression, as a part of its length, from which it crushes."""
+    """Compressive strain from which it crushes."""
     crumble: Positive = Field(default=0.0045, le=0.5)
-    """Stretch, as a part of its length, from which it crumbles."""
+    """Tensile strain from which it crumbles."""

@@ -1,4 +1,4 @@
-"""Measures of bodies that deform."""
+"""Measures of deformable bodies."""
 
 from typing import ClassVar, Literal, NamedTuple
 
@@ -9,45 +9,45 @@ SpreadStat = Literal["max", "min", "mean", "p99"]
 
 
 class Traits(NamedTuple):
-    """What the rest of the program asks of a kind of measure; every kind answers all of it."""
+    """Properties of a kind of measure that other modules use; every kind defines all of them."""
 
     at_rest: float | None
-    """Its value while nothing moves, the same in every case; None if there is none."""
+    """Its value while nothing moves, if it is the same in every case; otherwise None."""
     never_negative: bool
-    """Whether its definition rules negative values out."""
+    """Whether its definition excludes negative values."""
     of_root: bool
-    """Whether it is of the frame of a body's root link, and not of all links."""
+    """Whether it refers to the frame of a body's root link instead of all links."""
     from_poses: bool
-    """Whether the benchmark can work it out of another engine's poses, velocities and joint positions."""
+    """Whether the benchmark can compute it from another engine's poses, velocities and joint positions."""
     instead: str
-    """What to measure of bodies that deform, if it needs a frame, which they do not have."""
+    """Advice on what to measure of deformable bodies, which have no frame; empty if it needs none."""
 
 
 class Measured(Model):
-    """What every measure has."""
+    """Fields of every measure."""
 
     traits: ClassVar[Traits]
     unit: ClassVar[str] = ""
-    """SI, or deg; empty for numbers of things and shares. Those of joints go with the joint."""
+    """SI unit, or deg; empty for counts and fractions, and for measures of joints, whose unit depends on the joint."""
     change_from: Literal["start"] | Seconds | None = None
-    """The value less that at the start, or at this time [s]: by how much it has changed."""
+    """Measure the change of the value since the start, or since this time [s]."""
     repeat: Multiple | None = None
-    """So many of these measures, called `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+    """Number of such measures, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
     @property
     def value_unit(self) -> str:
-        """Unit of its values: none where they count, or tell a part of the start."""
+        """Unit of its values; empty for counts and for fractions of the value at the start."""
         plain = getattr(self, "stat", None) == "count" or getattr(self, "relative", False)
         return "" if plain else self.unit
 
     @property
     def at_rest(self) -> float | None:
-        """Its value while nothing moves, the same in every case; None if there is none. Of copies, that of each."""
+        """Its value while nothing moves, if it is the same in every case; otherwise None. For copies, that of each."""
         return 0.0 if self.change_from is not None else self.traits.at_rest
 
 
 class Volume(Measured):
-    """Volume [m3] inside the surface of soft bodies, together."""
+    """Total volume [m3] inside the surface of soft bodies."""
 
     kind: Literal["volume"]
     unit: ClassVar[str] = "m3"
@@ -55,7 +55,7 @@ class Volume(Measured):
     of: Selector
     """A soft body or its copies."""
     relative: Bool = False
-    """As a part of the volume at the start."""
+    """Measure it as a fraction of the volume at the start."""
 
     @property
     def at_rest(self) -> float | None:
@@ -64,20 +64,20 @@ class Volume(Measured):
 
 
 class Stretch(Measured):
-    """Length of the edges of a body's surface over their lengths at the start; 1 is unstretched."""
+    """Length of the edges of a body's surface relative to their lengths at the start; 1 is unstretched."""
 
     kind: Literal["stretch"]
     traits: ClassVar = Traits(at_rest=1.0, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
     """A cloth or soft body, or its copies."""
     stat: SpreadStat = "max"
-    """Of all edges; `p99` is what 99 of 100 stay below."""
+    """Statistic over all edges; `p99` is the 99th percentile."""
 
 
 class Strain(Measured):
-    """Equivalent strain (von Mises) of the inside of soft bodies; 0 is undeformed, whatever the body's turn.
+    """Equivalent strain (von Mises) inside soft bodies; 0 is undeformed, in any orientation.
 
-    It is that of the Green-Lagrange strain.
+    It is derived from the Green-Lagrange strain.
     """
 
     kind: Literal["strain"]
@@ -85,14 +85,14 @@ class Strain(Measured):
     of: Selector
     """A soft body or its copies."""
     stat: SpreadStat = "max"
-    """Of all elements or particles."""
+    """Statistic over all elements or particles."""
 
 
 class Wrinkling(Measured):
-    """How much a cloth is wrinkled [1/m]: the mean curvature of its surface, in any direction, without sign.
+    """Wrinkling of a cloth [1/m]: the mean curvature of its surface, in any direction, without sign.
 
-    It comes from the angles between neighbouring triangles. A flat cloth has 0, one that is rolled to a radius R has
-    1/R, and flat waves of height +-a and length l have `8 pi a / l^2`: many small folds count more than a few large
+    It is derived from the angles between neighbouring triangles. A flat cloth has 0, a roll of radius R has 1/R, and
+    shallow waves of amplitude a and wavelength l have `8 pi a / l^2`: many small folds count more than a few large
     ones.
     """
 
@@ -106,8 +106,8 @@ class Wrinkling(Measured):
 class FoldedArea(Measured):
     """Area [m2] of a cloth that other parts of it hide, seen along an axis.
 
-    That is the area of all its layers as they are seen, less that of their shadow: a towel folded in half hides half of
-    itself, and what hangs or lies flat nothing.
+    It is the projected area of all its layers minus the area of their common shadow: a towel folded in half hides half
+    of itself, one that hangs or lies flat hides nothing.
     """
 
     kind: Literal["folded_area"]
@@ -116,27 +116,27 @@ class FoldedArea(Measured):
     of: Selector
     """A cloth or its copies."""
     axis: AxisName = "z"
-    """Direction from which it is seen."""
+    """Viewing direction."""
 
 
 class Gap(Measured):
-    """Smallest distance [m] between a body that deforms and another; negative: how deep it is in something rigid.
+    """Smallest distance [m] between a deformable body and another; negative values are the depth in a rigid body.
 
-    It counts from the points of the body: particles of pbd rest half their distance above what carries them, particles
-    of mpm up to a cell.
+    It is measured from the points of the body: pbd particles rest half their distance above a surface, mpm particles up
+    to a cell.
     """
 
     kind: Literal["gap"]
     unit: ClassVar[str] = "m"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
     of: Selector
-    """A body or its copies; this or the other deforms."""
+    """A body or its copies; this or the other is deformable."""
     to: Selector
     """Another body or static, or its copies."""
 
 
 class SelfPenetration(Measured):
-    """How far [m] parts of one cloth that are no neighbours come nearer to each other than its thickness."""
+    """Depth [m] by which parts of a cloth that are not neighbours come closer to each other than its thickness."""
 
     kind: Literal["self_penetration"]
     unit: ClassVar[str] = "m"
@@ -146,9 +146,9 @@ class SelfPenetration(Measured):
 
 
 class Pieces(Measured):
-    """In how many pieces soft bodies are, each of a hundredth of the body or more: 1 for each body that is whole.
+    """Number of pieces of soft bodies, each of at least 1 % of its body: 1 for each intact body.
 
-    Particles of mpm that are two cells apart are no longer tied together. Bodies of fem never tear.
+    Particles of mpm that are two cells apart are no longer connected. Bodies of fem never tear.
     """
 
     kind: Literal["pieces"]
@@ -158,9 +158,9 @@ class Pieces(Measured):
 
 
 class LargestPiece(Measured):
-    """Mass of the largest piece of a soft body, as a part of the whole: 1 until it tears; of copies, the least.
+    """Mass of the largest piece of a soft body, as a fraction of the whole: 1 until it tears; for copies the smallest.
 
-    A `threshold` event on it says when it tears.
+    A `threshold` event on it marks when it tears.
     """
 
     kind: Literal["largest_piece"]
@@ -170,10 +170,10 @@ class LargestPiece(Measured):
 
 
 class Leaked(Measured):
-    """Part (0 to 1) of the mass of grains, liquids or snow that has got into or through walls and floors by then.
+    """Fraction of the mass of grains, liquids or snow that has entered or passed walls and floors so far.
 
-    Walls are grounds, statics, driven bodies and those with a mount; what has come deeper into one than what they carry
-    presses it (1.6 cells, or 0.8 of half its thickness) has leaked, and stays so.
+    Walls are grounds, statics, driven bodies and bodies with a mount. Material counts as leaked for good once it is
+    deeper inside one than a load presses it (1.6 cells, or 0.8 of half its thickness).
     """
 
     kind: Literal["leaked"]
@@ -183,11 +183,11 @@ class Leaked(Measured):
 
 
 class ShareIn(Measured):
-    """Part (0 to 1) of the mass of bodies that lies in a region: how much sand has run through."""
+    """Fraction of the mass of bodies inside a region, such as the sand that has run through."""
 
     kind: Literal["share_in"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
     of: Selector
-    """A body that deforms, or its copies."""
+    """A deformable body, or its copies."""
     region: Region
-    """Where it is counted."""
+    """The region."""

@@ -1,4 +1,4 @@
-"""The solvers of deformable bodies. What is left out is derived from the scene; `check --settings` says why."""
+"""Solvers of deformable bodies. Values that are left out are derived from the scene; `check --settings` says why."""
 
 from typing import Annotated
 
@@ -10,26 +10,26 @@ Iterations = Annotated[Integer, Field(ge=1, le=1000)]
 
 
 class SolverBounds(Bounds):
-    """The space of a solver: an upright box."""
+    """The space of a solver: an axis-aligned box."""
 
 
 class Mpm(Model):
     """The material point method: soft bodies with solver mpm, grains, liquids, snow."""
 
     cell: Length | None = None
-    """Cell [m] of the grid; the smallest `cell` of its bodies, or derived."""
+    """Cell [m] of the grid; by default the smallest `cell` of its bodies, or derived."""
     bounds: SolverBounds | None = None
-    """Space of the grid; what comes within three cells of its walls stops there. Derived if left out."""
+    """Space of the grid; material within three cells of its walls stops there. Derived by default."""
 
 
 class Pbd(Model):
     """Position based dynamics: cloth with solver pbd."""
 
     particle_size: Length | None = None
-    """Distance [m] of particles, and thickness of the cloth in contact; the smallest `cell` of its bodies, or
-    derived."""
+    """Distance [m] of particles, and thickness of the cloth in contact; by default the smallest `cell` of its bodies,
+    or derived."""
     bounds: SolverBounds | None = None
-    """Space in which it looks for neighbours; its sides are walls. Derived if left out."""
+    """Space in which it searches for neighbours; its sides are walls. Derived by default."""
     stretch_iterations: Iterations | None = None
     """Sweeps over the threads in each substep: more make a stiffer cloth."""
     bending_iterations: Iterations | None = None
@@ -40,17 +40,17 @@ class Fem(Model):
     """The finite element method: soft bodies with solver fem."""
 
     newton_iterations: Iterations | None = None
-    """Of the implicit solver in each substep."""
+    """Newton iterations of the implicit solver in each substep."""
     damping_beta: NonNegative | None = None
-    """Damping in proportion to the stiffness [s] (Rayleigh); a body's `damping` is in proportion to its mass."""
+    """Rayleigh damping proportional to stiffness [s]; a body's `damping` is proportional to its mass."""
 
 
 class Ipc(Model):
     """Incremental potential contact: cloth and soft bodies that never pass through anything. Needs CUDA."""
 
     contact_distance: Length | None = None
-    """Distance [m] at which contact begins to push."""
+    """Distance [m] at which contact forces begin."""
     contact_resistance: Positive | None = None
     """Stiffness [Pa] of contact."""
     friction: Bool = True
-    """Friction between bodies."""
+    """Enable friction between bodies."""

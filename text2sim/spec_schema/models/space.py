@@ -1,4 +1,4 @@
-"""Regions of space: where a packing lies, where copies are counted."""
+"""Regions of space, for packings, measures and events."""
 
 from typing import Annotated, Literal
 
@@ -6,25 +6,25 @@ from text2sim.spec_schema.models.base import Axis, Bounds, ByKind, Model, Positi
 
 
 class _Space(Model):
-    """What a region of space has."""
+    """Fields of every region of space."""
 
     moves_with: Selector | None = None
-    """A body of links, or one link, that carries it in a measure or event: it stands as it is said here at the start,
-    in the world, and goes and turns along with that body."""
+    """A body of links, or one link, that the region moves and turns with, in a measure or event. The region is given in
+    the world at the start."""
 
 
 class BoxRegion(_Space, Bounds):
-    """An upright box of space."""
+    """An axis-aligned box."""
 
     kind: Literal["box"]
 
 
 class CylinderRegion(_Space):
-    """A cylinder of space."""
+    """A cylinder."""
 
     kind: Literal["cylinder"]
     center: Vec3
-    """Its middle [m]."""
+    """Its centre [m]."""
     radius: Positive
     """Radius [m]."""
     height: Positive
@@ -34,11 +34,11 @@ class CylinderRegion(_Space):
 
 
 class SphereRegion(_Space):
-    """A ball of space."""
+    """A sphere."""
 
     kind: Literal["sphere"]
     center: Vec3
-    """Its middle [m]."""
+    """Its centre [m]."""
     radius: Positive
     """Radius [m]."""
 

@@ -1,4 +1,4 @@
-"""Sweeps as they are written: lists and grids of changes."""
+"""Sweeps as written in a case: lists and grids of changes."""
 
 from typing import Annotated, Any
 
@@ -7,30 +7,30 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Model, Name
 
 MAX_RUNS = 200
-"""As many runs may a sweep have."""
+"""Largest number of runs of a sweep."""
 
 
 class Sweep(Model):
     """Several runs of one case: exactly one of these."""
 
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] | None = Field(default=None, min_length=1, max_length=20)
-    """Values by dotted path (`bodies.ball.material.density: [500, 1000]`): every combination is run."""
+    """Values by dotted path (`bodies.ball.material.density: [500, 1000]`); every combination is run."""
     points: dict[Name, dict[str, Any]] | None = Field(default=None, min_length=1)
     """Changes by name, each as in `variants`."""
     variants: list[Name] | None = Field(default=None, min_length=1)
-    """Names of variants, each run by itself."""
+    """Names of variants, one for each run."""
 
     @model_validator(mode="after")
     def _one_form(self) -> "Sweep":
         if sum(form is not None for form in (self.grid, self.points, self.variants)) != 1:
             raise ValueError("give exactly one of grid, points, variants")
         if self.size > MAX_RUNS:
-            raise ValueError(f"a sweep has at most {MAX_RUNS} runs (got {self.size})")
+            raise ValueError(f"a sweep may have at most {MAX_RUNS} runs (got {self.size})")
         return self
 
     @property
     def size(self) -> int:
-        """How many runs it has."""
+        """Number of runs."""
         size = len(self.points or self.variants or [0])
         for values in (self.grid or {}).values():
             size *= len(values)

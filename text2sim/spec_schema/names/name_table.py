@@ -197,7 +197,7 @@ class NameTable:
             return True
         known = self.parts[name]
         names = list(known.joints) if joint else list(known.links)
-        # Where no joint can be named, why none can be driven is said elsewhere.
+        # If there are no joints at all, another check reports why none can be driven.
         if named_by(part, names) or (joint and not names and named_by(part, known.links)):
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")

@@ -1,8 +1,7 @@
-"""The language as a JSON Schema, for editors and for language models.
+"""JSON Schema of the language, for editors and for language models.
 
-It is made from the models directly and keeps to draft-07, which is what language servers know. Where the
-language takes a number, a boolean, a list or one of some words, it takes an expression as well: text with
-`${…}` in it.
+It is generated from the models, in draft-07, which language servers support. Wherever the language accepts a number, a
+boolean, a list or one of several words, it also accepts an expression: text that contains `${…}`.
 """
 
 import json
@@ -16,22 +15,22 @@ from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sweep_models import Sweep
 from text2sim.spec_schema.vocabulary.docstrings import field_docs, model_doc
 from text2sim.spec_schema.vocabulary.slot_path import ROOTS
-from text2sim.spec_schema.vocabulary.slots import ENTRY, meant
+from text2sim.spec_schema.vocabulary.slots import ENTRY, content_slot
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, bounds_of, fields_of, is_model, kinds_of, slot_of
 
 Schema = dict[str, Any]
 
 EXPRESSION = r"^.*\$\{.*\}.*$"
 _OVERLAYS = {(Case, "variants"), (Sweep, "points")}
-"""Fields that hold what is laid over a case."""
+"""Fields whose values are changes to a case."""
 _BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 
 
 def build_schema() -> Schema:
-    """Make the JSON Schema of a case, and of a file with a prefab, which is told by its key `prefab`."""
+    """Return the JSON Schema of a case and of a prefab file, which its key `prefab` identifies."""
     definitions: dict[str, Schema] = {}
-    maker = _Maker(definitions, {})
-    case, prefab = maker.model(Case), maker.model(PrefabFile)
+    builder = _Builder(definitions, {})
+    case, prefab = builder.model(Case), builder.model(PrefabFile)
     definitions |= {"Case": case, "PrefabFile": prefab}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -46,17 +45,17 @@ def build_schema() -> Schema:
 
 
 def schema_text() -> str:
-    """Return the JSON Schema as it is kept in `case.schema.json`."""
+    """Return the content of `case.schema.json`."""
     return json.dumps(build_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-class _Maker:
-    """Makes the schema of things as they are written in full, or (`loose`) of what is laid over them."""
+class _Builder:
+    """Builder of schemas: of complete entries or, with `loose`, of changes to them."""
 
     def __init__(self, definitions: dict[str, Schema], unions: dict[Any, str], *, loose: bool = False) -> None:
         self.definitions = definitions
         self.unions = unions
-        """Names of those that were made, by their kinds and whether they are loose."""
+        """Names of the existing union schemas, by their kinds and whether they are loose."""
         self.loose = loose
 
     def model(self, model: type[BaseModel]) -> Schema:
@@ -67,8 +66,8 @@ class _Maker:
             if self.loose and model is Case and key not in ROOTS:
                 continue
             field = model.model_fields[attribute]
-            inner = _Maker(self.definitions, self.unions, loose=True) if (model, key) in _OVERLAYS else self
-            schema = inner.slot(meant(model, key, slot), key)
+            inner = _Builder(self.definitions, self.unions, loose=True) if (model, key) in _OVERLAYS else self
+            schema = inner.slot(content_slot(model, key, slot), key)
             if self.loose:
                 schema = {"anyOf": [schema, {"type": "null"}]}
             if key == "kind" and field.is_required() and attribute not in docs:
@@ -109,7 +108,7 @@ class _Maker:
                 if origin is tuple
                 else _length(bounds, "Items")
             )
-            # All items of a vector are alike; those of a span may be a time or `end`.
+            # All items of a vector have one type; those of a span are a time or `end`.
             kinds = [self.slot(slot_of(item), hint) for item in dict.fromkeys(arguments)]
             items = kinds[0] if len(kinds) == 1 else kinds[-1]
             return _or_expression({"type": "array", "items": items, **length})
@@ -126,12 +125,12 @@ class _Maker:
         return {"enum": list(arguments)} if arguments else {}
 
     def union(self, slot: LanguageSlot, hint: str) -> Schema:
-        """One of several kinds. The kind decides, so that an editor offers, and finds fault with, what is meant."""
+        """Return the schema of a union, which branches on `kind` so that editors use the schema of that kind only."""
         kinds = slot.models
         docs = [model_doc(model).partition(". ")[0] for model in kinds.values()]
         name = self.name_union(tuple(kinds), hint)
         if name not in self.definitions:
-            self.definitions[name] = {}  # a shape may hold shapes
+            self.definitions[name] = {}  # shapes may contain shapes
             schema: Schema = {
                 "type": "object",
                 "properties": {"kind": {"enum": list(kinds), "markdownEnumDescriptions": docs}},
@@ -145,16 +144,16 @@ class _Maker:
                 ],
             }
             if self.loose:
-                # Without a kind, what is laid over something may be meant for several.
+                # Changes without a kind may apply to several kinds.
                 any_kind = {"anyOf": [self.reference(model) for model in dict.fromkeys(kinds.values())]}
                 schema = {"if": {"required": ["kind"]}, "then": schema, "else": any_kind}
-            # A prefab may work out the kind; what that comes to, nobody can say here.
-            worked_out = {"properties": {"kind": {"type": "string", "pattern": EXPRESSION}}, "required": ["kind"]}
-            self.definitions[name] = {"if": worked_out, "else": schema}
+            # In a prefab the kind may be an expression, whose value is unknown here.
+            computed = {"properties": {"kind": {"type": "string", "pattern": EXPRESSION}}, "required": ["kind"]}
+            self.definitions[name] = {"if": computed, "else": schema}
         return {"$ref": f"#/definitions/{name}"}
 
     def name_union(self, kinds: tuple[str, ...], hint: str) -> str:
-        """Name a union after the key that it was first met at."""
+        """Return the name of a union, after the first key at which it occurs."""
         key = (kinds, self.loose)
         if key not in self.unions:
             base = "Any" + hint.title().replace("_", "") + ("Changes" if self.loose else "")
@@ -163,12 +162,12 @@ class _Maker:
         return self.unions[key]
 
     def or_use(self, schema: Schema) -> Schema:
-        """Something written in full, or the use of a prefab."""
+        """Return the schema of a complete entry or a use of a prefab."""
         use = self.use()
-        if self.loose:  # what is laid over a use need not say which
+        if self.loose:  # changes to a use need not name the prefab
             return {"anyOf": [use, schema]}
         own = self.definitions["Use"]["properties"]
-        # Named here as well, for it is what to offer where nothing stands yet.
+        # Repeated here, so that editors suggest it in an empty entry.
         return {"properties": {"use": own["use"]}, "if": {"required": ["use"]}, "then": use, "else": schema}
 
     def mapping(self, arguments: tuple[Any, ...], bounds: dict[str, Any], hint: str) -> Schema:
@@ -182,16 +181,16 @@ class _Maker:
     def reference(self, model: type[BaseModel]) -> Schema:
         name = model.__name__ + ("Changes" if self.loose else "")
         if name not in self.definitions:
-            self.definitions[name] = {}  # a shape may hold shapes
+            self.definitions[name] = {}  # shapes may contain shapes
             self.definitions[name] = self.model(model)
         return {"$ref": f"#/definitions/{name}"}
 
     def use(self) -> Schema:
-        """What uses a prefab: beside its own keys stand changes to the body, or to parts of it by name."""
+        """Return the schema of a use of a prefab: its own keys, and changes to the body or to its parts by name."""
         name = "UseChanges" if self.loose else "Use"
         if name not in self.definitions:
             self.definitions[name] = {}
-            own, loose = self.model(Use), _Maker(self.definitions, self.unions, loose=True)
+            own, loose = self.model(Use), _Builder(self.definitions, self.unions, loose=True)
             bodies = [model for model in dict.fromkeys(ENTRY.models.values())]
             for model in bodies:
                 for key, schema in loose.model(model)["properties"].items():
@@ -202,7 +201,7 @@ class _Maker:
 
 
 def _or_expression(schema: Schema) -> Schema:
-    """Take an expression, too: `pattern` says nothing about what is not text, nor `minimum` about text."""
+    """Return a schema that also accepts expressions: `pattern` only applies to text, `minimum` only to numbers."""
     return {**schema, "type": [schema["type"], "string"], "pattern": EXPRESSION}
 
 
@@ -212,7 +211,7 @@ def _length(bounds: dict[str, Any], what: str) -> Schema:
 
 
 def _plain(value: Any) -> Any:
-    """A default as JSON, None for those that are left out."""
+    """Return a default as JSON; None for defaults that the schema omits."""
     if isinstance(value, tuple):
         return list(value)
     return value if isinstance(value, bool | int | float | str) else None

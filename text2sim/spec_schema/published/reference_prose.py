@@ -1,52 +1,51 @@
-"""Prose of the language reference: its introduction, and those of its sections."""
+"""Introductions of the language reference and of its sections."""
 
 INTRODUCTION = """\
 A case is one YAML document. It has a stage (`scene`), actors (`bodies`), a script (`actions`) and a film
-(`render`). `text2sim check` says everything that is wrong with it, with the line and the nearest right word;
-`text2sim fmt` brings it into its one canonical form. The same language as a JSON Schema, for editors:
-`text2sim/spec_schema/case.schema.json`.
+(`render`). `text2sim check` reports all errors in it, with the line and the nearest valid word; `text2sim fmt` formats
+it canonically. `text2sim/spec_schema/case.schema.json` is a JSON Schema of the same language, for editors.
 
 ## Rules of the whole language
 
-- **Everything has a name.** Bodies, statics, controls, measures, events and cameras are mappings by name,
-  never lists. A name is a letter, then letters, digits or `_`, at most 48 in all. A body and a static cannot
-  share one.
+- **Everything has a name.** Bodies, statics, controls, measures, events and cameras are mappings by name, never lists.
+  A name is a letter followed by letters, digits or `_`, at most 48 characters. A body and a static cannot have the same
+  name.
 - **Units are SI**: m, kg, s, N, rad. Angles are in degrees only where a field ends in `deg`.
 - **z points up.** Quaternions are (w, x, y, z). Left is -x, in front is -y.
-- **`kind` says what something is**, and with it which other fields it has. Unknown fields are errors.
-- **Nothing is done in secret.** What a case leaves out has the default given here, or is derived from the
-  scene, and `text2sim check --settings` says how.
-- **What moves, moves by physics.** There is no field for the path of a `rigid` body: it is driven by a joint
-  with an actuator, by a force, an impulse, an attachment or a start velocity. A `driven` body has a
-  prescribed motion, is listed in the evidence, and cannot be the subject of an event.
+- **`kind` determines the type** of an entry, and thus its other fields. Unknown fields are errors.
+- **Nothing is implicit.** Values that a case leaves out have the default given here, or are derived from the scene;
+  `text2sim check --settings` says how.
+- **Bodies move by physics.** There is no field for the path of a `rigid` body: it is moved by a joint with an actuator,
+  a force, an impulse, an attachment or a start velocity. A `driven` body has a prescribed motion, is listed in the
+  evidence, and cannot be the subject of an event.
 
-The YAML is that of version 1.2: `no` and `on` are words, `010` is ten, `1e-3` is a number. Keys cannot
-repeat. Anchors, aliases, tags, several documents, `.nan` and `.inf` are refused: `params` and `repeat` do
-what aliases would.
+YAML is read by the rules of version 1.2: `no` and `on` are words, `010` is ten, `1e-3` is a number. Keys must be
+unique. Anchors, aliases, tags, several documents, `.nan` and `.inf` are rejected; `params` and `repeat` replace
+aliases.
 
 ## Expressions
 
-`${…}` is arithmetic over `params`. A value that is wholly one expression takes its type (a number, text, true
-or false, a list); inside longer text it becomes part of the text. `$${` stands for the characters `${`.
+`${…}` is arithmetic over `params`. A value that consists of one expression has its type (a number, text, true or false,
+a list); inside longer text it becomes part of the text. `$${` denotes the characters `${`.
 
 ```yaml
 params: {rows: 8, brick: [0.24, 0.11, 0.07], top: "${rows * brick[2]}"}
 ```
 
 - Operators: `+ - * / // % **`, comparisons, `and or not`, `a if condition else b`, `list[0]`, `[a, b, c]`.
-  A division of whole numbers without remainder is a whole number: `${rows / 2}` can be a count.
+  A division of whole numbers without remainder yields a whole number: `${rows / 2}` can be a count.
 - Functions: @FUNCTIONS@.
-- Names: the parameters, `pi`, `tau`, `true`, `false`. Parameters may use each other, but not in a circle.
+- Names: the parameters, `pi`, `tau`, `true`, `false`. Parameters may use each other, but not in a cycle.
 - Operators work on numbers, not on whole lists.
 - At most @LENGTH@ characters, @DEPTH@ deep, and no number beyond @NUMBER@.
 
-In `[${speed}, 0, 0]` an expression needs no quotes; `text2sim fmt` adds them, so that any YAML tool can read
-the file.
+In `[${speed}, 0, 0]` an expression needs no quotes; `text2sim fmt` adds them, so that any YAML parser can read the
+file.
 
 ## Copies and selectors
 
-A body or static with `repeat` becomes several copies. Inside it, and in a control on it, these are known and
-differ from copy to copy: `i` (0, 1, …), `n` (how many), `u` (`i / (n - 1)`, from 0 to 1), `row`, `column`,
+A body or static with `repeat` becomes several copies. Inside it, and in a control on it, expressions can use these
+variables of each copy: `i` (0, 1, …), `n` (number of copies), `u` (`i / (n - 1)`, from 0 to 1), `row`, `column`,
 `layer`.
 
 ```yaml
@@ -59,73 +58,73 @@ bodies:
     look: {color: "${'red' if i % 2 == 0 else 'white'}"}
 ```
 
-| selector | means |
+| selector | meaning |
 |---|---|
 | `brick`, `brick[*]` | every copy |
 | `brick[3]` | one copy, counted from 0 |
 | `brick[2:5]` | the copies 2, 3 and 4 |
 | `arm.hand` | the link or joint `hand` of the articulated body `arm` |
 | `arm[1].hand` | the same, of one copy |
-| `net.x5_*`, `arm.*` | all links or joints whose names fit; in measures and contact events |
+| `net.x5_*`, `arm.*` | all links or joints with matching names; in measures and contact events |
 
-A rigid body on a hinge or slider has one joint, which goes by the body's name. A joint of an articulated body
-goes by the name of its link. A joint's position counts from the pose that the case describes.
+A rigid body on a hinge or slider has one joint, with the name of the body. A joint of an articulated body has the name
+of its link. The position of a joint is relative to the pose in the case.
 
-Parts of a compound, links, measures, events and expectations can stand for several, too, with a number as their
-`repeat`: `spoke` with `repeat: 12` becomes `spoke_0` to `spoke_11`, and `k` in its `${…}` is the number of each.
+Parts of a compound, links, measures, events and expectations can also be multiplied, with a number as their `repeat`:
+`spoke` with `repeat: 12` becomes `spoke_0` to `spoke_11`, and `k` in its `${…}` is the number of each.
 """
 
 PLACES = """\
-In `pose` or `place`: one of the two. All places come from the true shapes, not from boxes around them.
+In `pose` or `place`, one of the two. Placement uses the true shapes, not their bounding boxes.
 
-| `place` | where it goes | what it leaves open |
+| `place` | position | open |
 |---|---|---|
-| `on: table` | let down until it touches; on its middle | x, y |
-| `above: table` | its lowest point over the other's highest | x, y |
-| `below: table` | its highest point under the other's lowest | x, y |
-| `inside: cup` | let down in the hollow until it touches; walls must be round it | x, y |
+| `on: table` | lowered until it touches, on the centre of the table | x, y |
+| `above: table` | its lowest point above the other's highest | x, y |
+| `below: table` | its highest point below the other's lowest | x, y |
+| `inside: cup` | lowered into the cavity until it touches; walls must surround it | x, y |
 | `left_of`, `right_of` | its side against the other's side, along x | y, z |
 | `in_front_of`, `behind` | the same along y | x, z |
-| `beside: wall`, `direction: [1, 1, 0]` | the same along any level direction | z, and across |
-| `around: pole` | a ring on its pole: on its axis, half way up, turned with it | along the axis |
-| `around: table`, with a ring of copies | the copies all round it, on its ground level | z |
-| `touching: egg`, `direction: [1, 1, 1]` | moved from that side until the surfaces meet | across |
+| `beside: wall`, `direction: [1, 1, 0]` | the same along any horizontal direction | z, and across |
+| `around: pole` | a ring on a pole: on its axis, at half its height, aligned with it | along the axis |
+| `around: table`, with a ring of copies | the copies around it, on its ground level | z |
+| `touching: egg`, `direction: [1, 1, 1]` | moved from that side until the surfaces touch | across |
 
-What is left open is the middle of both (in height: the same ground level), unless said otherwise:
+Open directions are centred (in height: on the same ground level), unless one of these determines them:
 
-| word | says |
+| field | meaning |
 |---|---|
-| `at: [0.3, 0]` | x and y in the world at which its own origin (the middle of a pattern) goes |
+| `at: [0.3, 0]` | x and y in the world of its origin (for a pattern, of its centre) |
 | `at: {corner: [left, front]}`, `inset: 0.05` | in this corner of the other (in its own frame), 5 cm from its sides |
-| `at: {edge: left}`, `at: {face: top}` | at the middle of this edge; in the middle |
-| `align: top`, `align: {x: min, z: center}` | which ends line up |
-| `offset: [0, 0, 0.1]` | moved by this in the end |
-| `clearance: 0.002` | the gap that is left |
-| `facing: table` | turned about the vertical until +x points there |
+| `at: {edge: left}`, `at: {face: top}` | at the middle of this edge; in the centre of this face |
+| `align: top`, `align: {x: min, z: center}` | alignment of ends or centres |
+| `offset: [0, 0, 0.1]` | final displacement |
+| `clearance: 0.002` | gap between the surfaces |
+| `facing: table` | rotated about the vertical until +x points there |
 
-Places follow each other: a plate on a cloth on a table. Copies that have a `repeat` are placed together, as one
-pattern; with brackets, `on: "plate[*]"`, one on each: as many as there are plates, and of the pattern only the turns
-count. A place that differs from copy to copy (`on: "post[${i}]"`) puts each by itself.
+Placements can be chained: a plate on a cloth on a table. Copies from a `repeat` are placed together, as one pattern;
+with brackets, as in `on: "plate[*]"`, one on each: there must be as many copies as plates, and only the rotations of
+the pattern are used. A placement that differs from copy to copy (`on: "post[${i}]"`) places each separately.
 """
 
 BODY_REGIONS = """\
-In `place.at`, in `point` of an impulse or force, and in `look_at` of a camera. They are found on the true surface, in
-the body's own frame; where one point is needed, its middle.
+In `place.at`, in `point` of an impulse or force, and in `look_at` of a camera. Regions are parts of the true surface,
+in the body's own frame; where one point is needed, it is the centre.
 
 | region | of a box | of a sheet (flat) |
 |---|---|---|
-| `{face: top}` | its upper side | all of it |
+| `{face: top}` | its top face | all of it |
 | `{edge: [left, top]}` | one of twelve edges | |
 | `{edge: left}` | the side, as `face` | one of four edges |
 | `{corner: [left, front, top]}` | one of eight corners | |
-| `{corner: [left, front]}` | an upright edge | one of four corners |
-| `{box: {min: …, max: …}}`, `{sphere: {center: …, radius: …}}` | what lies in it | what lies in it |
+| `{corner: [left, front]}` | a vertical edge | one of four corners |
+| `{box: {min: …, max: …}}`, `{sphere: {center: …, radius: …}}` | the part inside | the part inside |
 | `{nearest: [0.1, 0, 0]}` | the nearest point of the surface | the nearest point |
 """
 
 PREFABS = """\
-A prefab is a body with parameters. `use` brings it in, `with` gives its parameters, and whatever else stands beside
-them is laid over its body: a place, copies, another colour. A static can use a prefab whose body is rigid.
+A prefab is a body with parameters. `use` names it, `with` sets its parameters, and all other keys override those of its
+body: a place, copies, another colour. A static can use a prefab whose body is rigid.
 
 ```yaml
 prefabs:
@@ -145,24 +144,23 @@ bodies:
 ```
 
 - A prefab is an entry of `prefabs` in the case, a file `prefabs/NAME.yaml` in its folder, or built in (`text2sim
-  prefabs` lists those); it is looked up in this order. The environment variable `TEXT2SIM_PREFABS` may name one more
-  folder, which comes before those that are built in. A file has the keys of an entry and two more: `text2sim: 2` and
-  `prefab: NAME`.
-- A parameter without `default` is required. A default may be an expression over the other parameters. Arguments are
-  checked like everything else, where they stand.
-- Arguments go into the expressions of the prefab: they may be expressions over the parameters of the case, and may
-  differ from copy to copy (`with: {side: "${0.2 + 0.1 * i}"}`).
-- A prefab with several `bodies` becomes bodies called `NAME_PART` (`left_rod`, `left_hook`); inside it they call each
-  other by the name of the part. What is laid over them goes by the part:
+  prefabs` lists those), searched in this order. The environment variable `TEXT2SIM_PREFABS` may name another folder,
+  which precedes the built-in prefabs. A file has the keys of an entry and two more: `text2sim: 2` and `prefab: NAME`.
+- A parameter without `default` is required. A default may be an expression of the other parameters. Errors in arguments
+  are reported at their position.
+- Arguments are substituted into the expressions of the prefab: they may be expressions of the case's parameters, and
+  may differ from copy to copy (`with: {side: "${0.2 + 0.1 * i}"}`).
+- A prefab with several `bodies` becomes bodies with the names `NAME_PART` (`left_rod`, `left_hook`); inside it they
+  refer to each other by the name of the part. Overrides are given by part:
   `left: {use: curtain_rod, hook: {look: {color: gold}}}`.
-- A prefab may use prefabs, @NESTED@ deep, and a case may come to @USES@ uses.
-- After that the case is an ordinary one: a run folder holds it as `expanded.yaml`. What is wrong inside a prefab is
-  reported where it is used, and says in which line of which prefab.
+- Prefabs may use prefabs, up to @NESTED@ deep, and a case may have up to @USES@ uses.
+- The result is an ordinary case, which a run folder contains as `expanded.yaml`. Errors inside a prefab are reported
+  where it is used, with the line in the prefab.
 """
 
 FILM = """\
-Nothing here can touch the physics: a change of `render`, or of the colour and finish of a body, films the recorded run
-again. The preview has no shadows, no reflections and nothing that is out of focus or blurred by motion."""
+This section has no influence on the physics: after a change of `render`, or of the colour and finish of a body, the
+recorded run is filmed again. The preview has no shadows, reflections, depth of field or motion blur."""
 
 SHOTS = """\
 In `shots` and `overlay` of the film, and `within` of a camera.
@@ -181,9 +179,9 @@ render:
 """
 
 SCULPT = """\
-In `parts` of a sculpt. All are joined in their order, then all cuts are made, then it is painted. A fin or an ear is a
-flat ellipsoid or a loft, a limb, neck, tail or handle a `limb`, a trunk or a hull a `loft`, what a lathe makes a
-`revolve`.
+In `parts` of a sculpt. All are joined in their order, then all cuts are made, then paint is applied. Use a flat
+ellipsoid or a `loft` for a fin or an ear, a `limb` for a limb, neck, tail or handle, a `loft` for a trunk or a hull,
+and a `revolve` for turned parts.
 
 ```yaml
 shape:
@@ -198,15 +196,14 @@ shape:
 ```"""
 
 LIGHTS = """\
-By name in `render.lights`, in place of those of `lighting`. Light says which way it goes. Its strength is an irradiance
-in units in which 3.14 makes a white sheet white. How bright the film is follows from the lights; `exposure` changes
-it."""
+By name in `render.lights`, instead of those of `lighting`. The direction of a light is the one in which it travels. In
+the units of its strength, an irradiance of 3.14 makes a white sheet white. The brightness of the film is derived from
+the lights; `exposure` changes it."""
 
 VARIANTS = """\
-A variant is a named change to the case: what it says is laid over what the case says, key by key; `null` takes a key
-away; a list is replaced. Where it gives a `kind` (or a `use`) that is another one, the mapping is replaced as a whole.
-It may change `prompt`, `params`, `prefabs`, `scene`, `bodies`, `actions`, `render` and `waive`. A key that leads
-nowhere is an error, whether the variant is asked for or not.
+A variant is a named change to the case, which is merged into it key by key; `null` removes a key; a list is replaced. A
+mapping with another `kind` (or `use`) is replaced as a whole. A variant may change `prompt`, `params`, `prefabs`,
+`scene`, `bodies`, `actions`, `render` and `waive`. An unknown key is an error, even if the variant is not used.
 
 ```yaml
 variants:
@@ -220,10 +217,10 @@ sweeps:
   marked: {points: {light: {params: {speed: 6}}, heavy: {params: {speed: 12}}}}
 ```
 
-- `--variant NAME` chooses one, several in their order; `--set PATH=VALUE` sets one value (`--set
-  bodies.ball.pose.pos[2]=1.5`). `check`, `run`, `test` and `compile` take both; `check --variants` checks every
-  variant. Single values come last, and are checked like those in the file.
-- `text2sim run CASE --sweep NAME` runs a sweep, `--grid PATH=[a,b,c]` one that is made up on the spot; at most @RUNS@
-  runs. Each is a run like any other, so that a sweep that was interrupted goes on where it stopped.
-- Nothing of this changes the file. The folder of a run is called after what was laid over the case.
+- `--variant NAME` applies a variant, or several in their order; `--set PATH=VALUE` sets one value (`--set
+  bodies.ball.pose.pos[2]=1.5`). `check`, `run`, `test` and `compile` accept both; `check --variants` checks every
+  variant. Single values are applied last, and are checked like those in the file.
+- `text2sim run CASE --sweep NAME` runs a sweep, `--grid PATH=[a,b,c]` an ad hoc one, of at most @RUNS@ runs. Each is an
+  ordinary run, so that an interrupted sweep continues where it stopped.
+- None of this changes the file. The name of a run's folder includes the changes.
 """

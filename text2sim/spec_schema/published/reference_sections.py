@@ -48,7 +48,7 @@ class ReferenceSection:
 
     title: str
     noun: str
-    """What one of its kinds is called."""
+    """Noun for one of its kinds."""
     level: int
     models: Any
     """A union on `kind`, or a tuple of models."""
@@ -93,9 +93,7 @@ SECTIONS = (
         (bodies.Link, bodies.Loop, bodies.JointOverride, bodies.Payload),
         "In `links`, `loops`, `joints`, `payload`. All links but the root have a `joint`, much like a mount.",
     ),
-    ReferenceSection(
-        "What a rope goes round", "pulley", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."
-    ),
+    ReferenceSection("Pulleys of a rope", "pulley", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
     ReferenceSection("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
     ReferenceSection("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
     ReferenceSection(
@@ -160,14 +158,14 @@ SECTIONS = (
         "In `material` of a soft body, a cloth, grains, a liquid, snow.",
     ),
     ReferenceSection("`actions`: the script", "script", 2, (actions.Actions,)),
-    ReferenceSection("Controls", "control", 3, controls.Control, "What acts on the bodies.", "controls"),
+    ReferenceSection("Controls", "control", 3, controls.Control, "Actions on the bodies.", "controls"),
     ReferenceSection(
         "Schedules",
         "schedule",
         3,
         motion.Schedule,
-        "Wherever a schedule is taken: a number, or one of these. Times count from the start of the run, also of a "
-        "force with `during`; of a drive with `on`, from its event.",
+        "Wherever a schedule is accepted: a number, or one of these. Times are relative to the start of the run, also "
+        "for a force with `during`, but to the event for a drive with `on`.",
         "schedules",
     ),
     ReferenceSection(
@@ -175,7 +173,7 @@ SECTIONS = (
         "measure",
         3,
         measures.Measure,
-        "Numbers over time. Where `of` means several copies, `stat` says how they become one number.",
+        "Numbers over time. If `of` selects several copies, `stat` combines them into one number.",
         "measures",
     ),
     ReferenceSection(
@@ -183,7 +181,7 @@ SECTIONS = (
         "event",
         3,
         events.Event,
-        "Moments. Physics has to decide about them: what is driven cannot be their subject.",
+        "Moments that physics determines: driven bodies cannot be their subjects.",
         "events",
     ),
     ReferenceSection("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),

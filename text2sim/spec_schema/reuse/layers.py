@@ -15,7 +15,7 @@ from text2sim.spec_schema.reuse.trees import LocatedValue, mapping, merge, moved
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 from text2sim.spec_schema.text.source import Source, check_source
-from text2sim.spec_schema.vocabulary.slot_path import ROOTS, Face, Faces, NoSuchSlot, follow
+from text2sim.spec_schema.vocabulary.slot_path import ROOTS, NoSuchSlot, PrefabInterface, PrefabInterfaces, check_path
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.arguments import Argument
@@ -70,11 +70,11 @@ def build(document: Document, folder: FilePath, overlay: CaseOverlay) -> Layers:
     Raises:
         SpecError: If the overlay cannot be applied.
     """
-    faces = _Faces(document, folder)
-    problems = _check_sections(document, faces)
+    interfaces = _PrefabInterfaces(document, folder)
+    problems = _check_sections(document, interfaces)
     if overlay:
         try:
-            document = _lay_over(document, overlay, faces)
+            document = _lay_over(document, overlay, interfaces)
         except SpecError as error:
             raise SpecError([*problems, *error.problems]) from None
     layers = Layers(document, problems)
@@ -95,34 +95,34 @@ def build(document: Document, folder: FilePath, overlay: CaseOverlay) -> Layers:
     return layers
 
 
-class _Faces:
-    """Faces of prefabs, from a library that is made on demand."""
+class _PrefabInterfaces:
+    """Interfaces of prefabs, from a library that is loaded on demand."""
 
     def __init__(self, document: Document, folder: FilePath) -> None:
         self.document, self.folder = document, folder
         self.library: PrefabLibrary | None = None
 
-    def __call__(self, use: Any) -> Face:
+    def __call__(self, use: Any) -> PrefabInterface:
         if self.library is None:
             from text2sim.spec_schema.reuse.library import PrefabLibrary
 
             self.library = PrefabLibrary(self.document, self.folder)
-        return self.library.face(use)
+        return self.library.interface(use)
 
 
 # --- checks of the case ---------------------------------------------------------------------------------------
 
 
-def _check_sections(document: Document, faces: Faces) -> list[Problem]:
+def _check_sections(document: Document, interfaces: PrefabInterfaces) -> list[Problem]:
     """Return the problems of all variants and sweeps."""
     problems: list[Problem] = []
     variants = check_names(document, "variants", problems)
     for name in variants:
-        problems += check_overlay(document, ("variants", name), list(variants.values()), faces)
+        problems += check_overlay(document, ("variants", name), list(variants.values()), interfaces)
     if "sweeps" in document.data:
         from text2sim.spec_schema.reuse.sweeps import check_sweeps
 
-        problems += check_sweeps(document, faces)
+        problems += check_sweeps(document, interfaces)
     return problems
 
 
@@ -140,10 +140,10 @@ def overlaid(document: Document, folder: FilePath, overlay: CaseOverlay) -> Docu
     Raises:
         SpecError: If a part of the overlay does not exist, or has an invalid path.
     """
-    return _lay_over(document, overlay, _Faces(document, folder))
+    return _lay_over(document, overlay, _PrefabInterfaces(document, folder))
 
 
-def _lay_over(document: Document, overlay: CaseOverlay, faces: Faces) -> Document:
+def _lay_over(document: Document, overlay: CaseOverlay, interfaces: PrefabInterfaces) -> Document:
     tree, problems = LocatedValue(document.data, document.root), list[Problem]()
     for number, name in enumerate(overlay.variants):
         over = _named(tree, ("variants",), name)
@@ -161,7 +161,7 @@ def _lay_over(document: Document, overlay: CaseOverlay, faces: Faces) -> Documen
     start = 0
     for words in overlay.sets:
         try:
-            tree = _set(tree, words, source, start, faces)
+            tree = _set(tree, words, source, start, interfaces)
         except SpecError as error:
             problems += error.problems
         start += len(words) + 1
@@ -190,7 +190,7 @@ def _unknown(document: Document, option: str, number: int, name: str, what: str,
     return Problem("", message, number + 1, 1, option, nearest(name, names), f"unknown-{what}")
 
 
-def _set(tree: LocatedValue, words: str, source: Source, start: int, faces: Faces) -> LocatedValue:
+def _set(tree: LocatedValue, words: str, source: Source, start: int, interfaces: PrefabInterfaces) -> LocatedValue:
     """Set one value, given as `path=value`."""
 
     def wrong(offset: int, message: str, rule: str, hint: str | None = None) -> SpecError:
@@ -209,7 +209,7 @@ def _set(tree: LocatedValue, words: str, source: Source, start: int, faces: Face
     offset = len(name) + 1
     value = _value(text, wrong, offset)
     try:
-        follow(tree.data, path, faces, new=isinstance(value.data, dict))
+        check_path(tree.data, path, interfaces, new=isinstance(value.data, dict))
     except NoSuchSlot as error:
         at = sum(len(f"{step}") + 1 + isinstance(step, int) for step in path[: error.step])
         raise wrong(min(at, max(len(name) - 1, 0)), str(error), "unknown-path", error.hint) from None

@@ -18,7 +18,7 @@ from text2sim.spec_schema.reuse.trees import LocatedValue
 from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
-from text2sim.spec_schema.vocabulary.slot_path import Face
+from text2sim.spec_schema.vocabulary.slot_path import PrefabInterface
 from text2sim.spec_schema.vocabulary.words import bounds_of, slot_of
 
 FOLDER = "prefabs"
@@ -104,21 +104,21 @@ class PrefabLibrary:
             raise found
         return found
 
-    def face(self, use: Any, depth: int = 8) -> Face:
-        """Return what can be changed of a prefab; an empty face if it does not exist."""
+    def interface(self, use: Any, depth: int = 8) -> PrefabInterface:
+        """Return what can be changed of a prefab; an empty interface if it does not exist."""
         try:
             found = self.find(use) if isinstance(use, str) else None
         except MissingPrefab:
-            return Face()
+            return PrefabInterface()
         if found is None:
-            return Face()
+            return PrefabInterface()
         if found.model.bodies is not None:
-            return Face(parts=tuple(found.model.bodies))
+            return PrefabInterface(parts=tuple(found.model.bodies))
         body = found.model.body or {}
         if "use" in body:
-            return self.face(body["use"], depth - 1) if depth else Face()
+            return self.interface(body["use"], depth - 1) if depth else PrefabInterface()
         kind = body.get("kind")
-        return Face(kind if isinstance(kind, str) else None)
+        return PrefabInterface(kind if isinstance(kind, str) else None)
 
     def names(self) -> list[str]:
         """Return the names of all available prefabs."""

@@ -13,9 +13,9 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Document, Path
 from text2sim.spec_schema.vocabulary.slot_path import (
     ROOTS,
-    Face,
-    Faces,
     MappingSlots,
+    PrefabInterface,
+    PrefabInterfaces,
     is_entry,
     mapping_slots,
     root_slots,
@@ -48,16 +48,16 @@ def check_names(document: Document, section: str, problems: list[Problem]) -> di
     return {name: value for name, value in found.items() if _NAME.fullmatch(name)}
 
 
-def check_overlay(document: Document, at: Path, others: list[Any], faces: Faces) -> list[Problem]:
+def check_overlay(document: Document, at: Path, others: list[Any], interfaces: PrefabInterfaces) -> list[Problem]:
     """Return problems for the unknown keys of a variant.
 
     Args:
         document: The case.
         at: Path of the variant in it.
         others: All variants of the case, including this one: each may change entries of others.
-        faces: What can be changed of prefabs.
+        interfaces: Interfaces of prefabs.
     """
-    walk = _Walk(document, at, faces)
+    walk = _Walk(document, at, interfaces)
     over = document.data
     for step in at:
         over = over[step]
@@ -85,15 +85,15 @@ def check_body(document: Document, at: Path, body: dict[str, Any]) -> list[Probl
     """
     if "use" in body:
         return []  # checked when it is expanded
-    walk = _Walk(document, at, lambda use: Face())
+    walk = _Walk(document, at, lambda use: PrefabInterface())
     walk.skipped = 2
     walk.mapping(slot_entry(), body, [body], ("bodies", "body"))
     return walk.problems
 
 
 class _Walk:
-    def __init__(self, document: Document, at: Path, faces: Faces) -> None:
-        self.document, self.at, self.faces = document, at, faces
+    def __init__(self, document: Document, at: Path, interfaces: PrefabInterfaces) -> None:
+        self.document, self.at, self.interfaces = document, at, interfaces
         self.problems: list[Problem] = []
         self.skipped = 0
         """Number of steps of a path in a case that `at` includes."""
@@ -106,7 +106,7 @@ class _Walk:
     def mapping(self, slots: list[LanguageSlot], over: dict[str, Any], bases: list[Any], path: Path) -> None:
         """Check the keys of a mapping that changes others."""
         own = [over] if isinstance(over.get("kind"), str) or "use" in over else []
-        found = mapping_slots(slots, own or [over, *bases], path, self.faces)
+        found = mapping_slots(slots, own or [over, *bases], path, self.interfaces)
         if found.anything or path == ("params",) or path[-1:] == ("with",):
             return
         if found.names and not found.fields:

@@ -16,15 +16,15 @@ from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import flow_text
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
-from text2sim.spec_schema.vocabulary.slot_path import Faces, NoSuchSlot, follow
+from text2sim.spec_schema.vocabulary.slot_path import NoSuchSlot, PrefabInterfaces, check_path
 
 
-def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
+def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Problem]:
     """Return the problems of the sweeps of a case.
 
     Args:
         document: The case.
-        faces: What can be changed of prefabs.
+        interfaces: Interfaces of prefabs.
     """
     problems: list[Problem] = []
     variants = document.data.get("variants")
@@ -37,9 +37,9 @@ def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
             problems += diagnose(document, error, Sweep, data, path)
             continue
         for dots, values in (sweep.grid or {}).items():
-            problems += _check_axis(document, (*path, "grid", dots), values, faces)
+            problems += _check_axis(document, (*path, "grid", dots), values, interfaces)
         for point in sweep.points or ():
-            problems += check_overlay(document, (*path, "points", point), others, faces)
+            problems += check_overlay(document, (*path, "points", point), others, interfaces)
         for index, variant in enumerate(sweep.variants or ()):
             if not isinstance(variants, dict) or variant not in variants:
                 known = list(variants) if isinstance(variants, dict) else []
@@ -50,10 +50,12 @@ def check_sweeps(document: Document, faces: Faces) -> list[Problem]:
     return problems
 
 
-def _check_axis(document: Document, path: Path, values: list[Any], faces: Faces) -> list[Problem]:
+def _check_axis(document: Document, path: Path, values: list[Any], interfaces: PrefabInterfaces) -> list[Problem]:
     """Return the problems of one axis of a grid."""
     try:
-        follow(document.data, parse_dotted(str(path[-1])), faces, new=any(isinstance(value, dict) for value in values))
+        check_path(
+            document.data, parse_dotted(str(path[-1])), interfaces, new=any(isinstance(value, dict) for value in values)
+        )
     except NoSuchSlot as error:
         return [document.problem(path, str(error), key=True, rule="unknown-path", hint=error.hint)]
     except ValueError as error:
@@ -125,7 +127,7 @@ def parse_grid(options: list[str]) -> dict[str, list[str]]:
         grid[path.strip()] = [flow_text(value) for value in values]
         size *= len(values)
     if size > MAX_RUNS:
-        message = f"a sweep has at most {MAX_RUNS} runs (got {size})"
+        message = f"a sweep may have at most {MAX_RUNS} runs (got {size})"
         raise SpecError([Problem("", message, 1, 1, "--grid", rule="length")])
     return grid
 

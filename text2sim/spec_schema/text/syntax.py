@@ -61,7 +61,7 @@ def _look_alike(source: Source, line: int) -> tuple[int, int, str] | None:
 
 
 def taken_for_text(character: str) -> str:
-    """Say which character only looks like one of YAML."""
+    """Return the message about a character that looks like one of YAML's."""
     return f"`{character}` is {name(character, 'no ASCII')}, which YAML reads as text; type the ASCII character"
 
 

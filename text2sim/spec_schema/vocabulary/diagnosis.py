@@ -1,4 +1,4 @@
-"""Diagnosis of the validator's findings, in the words of the language and at the place in the file."""
+"""Diagnosis of validation errors: located messages in the terms of the language."""
 
 import re
 from dataclasses import dataclass
@@ -15,7 +15,6 @@ from text2sim.spec_schema.text.syntax import LOOK_ALIKE, taken_for_text
 from text2sim.spec_schema.vocabulary.words import (
     LanguageSlot,
     bounds_of,
-    carried_by,
     describe,
     fields_of,
     fits,
@@ -27,62 +26,63 @@ from text2sim.spec_schema.vocabulary.words import (
     show,
     slot_of,
     structure_of,
+    supported_range,
 )
 
-MOST = 10_000
-"""Errors of one validation that are put into words: nobody reads more, and 100,000 take ten seconds."""
+MAX_ERRORS = 10_000
+"""Largest number of reported errors of one validation: nobody reads more, and 100,000 take ten seconds."""
 
 
 def diagnose(
     document: Document, error: ValidationError, model: type[BaseModel], data: Any, root: Path = ()
 ) -> list[Problem]:
-    """Turn the errors of one validation into located problems.
+    """Convert the errors of one validation to located problems.
 
     Args:
-        document: Where positions come from.
-        error: What pydantic raised.
+        document: The document, which knows the positions.
+        error: The error of pydantic.
         model: The model that was validated.
         data: The value that was validated, with its expressions evaluated.
         root: Path of that value in the document.
 
     Returns:
-        Each problem once; a value that fits no alternative of a union is one problem.
+        The problems without duplicates; a value that fits no alternative of a union is one problem.
     """
     found: dict[Problem, None] = {}
     errors = error.errors(include_url=False)
-    for details in errors[:MOST]:
+    for details in errors[:MAX_ERRORS]:
         place = _follow(slot_of(model), data, list(details["loc"]), details["type"])
         if place is not None:
-            finding = _say(place, details)
+            finding = _finding(place, details)
             path = (*root, *finding.path)
             found[document.problem(path, finding.message, key=finding.key, rule=finding.rule, hint=finding.hint)] = None
-    if len(errors) > MOST:
-        text = f"{len(errors) - MOST:,} more values are wrong"
+    if len(errors) > MAX_ERRORS:
+        text = f"{len(errors) - MAX_ERRORS:,} more values are wrong"
         found[document.problem(root, text, rule="value")] = None
-    # Whatever the above cannot follow is still said, if not as well.
-    return list(found) or [document.problem(root, _plainly(error), rule="value")]
+    # Errors that cannot be located more exactly are still reported.
+    return list(found) or [document.problem(root, _raw_message(error), rule="value")]
 
 
-def _plainly(error: ValidationError) -> str:
+def _raw_message(error: ValidationError) -> str:
     details = error.errors(include_url=False)[0]
     return f"{'.'.join(map(str, details['loc']))}: {details['msg']}"
 
 
 @dataclass
 class _Place:
-    """Where an error leads: the value that it is about, and what the language takes there."""
+    """The value that an error is about, and its slot in the language."""
 
     path: Path
     slot: LanguageSlot
     data: Any
     rest: list[Step]
-    """Steps that lead to something that is not there: a missing or unknown key, a missing item."""
+    """Steps to something that does not exist: a missing or unknown key, a missing item."""
     alternatives: bool = False
-    """The value fits no alternative of a union, and which one was meant cannot be told."""
+    """Whether the value fits no alternative of a union, and the intended one is unknown."""
 
 
 def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place | None:
-    """Walk along an error's location; None if it is about an alternative that was not meant."""
+    """Return the place of an error; None if the error is about an alternative that was not intended."""
     path: Path = ()
     while True:
         if loc[:1] == ["[key]"]:
@@ -91,7 +91,7 @@ def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place
             slot = slot_of(slot.models[str(loc.pop(0))])
         elif slot.discriminator is None and len(slot.members) > 1:
             fitting = [member for member in slot.members if fits(member, data)]
-            # Of several lists, the one that is as long was meant.
+            # Of several lists, the one of the same length was intended.
             fitting = [member for member in fitting if _is_as_long(member, data)] or fitting
             if len(fitting) != 1:
                 return _Place(path, slot, data, [], alternatives=True)
@@ -148,7 +148,7 @@ _LABELS = (
 
 
 def _is_label_of(label: str, slot: LanguageSlot) -> bool:
-    """Whether pydantic's name for an alternative of a union is that of a slot."""
+    """Return whether pydantic's label for an alternative of a union denotes a slot."""
     while found := _FUNCTION.match(label):
         label = label[found.end() :]
     origin = get_origin(slot.base)
@@ -159,8 +159,7 @@ def _is_label_of(label: str, slot: LanguageSlot) -> bool:
     return slot.structure == next((what for starts, what in _LABELS if label.startswith(starts)), "mapping")
 
 
-# --- words
-# ----------------------------------------------------------------------------------------------------
+# --- messages -------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -172,7 +171,7 @@ class _Finding:
     key: bool = False
 
 
-def _say(place: _Place, details: ErrorDetails) -> _Finding:
+def _finding(place: _Place, details: ErrorDetails) -> _Finding:
     kind, slot, data = details["type"], place.slot, place.data
     if place.rest == ["[key]"]:
         return _bad_name(place)
@@ -208,29 +207,29 @@ def _say(place: _Place, details: ErrorDetails) -> _Finding:
         return _Finding(place.path, f"must be{_range(slot, data).removeprefix(' of')} (got {show(data)})", "range")
     if isinstance(data, bool) and slot.structure == "number":
         return _Finding(place.path, f"needs {describe(slot)}; {show(data)} is not a number", "type")
-    message = f"needs {describe(slot)} (got {_given(data, slot)}){_meant(data, slot)}"
+    message = f"needs {describe(slot)} (got {_given(data, slot)}){_advice(data, slot)}"
     return _Finding(place.path, message, "type", key=data is None)
 
 
 def _range(slot: LanguageSlot, data: Any) -> str:
-    """The bounds that a number breaks: those of the field, or those of what can be carried at all."""
-    carried = carried_by(slot)
-    if carried is None or data <= 0 or carried.low <= data <= carried.high:
+    """Return the bounds that a number violates: those of the field, or those of supported magnitudes."""
+    supported = supported_range(slot)
+    if supported is None or data <= 0 or supported.low <= data <= supported.high:
         return range_of(slot)
-    return f" {magnitudes(carried)}"
+    return f" {magnitudes(supported)}"
 
 
 def _unknown_key(place: _Place) -> _Finding:
     key, model = str(place.rest[0]), place.slot.base
     known = [word for word in fields_of(model) if word != "kind" or kinds_of(model)]
     free = [word for word in known if word not in place.data]
-    message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}{_strange(key)}"
+    message = f"unknown key `{key}`; {_name_of(place)} takes {', '.join(known)}{_non_ascii(key)}"
     if _NUMBER.fullmatch(key):
-        message += "; decimals have a point, and numbers that belong together stand in brackets: [0, 0.5, 1]"
+        message += "; write decimals with a point, and vectors in brackets: [0, 0.5, 1]"
     elif ":" in key and key.split(":")[0] in known:
-        message += "; a space is missing behind the colon"
+        message += "; a space is missing after the colon"
     elif key in _WITHIN and _WITHIN[key] in known:
-        message += f"; `{key}` stands in `{_WITHIN[key]}`"
+        message += f"; `{key}` belongs in `{_WITHIN[key]}`"
     elif key in _ELSEWHERE and {"look", "place"} <= set(known) and nearest(key, free) is None:
         return _Finding((*place.path, key), f"{message}; {_ELSEWHERE[key]}", "unknown-key", key=True)
     elif OTHER_KEYS.get(key) in free:
@@ -244,22 +243,20 @@ _WITHIN = {
     **dict.fromkeys(("color", "colour", "finish", "opacity"), "look"),
     **dict.fromkeys(("radius", "size"), "shape"),
 }
-"""Keys of a body as they are often written one level too high."""
+"""Keys that are often written one level too high, in a body, by the key that they belong in."""
 _ELSEWHERE = {
     **dict.fromkeys(
         ("pin", "pins", "pinned", "fixed_points", "fixed_vertices", "anchor", "anchors", "attach", "attached"),
-        "`kind: attach` in `actions.controls` holds a body, or a region of it",
+        "use `kind: attach` in `actions.controls` to hold a body, or a region of it",
     ),
     **dict.fromkeys(
         ("velocity", "speed", "initial_velocity", "linear_velocity", "angular_velocity"),
-        "`kind: initial_velocity` in `actions.controls` lets it start with a speed",
+        "use `kind: initial_velocity` in `actions.controls` for a velocity at the start",
     ),
-    **dict.fromkeys(
-        ("force", "forces", "impulse", "push", "torque"), "what pushes a body stands in `actions.controls`"
-    ),
-    **dict.fromkeys(("fixed", "static"), "what never moves stands in `scene.statics`"),
+    **dict.fromkeys(("force", "forces", "impulse", "push", "torque"), "forces on a body belong in `actions.controls`"),
+    **dict.fromkeys(("fixed", "static"), "objects that never move belong in `scene.statics`"),
 }
-"""Keys that others give to bodies, and where that stands here."""
+"""Keys of bodies in other languages, with advice on where they belong in this one."""
 OTHER_KEYS = {
     **dict.fromkeys(("width", "widths", "dimensions", "dims", "extents", "scale"), "size"),
     **dict.fromkeys(("position", "location", "translation", "xyz", "origin"), "pos"),
@@ -271,7 +268,7 @@ OTHER_KEYS = {
     **dict.fromkeys(("weight",), "mass"),
     **dict.fromkeys(("bounce", "elasticity"), "restitution"),
 }
-"""Keys as others call them."""
+"""Keys by their names in other languages."""
 
 
 def _missing_key(place: _Place) -> _Finding:
@@ -307,7 +304,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("prismatic", "linear"), "slider"),
     **dict.fromkeys(("pin", "weld", "constraint", "grasp"), "attach"),
 }
-"""Kinds as others call them; where there is no such kind, the nearest word is the hint."""
+"""Kinds by their names in other languages, for hints."""
 
 
 def _bad_kind(place: _Place) -> _Finding:
@@ -344,7 +341,7 @@ def _no_alternative(place: _Place) -> _Finding:
 
 
 def _given(data: Any, slot: LanguageSlot) -> str:
-    """What was given instead: `needs 3 numbers (got 3)` would puzzle."""
+    """Return what was given instead, without ambiguity as in `needs 3 numbers (got 3)`."""
     number = structure_of(data) == "number" and slot.structure != "number"
     return f"the number {show(data)}" if number else show(data)
 
@@ -353,8 +350,8 @@ _WITH_UNIT = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?\s*[a-zA-Z°%/]+[23]?")
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?")
 
 
-def _meant(data: Any, slot: LanguageSlot) -> str:
-    """How a number or a mapping is written, to someone who wrote text instead."""
+def _advice(data: Any, slot: LanguageSlot) -> str:
+    """Return how to write a number or a mapping, if text was given instead."""
     if not isinstance(data, str):
         return ""
     if slot.structure == "mapping" and (alike := LOOK_ALIKE.search(data)):
@@ -365,9 +362,9 @@ def _meant(data: Any, slot: LanguageSlot) -> str:
     if _NUMBER.fullmatch(text):
         return "; leave out the quotes"
     if _WITH_UNIT.fullmatch(text):
-        return "; leave out the unit: all numbers are in SI units, m, kg, s, N and rad, but for `…_deg`"
+        return "; leave out the unit: all numbers are in SI units (m, kg, s, N, rad), except `…_deg`"
     if text.startswith("$"):
-        return "; an expression is written ${…}"
+        return "; write an expression as ${…}"
     words = text.split()
     return "; put commas between numbers" if len(words) > 1 and all(map(_NUMBER.fullmatch, words)) else ""
 
@@ -380,11 +377,11 @@ def _bad_text(place: _Place) -> _Finding:
 def _bad_name(place: _Place) -> _Finding:
     word = str(place.path[-1])
     message = f"{_quoted(word)} is not a name: {noun_of(slot_of(Name)).form}"
-    return _Finding(place.path, message + _strange(word), "form", key=True)
+    return _Finding(place.path, message + _non_ascii(word), "form", key=True)
 
 
-def _strange(word: str) -> str:
-    """Call the first letter that only looks like one of ours by its name."""
+def _non_ascii(word: str) -> str:
+    """Return the name of the first non-ASCII character, which may look like an ASCII letter; empty if there is none."""
     found = next((c for c in word if not c.isascii()), None)
     return "" if found is None else f"; `{found}` is {name(found, 'no letter')}"
 
@@ -393,7 +390,7 @@ def _bad_length(place: _Place, details: ErrorDetails) -> _Finding:
     context = details.get("ctx", {})
     least, most = context.get("min_length"), context.get("max_length")
     wanted = f"at least {least}" if details["type"] == "too_short" else f"at most {most}"
-    return _Finding(place.path, f"needs {wanted} of them (got {len(place.data)})", "length", key=True)
+    return _Finding(place.path, f"needs {wanted} entries (got {len(place.data)})", "length", key=True)
 
 
 def _quoted(value: object) -> str:

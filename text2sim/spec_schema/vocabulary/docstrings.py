@@ -1,8 +1,7 @@
-"""Documentation of the models: docstrings of classes, and the texts below their fields.
+"""Documentation of the models: docstrings of classes and fields.
 
-Pydantic could collect the texts below fields at import (`use_attribute_docstrings`), which costs every
-`check` the time to read the source. They are needed only where schema and documentation are made, so they are
-read there.
+Pydantic could collect the docstrings of fields at import (`use_attribute_docstrings`), but then every `check` would
+read the source. Only schema and documentation need them, so they are read on demand.
 """
 
 import ast
@@ -15,7 +14,7 @@ from pydantic import BaseModel
 
 @cache
 def field_docs(model: type[BaseModel]) -> dict[str, str]:
-    """Return the text below each field of a model, its inherited ones included, by attribute."""
+    """Return the docstring of each field of a model, including inherited ones, by attribute."""
     docs: dict[str, str] = {}
     for layer in reversed(model.__mro__):
         if issubclass(layer, BaseModel) and layer.__module__ != BaseModel.__module__:

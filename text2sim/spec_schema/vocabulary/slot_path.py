@@ -1,4 +1,4 @@
-"""Paths of keys through the language: what a change to a case could be about."""
+"""Paths of keys through the language, for changes to a case."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,28 +13,28 @@ from text2sim.spec_schema.text.document import Path
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, show, slot_of
 
 ROOTS = ("prompt", "params", "prefabs", "scene", "bodies", "actions", "render", "waive")
-"""What can be changed of a case."""
+"""Keys of a case that can be changed."""
 
 
-class Face(NamedTuple):
-    """What of a prefab can be changed where it is used."""
+class PrefabInterface(NamedTuple):
+    """The part of a prefab that can be changed where it is used."""
 
     kind: str | None = None
-    """Kind of its only body, if it is known."""
+    """Kind of its only body, if known."""
     parts: tuple[str, ...] = ()
     """Names of its bodies, if there are several."""
 
 
-Faces = Callable[[Any], Face]
-"""Says what can be changed of a prefab, by name."""
+PrefabInterfaces = Callable[[Any], PrefabInterface]
+"""Returns the interface of a prefab by name."""
 
 
 class NoSuchSlot(Exception):
-    """A path that leads nowhere.
+    """A path to something that the language does not have.
 
     Attributes:
-        step: Which of its steps.
-        hint: The nearest word that leads on.
+        step: Index of the first invalid step.
+        hint: The nearest valid word.
     """
 
     def __init__(self, step: int, message: str, hint: str | None = None) -> None:
@@ -45,60 +45,64 @@ class NoSuchSlot(Exception):
 
 @dataclass
 class MappingSlots:
-    """What can stand in a mapping."""
+    """Slots of the entries that a mapping can have."""
 
     fields: dict[str, list[LanguageSlot]] = field(default_factory=dict)
-    """By key, if the language gives the keys."""
+    """Slots by key, if the language defines the keys."""
     names: list[LanguageSlot] = field(default_factory=list)
-    """What stands under any name."""
+    """Slots under any name."""
     anything: bool = False
-    """Nothing is known of it."""
+    """Whether nothing is known about it."""
     models: list[type[BaseModel]] = field(default_factory=list)
+    """Models that the mapping can have."""
 
     def inner(self, key: str) -> list[LanguageSlot] | None:
-        """Return what can stand under a key; None if it leads nowhere."""
+        """Return the slots under a key; None if the key is invalid."""
         if key in self.fields:
             return self.fields[key]
         return self.names or ([] if self.anything else None)
 
 
 def mapping_slots(
-    slots: list[LanguageSlot], values: list[Any], path: Path, faces: Faces = lambda use: Face()
+    slots: list[LanguageSlot],
+    values: list[Any],
+    path: Path,
+    interfaces: PrefabInterfaces = lambda use: PrefabInterface(),
 ) -> MappingSlots:
-    """Return what can stand in a mapping that the language has at a place.
+    """Return the slots of a mapping at a path.
 
     Args:
-        slots: What the language takes there.
-        values: What stands there, in the case and in changes to it.
-        path: The place.
-        faces: What can be changed of prefabs.
+        slots: Slots of the language at this path.
+        values: Values at this path, in the case and in changes to it.
+        path: The path.
+        interfaces: Interfaces of prefabs.
     """
     found = MappingSlots(anything=not slots)
     uses = [value["use"] for value in values if isinstance(value, dict) and "use" in value] if is_entry(path) else []
-    used = [faces(use) for use in uses]
-    if not any(face.parts for face in used):
-        kinds = [{"kind": face.kind} for face in used]
+    used = [interfaces(use) for use in uses]
+    if not any(interface.parts for interface in used):
+        kinds = [{"kind": interface.kind} for interface in used]
         for slot in slots:
             _open(slot, [*values, *kinds], found)
     if uses:
         found.fields = {"use": [], "with": [], **found.fields}
-    for face in used:
-        found.fields |= {part: slot_entry() for part in face.parts}
+    for interface in used:
+        found.fields |= {part: slot_entry() for part in interface.parts}
     return found
 
 
 def is_entry(path: Path) -> bool:
-    """Whether a body or static stands at a path, which may use a prefab."""
+    """Return whether a path leads to a body or static, which may use a prefab."""
     return (len(path) == 2 and path[0] == "bodies") or (len(path) == 3 and path[:2] == ("scene", "statics"))
 
 
 def slot_entry() -> list[LanguageSlot]:
-    """Return what the language takes for a body."""
+    """Return the slots of a body."""
     return [slot_of(get_args(slot_of(Case.model_fields["bodies"].annotation).base)[1])]
 
 
 def root_slots() -> list[LanguageSlot]:
-    """Return what the language takes for a case."""
+    """Return the slots of a case."""
     return [slot_of(Case)]
 
 
@@ -129,7 +133,7 @@ def _open_model(model: type[BaseModel], found: MappingSlots) -> None:
 
 
 def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
-    """Return what the language takes for an item of a list."""
+    """Return the slots of the items of a list."""
     found = []
     for slot in slots:
         for member in slot.members:
@@ -138,24 +142,24 @@ def items_of(slots: list[LanguageSlot]) -> list[LanguageSlot]:
     return found
 
 
-def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
-    """Check that a path leads to something that can be set.
+def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool = False) -> None:
+    """Check that the value at a path can be set.
 
     Args:
         data: The case.
         path: The path.
-        faces: What can be changed of prefabs.
-        new: Whether what is to be set is a mapping, which may stand under a new name.
+        interfaces: Interfaces of prefabs.
+        new: Whether the value to be set is a mapping, which may have a new name.
 
     Raises:
-        NoSuchSlot: If it leads nowhere.
+        NoSuchSlot: If it cannot be set.
     """
     slots, value, missing = root_slots(), data, False
     for index, step in enumerate(path):
         here = f"`{dotted(path[:index])}`" if index else "a case"
         if isinstance(value, str) and "${" in value:
             raise NoSuchSlot(
-                index, f"{here} is the expression `{value[:60]}`: set it as a whole, or what it is made of"
+                index, f"{here} is the expression `{value[:60]}`: set the whole value, or the parameters in it"
             )
         if isinstance(step, int):
             _check_item(value, step, index, here, missing)
@@ -166,8 +170,8 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
             most = f" to {here.strip('`')}[{len(value) - 1}]" if len(value) > 1 else ""
             raise NoSuchSlot(index, f"{here} is a list; its items are {here.strip('`')}[0]{most}")
         if value is not None and not isinstance(value, dict):
-            raise NoSuchSlot(index, f"{here} is {show(value)}, and nothing is in it")
-        found = mapping_slots(slots, [value], path[:index], faces)
+            raise NoSuchSlot(index, f"{here} is {show(value)}, which has no keys")
+        found = mapping_slots(slots, [value], path[:index], interfaces)
         inner = found.inner(step)
         known: list[str] = list(value or ()) if found.names and not found.fields else list(found.fields)
         if index == 0:
@@ -175,7 +179,7 @@ def follow(data: Any, path: Path, faces: Faces, *, new: bool = False) -> None:
             inner = inner if step in ROOTS else None
         if inner is None or (found.names and step not in (value or {}) and not _may_be_new(path, index, new)):
             named = bool(found.names) and index > 0
-            message = _made(step, value, path[:index], faces) or _nothing(step, here, known, named)
+            message = _of_prefab(step, value, path[:index], interfaces) or _unknown_step(step, here, known, named)
             raise NoSuchSlot(index, message, nearest(step, known))
         missing = not isinstance(value, dict) or step not in value
         slots, value = inner, value[step] if isinstance(value, dict) and not missing else None
@@ -187,19 +191,19 @@ def _may_be_new(path: Path, index: int, new: bool) -> bool:
     return index == len(path) - 1 and (new or path[0] == "waive")
 
 
-def _made(step: str, value: Any, path: Path, faces: Faces) -> str | None:
-    """What to say of the name of a body that only comes to be when prefabs are expanded."""
+def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) -> str | None:
+    """Return the message about a name that a body only gets when prefabs are expanded; None for other names."""
     for name, entry in value.items() if path == ("bodies",) and isinstance(value, dict) else ():
         if isinstance(entry, dict) and step.startswith(f"{name}_"):
             part = step.removeprefix(f"{name}_")
-            if part in faces(entry.get("use")).parts:
-                return f"`{step}` is made by `{name}`: say `bodies.{name}.{part}`"
+            if part in interfaces(entry.get("use")).parts:
+                return f"`{step}` is created by the prefab of `{name}`: use `bodies.{name}.{part}`"
     return None
 
 
-def _nothing(step: str, here: str, known: list[str], named: bool) -> str:
+def _unknown_step(step: str, here: str, known: list[str], named: bool) -> str:
     if here == "a case":
-        return f"`{step}` cannot be changed; what can is {', '.join(known)}"
+        return f"`{step}` cannot be changed, only {', '.join(known)}"
     listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 40 else ""
     return (
         f"there is no `{step}` in {here}{listed}" if named else f"unknown key `{step}`; {here} takes {', '.join(known)}"
@@ -208,7 +212,7 @@ def _nothing(step: str, here: str, known: list[str], named: bool) -> str:
 
 def _check_item(value: Any, step: int, index: int, here: str, missing: bool) -> None:
     if missing or value is None:
-        raise NoSuchSlot(index, f"{here} is left out in the case: set it as a whole")
+        raise NoSuchSlot(index, f"{here} is not set in the case: set the whole value")
     if not isinstance(value, list):
         raise NoSuchSlot(index, f"{here} is {show(value)}, not a list")
     if step >= len(value):

@@ -1,4 +1,4 @@
-"""Slots of the language under each key, in canonical order, also for overlays."""
+"""Slots of the language by key, in canonical order, also for overlays."""
 
 from functools import cache
 from typing import get_args
@@ -14,9 +14,9 @@ from text2sim.spec_schema.models.sweep_models import Sweep
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, slot_of
 
 ENTRY = slot_of(Body)
-"""What stands under a name in `bodies`."""
+"""The slot of an entry of `bodies`."""
 
-_MEANT: dict[tuple[type[BaseModel], str], LanguageSlot] = {
+_CONTENT: dict[tuple[type[BaseModel], str], LanguageSlot] = {
     (Case, "prefabs"): slot_of(dict[Name, Prefab]),
     (Case, "variants"): slot_of(dict[Name, Case]),
     (Case, "sweeps"): slot_of(dict[Name, Sweep]),
@@ -26,25 +26,25 @@ _MEANT: dict[tuple[type[BaseModel], str], LanguageSlot] = {
     (PrefabFile, "bodies"): slot_of(dict[Name, Body]),
     (Sweep, "points"): slot_of(dict[Name, Case]),
 }
-"""Fields that take anything as far as their model goes, because they are checked elsewhere, and what they hold."""
+"""Content of fields that accept anything in their model, because they are checked elsewhere."""
 
 
-def meant(model: type[BaseModel], key: str, slot: LanguageSlot) -> LanguageSlot:
-    """Return what a field of a model really holds, where its type says less.
+def content_slot(model: type[BaseModel], key: str, slot: LanguageSlot) -> LanguageSlot:
+    """Return the slot of a field's actual content, which may be narrower than its type.
 
     Args:
         model: The model.
-        key: Name of the field, as authors write it.
-        slot: What its type says.
+        key: Name of the field in YAML.
+        slot: The slot of its type.
     """
-    return _MEANT.get((model, key), slot)
+    return _CONTENT.get((model, key), slot)
 
 
 def slots_by_key(slot: LanguageSlot | None) -> dict[str, LanguageSlot]:
-    """Return what stands under each key of a mapping, in canonical order; nothing if the keys are names.
+    """Return the slot under each key of a mapping, in canonical order; nothing if the keys are names.
 
     Args:
-        slot: A model, or a union of models of which it is not known which is meant.
+        slot: A model, or a union of models, all of which are considered.
     """
     if slot is None:
         return {}
@@ -62,5 +62,5 @@ def _merged(models: tuple[type[BaseModel], ...]) -> dict[str, LanguageSlot]:
     found: dict[str, LanguageSlot] = {}
     for model in models:
         for key, (_, slot) in fields_of(model).items():
-            found.setdefault(key, meant(model, key, slot))
+            found.setdefault(key, content_slot(model, key, slot))
     return found

@@ -1,4 +1,4 @@
-"""Types of the models in words: what a field takes, said to someone who writes a case."""
+"""Descriptions of the models' types, in words for authors of cases."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from text2sim.spec_schema.models.base import ByKind, Carried, Noun
+from text2sim.spec_schema.models.base import ByKind, Noun, Supported
 
 
 @dataclass(frozen=True)
 class LanguageSlot:
-    """A place of the language: the type that it takes, with its bounds."""
+    """A place in the language: the type that it accepts, with its bounds."""
 
     base: Any
     """The type without `Annotated` and without None."""
@@ -23,7 +23,7 @@ class LanguageSlot:
 
     @cached_property
     def members(self) -> list["LanguageSlot"]:
-        """The alternatives of a union; the slot itself otherwise."""
+        """The alternatives of a union; otherwise the slot itself."""
         if get_origin(self.base) in (Union, UnionType):
             return [slot_of(member) for member in get_args(self.base) if member is not NoneType]
         return [self]
@@ -37,7 +37,7 @@ class LanguageSlot:
 
     @cached_property
     def structure(self) -> str:
-        """What YAML writes here: number, text, boolean, list or mapping."""
+        """The YAML structure of its values: number, text, boolean, list or mapping."""
         if self.discriminator is not None or is_model(self.base):
             return "mapping"
         origin = get_origin(self.base)
@@ -47,7 +47,7 @@ class LanguageSlot:
 
 
 def is_model(base: Any) -> bool:
-    """Whether a type is a model of the language."""
+    """Return whether a type is a model of the language."""
     return isinstance(base, type) and issubclass(base, BaseModel)
 
 
@@ -63,7 +63,7 @@ _STRUCTURES: dict[Any, str] = {
 
 
 def fits(slot: LanguageSlot, value: object) -> bool:
-    """Whether a value is written like what a slot takes: a list of numbers for a vector, text for a word."""
+    """Return whether a value has the YAML structure that a slot accepts, such as a list of numbers for a vector."""
     if slot.structure != structure_of(value):
         return False
     if isinstance(value, list) and value:
@@ -72,16 +72,16 @@ def fits(slot: LanguageSlot, value: object) -> bool:
 
 
 def structure_of(value: object) -> str:
-    """Return what YAML wrote: number, text, boolean, list, mapping or nothing."""
+    """Return the YAML structure of a value: number, text, boolean, list, mapping or nothing."""
     return "nothing" if value is None else _STRUCTURES.get(type(value), "anything")
 
 
 def slot_of(annotation: Any, metadata: Iterable[Any] = ()) -> LanguageSlot:
-    """Take a type hint apart.
+    """Return the slot of a type hint.
 
     Args:
         annotation: The type hint.
-        metadata: What pydantic has already taken from it.
+        metadata: Metadata that pydantic has already extracted from it.
     """
     notes = list(metadata)
     while True:
@@ -102,7 +102,7 @@ def slot_of(annotation: Any, metadata: Iterable[Any] = ()) -> LanguageSlot:
 
 @cache
 def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, LanguageSlot]]:
-    """Return the fields of a model as they are written in YAML, in canonical order: attribute and slot by key."""
+    """Return attribute and slot of a model's fields by their YAML key, in canonical order."""
     fields = {}
     for attribute in _ordered(model):
         field = model.model_fields[attribute]
@@ -112,7 +112,7 @@ def fields_of(model: type[BaseModel]) -> dict[str, tuple[str, LanguageSlot]]:
 
 
 def _ordered(model: type[BaseModel]) -> list[str]:
-    """Attributes in the order in which they are written: what it is, then its own, then the common ones."""
+    """Return the attributes in canonical order: first those that identify it, then its own, then inherited ones."""
     own = [name for layer in model.__mro__ for name in layer.__dict__.get("__annotations__", {})]
     names = dict.fromkeys([*_FIRST, *own])
     return [name for name in names if name in model.model_fields]
@@ -123,7 +123,7 @@ _FIRST = ("kind", "of", "event", "measure")
 
 @cache
 def kinds_of(model: type[BaseModel]) -> tuple[str, ...]:
-    """Return the kinds that a model stands for."""
+    """Return the values of `kind` that denote a model."""
     field = model.model_fields.get("kind")
     return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
 
@@ -139,24 +139,24 @@ def bounds_of(slot: LanguageSlot) -> dict[str, Any]:
     return bounds
 
 
-def carried_by(slot: LanguageSlot) -> Carried | None:
-    """Return the range of magnitudes that is carried here; None where that is no question."""
-    return next((note for note in slot.metadata if isinstance(note, Carried)), None)
+def supported_range(slot: LanguageSlot) -> Supported | None:
+    """Return the range of magnitudes that a slot supports; None if it has none."""
+    return next((note for note in slot.metadata if isinstance(note, Supported)), None)
 
 
-def magnitudes(carried: Carried) -> str:
-    """Return the range of magnitudes in words: `from 1e-06 to 1e+06 m`."""
-    return f"from {carried.low:g} to {carried.high:g} {carried.unit}".rstrip()
+def magnitudes(supported: Supported) -> str:
+    """Return a range of magnitudes in words: `from 1e-06 to 1e+06 m`."""
+    return f"from {supported.low:g} to {supported.high:g} {supported.unit}".rstrip()
 
 
 def describe(slot: LanguageSlot) -> str:
-    """Say what a slot takes: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
+    """Return what a slot accepts, in words: `a number greater than 0`, `3 numbers, or one of x, y, z`."""
     if slot.discriminator is not None:
         return f"a mapping with a kind ({', '.join(slot.models)})"
     members = slot.members
     if len(members) > 1:
-        said = list(dict.fromkeys(describe(member) for member in members))
-        return ", or ".join([", ".join(said[:-1]), said[-1]] if len(said) > 1 else said)
+        parts = list(dict.fromkeys(describe(member) for member in members))
+        return ", or ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
     origin, arguments = get_origin(slot.base), get_args(slot.base)
     if origin is Literal:
         words = [str(argument) for argument in arguments]
@@ -179,7 +179,7 @@ def describe(slot: LanguageSlot) -> str:
 
 
 def range_of(slot: LanguageSlot) -> str:
-    """Return the bounds of a number: ` greater than 0`, ` from 0 to 1`; nothing if there are none."""
+    """Return the bounds of a number in words, ` greater than 0` or ` from 0 to 1`; empty if there are none."""
     bounds = bounds_of(slot)
     low, high, end = bounds.get("ge"), bounds.get("le"), bounds.get("lt")
     most = f", and less than {end:g}" if end is not None else f", and at most {high:g}" if high is not None else ""
@@ -210,12 +210,12 @@ def _plural(slot: LanguageSlot) -> str:
 
 
 def noun_of(slot: LanguageSlot) -> Noun:
-    """Return what a text is called."""
+    """Return the noun for the texts of a slot."""
     return next((note for note in slot.metadata if isinstance(note, Noun)), Noun("text", "texts"))
 
 
 def show(value: object) -> str:
-    """Say what was given instead."""
+    """Return a value in words, for messages about what was given."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
