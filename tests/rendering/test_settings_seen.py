@@ -8,7 +8,7 @@ from filmed import MakeRun
 from text2sim.compiler.build import plan_case
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering import tone
-from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.film import Filming
 from text2sim.rendering.floors import SURFACES, texture
 from text2sim.rendering.supports import StaticBody, posts
@@ -59,6 +59,15 @@ def test_a_texture_keeps_the_colour_and_has_no_seam(pattern):
     rows = np.abs(np.diff(made, axis=0)).mean(axis=(1, 2))
     seam = np.abs(made[0] - made[-1]).mean()
     assert seam <= 1.2 * rows.max()
+
+
+def test_a_wall_is_known_to_stand_in_the_light() -> None:
+    things = np.array([(-0.3, -0.3, 0.0), (0.3, 0.3, 0.6)])
+    wall, _ = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)  # it stands on the +y side
+    assert blocks_light(wall, things, np.array([(0.0, -1.0, -0.3)])), "the sun is low behind it"
+    assert blocks_light(wall, things, np.array([(0.0, 1.0, -0.3), (0.6, -0.6, -0.2)]))
+    assert not blocks_light(wall, things, np.array([(0.0, 1.0, -0.3), (1.0, 0.0, -0.3)])), "before it and beside it"
+    assert not blocks_light(wall, things, np.array([(0.0, -0.2, -1.0)])), "high above it"
 
 
 def test_the_wall_is_straight_and_behind_the_scene_but_round_about_a_camera_that_goes_round():

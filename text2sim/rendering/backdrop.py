@@ -125,6 +125,31 @@ def wall_mesh(
     return RenderMesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
 
 
+def blocks_light(wall: RenderMesh, things: Array, ways: Array) -> bool:
+    """Return whether a wall throws its shadow on the scene.
+
+    Args:
+        wall: The wall.
+        things: Positions of everything visible [m], shape (n, 3).
+        ways: Directions in which light travels, shape (k, 3).
+    """
+    low, high = things.min(axis=0), things.max(axis=0)
+    spots = np.stack(np.meshgrid(*zip(low, (low + high) / 2, high, strict=True)), axis=-1).reshape(-1, 3)
+    a, b, c = (wall.vertices[wall.faces[:, k]] for k in range(3))
+    for way in ways:  # Moeller and Trumbore, 1997
+        across = np.cross(-np.asarray(way, float), c - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1 / ((b - a) * across).sum(axis=1)
+            for spot in spots:
+                u = ((spot - a) * across).sum(axis=1) * scale
+                normal = np.cross(spot - a, b - a)
+                v = (normal @ -np.asarray(way, float)) * scale
+                away = ((c - a) * normal).sum(axis=1) * scale
+                if ((u >= 0) & (v >= 0) & (u + v <= 1) & (away > 0)).any():
+                    return True
+    return False
+
+
 def _usual(ways: Sequence[Array]) -> Array:
     """Return the horizontal direction (2,) of most cameras: they see the foot of a wall across it as level."""
     flat = np.array([way for way in ways if np.hypot(*way) > 1e-6]).reshape(-1, 2)

@@ -13,7 +13,7 @@ import numpy as np
 
 from text2sim.compiler.film_lights import ROOM as ROOMY
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
-from text2sim.rendering.backdrop import backdrop_mesh, edge_rays, wall_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
@@ -149,8 +149,12 @@ class FilmStage:
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            wall = wall_mesh(backdrop, eyes, self._places(), float(backdrop["radius"]) / ROOMY, rays)
+            places = self._places()
+            wall = wall_mesh(backdrop, eyes, places, float(backdrop["radius"]) / ROOMY, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
+            ways = [light["direction"] for light in self.recording.film["lights"].values() if "direction" in light]
+            if len(places) and blocks_light(wall[0], places, np.array(ways, float).reshape(-1, 3)):
+                wall = None  # the background has the wall's colour
         mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:
             return {}

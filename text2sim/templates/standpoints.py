@@ -20,7 +20,7 @@ MANY, OUTLIERS = 20, 0.02
 """With this many bodies or more, each edge of the picture may cut off this share of their positions: one shard that
 flies off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
-ELEVATIONS = {13: 0.0, 19: 0.03, 8: 0.04, 27: 0.12, 42: 0.25}
+ELEVATIONS = {13: 0.0, 19: 0.01, 8: 0.05, 27: 0.05, 42: 0.14}
 """Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
 with the score that each costs."""
 HABIT, BACK = 0.006, 0.06
@@ -30,6 +30,8 @@ HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
 broad sides of bodies, and contrast with the background."""
 TELLS = 0.25
 """Colour distance above which contrast does not increase the score further."""
+SURROUNDINGS, BENEATH = 0.3, 0.15
+"""How much of statics is shown beside and below what moves, in sizes of the latter."""
 SPOTS = 3
 """Points of a body from which occlusion is checked."""
 CHECKS = 1_500_000
@@ -53,7 +55,7 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
     standing = states.bounds(auto["statics"], float(looks[0])) if auto["statics"] else np.zeros((0, 3))
     shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
-    points = np.concatenate([shown, standing])
+    points = np.concatenate([shown, _near(standing, shown)])
     if not len(points):
         return camera
     sights = _Sights(film, states, looks)
@@ -191,6 +193,15 @@ def within(cloud: np.ndarray, space: Any) -> np.ndarray:
     low, high = (np.asarray(corner, float) for corner in space)
     near = cloud[((cloud >= low) & (cloud <= high)).all(axis=1)]
     return near if len(near) else cloud
+
+
+def _near(standing: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """Points of statics, moved into a box around what moves: of a large table, the part that matters is shown."""
+    if not len(shown) or not len(standing):
+        return standing
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    beside, below = SURROUNDINGS * float((high - low).max()), BENEATH * float((high - low).max())
+    return np.clip(standing, low - (beside, beside, below), high + beside)
 
 
 def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
