@@ -91,6 +91,7 @@ def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) ->
         "action: plan_anew",
         "restate: {why: mm, checks: {expect: {low: {measure: z, at: end, below: 0.25}}}}",
         "{back_to: 1, params: {bound: 0.2}}",
+        "{waive: {overlap: the new height causes it}, params: {height: 0.05}}",
     ],
 )  # fmt: skip
 def test_what_the_planner_may_do(answer: str) -> None:
@@ -119,6 +120,7 @@ def test_what_the_planner_may_do(answer: str) -> None:
         ("restate: {why: mm, checks: {expect: {low: {measure: z, at: end, above: 0.1}}}}", "keeps its below"),
         ("waive: {unknown-body: it is meant so}", "the lint did not find this here"),
         ("waive: {overlap: it is meant so}", "the lint did not find this here"),
+        ("{waive: {overlab: it is meant so}, params: {height: 2}}", "no rule `overlab`"),
         ("{action: plan_anew, take: [1]}", "/take: with `plan_anew` nothing else is done"),
         ("{}", "otherwise the next attempt is this one"),
         ("{back_to: 2, params: {height: 2.0}}", "/back_to: it can be 1"),

@@ -158,6 +158,48 @@ def test_a_piston_that_only_holds_is_not_felt(tmp_path: Path) -> None:
     assert findings(tmp_path, "thin-wall", PRESS, piston) == []
 
 
+CUTTER = """\
+bodies:
+  dough: {{kind: soft, cell: 0.009, shape: {{kind: box, size: [0.2, 0.2, 0.05]}}, pose: {{pos: [0, 0, 0.026]}}}}
+  cutter:
+    kind: driven
+    shape: {{kind: tube, outer_radius: {outer}, inner_radius: 0.036, height: 0.04, segments: 24}}
+    material: {{soft_reach: {reach}}}
+    pose: {{pos: [0, 0, 0.12]}}
+    motion: {{kind: oscillate, axis: z, amplitude: 0.06, frequency: 0.5}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("outer", "reach", "severity"),
+    [(0.05, 0.001, "error"), (0.054, 0.0045, "warning"), (0.057, 0.0045, ""), (0.063, 0.001, "")],
+)
+def test_the_wall_of_a_ring_counts_with_its_reach_and_not_its_staves(
+    tmp_path: Path, outer: float, reach: float, severity: str
+) -> None:
+    found = findings(tmp_path, "thin-wall", CUTTER.format(outer=outer, reach=reach))
+    assert [problem.severity for problem in found] == ([severity] if severity else [])
+
+
+def test_a_link_cannot_leave_soft_bodies_alone(tmp_path: Path) -> None:
+    pin = """\
+bodies:
+  dough: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.1]}, pose: {pos: [0, 0, 0.06]}}
+  pin:
+    kind: articulated
+    pose: {pos: [0, 0, 0.3]}
+    links:
+      root: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
+      rod:
+        parent: root
+        shape: {kind: box, size: [0.1, 0.1, 0.1]}
+        material: {touch_soft: false}
+        joint: {kind: slider, axis: z}
+"""
+    (found,) = findings(tmp_path, "unheeded-stuff", pin)
+    assert "touch_soft of a link is ignored" in found.message
+
+
 @pytest.mark.parametrize(("speed", "iterations", "found"), [(4, 4, 0), (8, 4, 0), (16, 4, 1), (16, 20, 0), (32, 20, 1)])
 def test_a_sheet_catches_what_it_caught(tmp_path: Path, speed: int, iterations: int, found: int) -> None:
     thrown = f"""\

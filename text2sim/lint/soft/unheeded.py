@@ -7,6 +7,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.names.selectors import body_of
@@ -74,6 +75,13 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
         if not soft.of("mpm") and facts.value_at(where) is not None:
             text = "soft_reach is for bodies of solver mpm, and this scene has none; leave it out"
             yield facts.problem("unheeded-stuff", where, text, key=True)
+    for name, body in facts.case.bodies.items():
+        for link in (body.links or ()) if isinstance(body, Articulated) else ():
+            for key in ("touch_soft", "soft_reach"):
+                where = facts.where(name, "links", link, "material", key)
+                if facts.value_at(where) is not None:
+                    text = f"{key} of a link is ignored: it holds for whole bodies; give it in `{name}`'s own material"
+                    yield facts.problem("unheeded-stuff", where, text, key=True)
 
 
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
@@ -116,8 +124,8 @@ actions:
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
 shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Only mpm bodies use the
-`soft_reach` of rigid surfaces. Restitution is made from the damping of the engine's own rigid contacts, which contact
-models sap and ipc do not use.""",
+`soft_reach` of rigid surfaces, which, like `touch_soft`, a body has as a whole, not each link. Restitution is made from
+the damping of the engine's own rigid contacts, which contact models sap and ipc do not use.""",
         remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",

@@ -31,19 +31,39 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         if copy.body in seen:
             continue
         wanted, why = _wanted(facts, soft, body, copy)
-        thin = min((part.thickness for part in facts.parts(copy)), default=math.inf)
-        cells = thin / soft.cell
+        thin, link = _thinnest(facts, copy)
+        more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
+        cells = (thin + more) / soft.cell
         if cells >= wanted * (1 - 1e-6):
             continue
         seen.add(copy.body)
+        name = copy.name if link is None else f"{copy.name}.{link}"
         text = (
-            f"`{copy.name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)}), and "
-            f"{why}: `{body.name}` leaks through it; make it {length(wanted * soft.cell)} or thicker, or "
-            f"`scene.mpm.cell` {at_most(thin / wanted)}, or, if it only holds the body by `attach`, "
-            "`material: {touch_soft: false}`"
+            f"`{name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)})"
+            f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` leaks through it; make it "
+            f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}, or"
+        )
+        text += (
+            ", if it only holds the body by `attach`, `material: {touch_soft: false}`"
+            if link is None
+            else " draw it as a part with `decor: true`, if it need not touch"
         )
         severity = "error" if wanted == LOADED and cells < LEAKING else None
         yield facts.problem("thin-wall", facts.first_said(copy.body, "shape"), text, key=True, severity=severity)
+
+
+def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
+    """Return the smallest thickness [m] of a copy and the link that has it.
+
+    The staves of a ring touch each other, so that its wall counts, not the width of a stave.
+    """
+    shape = copy.shape
+    if shape is not None and shape.kind == "tube":
+        return min(shape.outer_radius - shape.inner_radius, shape.height), None
+    if shape is not None and shape.kind in ("cup", "funnel"):
+        return shape.thickness, None
+    thinnest = min(facts.parts(copy), key=lambda part: part.thickness, default=None)
+    return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
 def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
