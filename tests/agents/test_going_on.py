@@ -91,6 +91,19 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     assert "Planning anew came to nothing" in loop.workshop.referred[0]
 
 
+def test_the_best_version_is_filmed_well_although_it_was_not_accepted() -> None:
+    styled: list[int] = []
+    loop: Any = SimpleNamespace(
+        made=[], chat=SimpleNamespace(attempt=0), limits=LoopLimits(), only_if_accepted=False,
+        _try=lambda attempt: None, _unbettered=lambda: 1, _styled=lambda attempt: styled.append(attempt.number),
+        outcome=lambda state, why: LoopOutcome(state, why),
+    )  # fmt: skip
+    assert AgentLoop.work(loop, "name: a\n", "first version").state == "gave_up"
+    loop.only_if_accepted, loop.made = True, []
+    AgentLoop.work(loop, "name: a\n", "an edit of somebody's case")
+    assert styled == [1]
+
+
 @pytest.mark.parametrize(
     ("runs", "ended"),
     [

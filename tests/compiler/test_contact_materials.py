@@ -74,4 +74,7 @@ def test_one_body_that_resists_makes_all_others_say_that_they_do_not():
     assert xml.count('friction="0.5 0.02 0" condim="6"') == 1 and xml.count('friction="0.5"') == 1
     chain = resolved(WRECKER.replace("radius: 0.01", "radius: 0.01\n    material: {rolling_friction: 0.01}") % "")
     assert chain.plan.files["models/wrecker.xml"].count(b'friction="0.5 0 0.01"') == 4
-    assert resolved(BALL % ", material: {rolling_friction: 0.01}").plan.settings.cone == "elliptic"
+    rolls = BALL % ", material: {rolling_friction: 0.01}"
+    assert resolved(rolls).plan.settings.cone == "elliptic"
+    rag = "  rag: {kind: cloth, shape: {kind: sheet, size: [0.3, 0.3]}, pose: {pos: [2, 0, 1]}}\n"
+    assert resolved(rolls + rag).plan.settings.cone == "elliptic", "a football slows down beside a tent, too"

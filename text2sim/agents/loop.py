@@ -60,7 +60,7 @@ class AgentLoop:
         self.only_if_accepted = False
         """Whether the case existed before, so that only an accepted version may replace it."""
         self.style = False
-        """Whether the best film of an accepted case is searched for."""
+        """Whether the best film of the final version is searched for."""
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
         self.base = ""
@@ -130,10 +130,11 @@ class AgentLoop:
             self.chat.attempt = attempt.number
             report = self._try(attempt)
             if attempt.accepted:
-                if self.style:
-                    self._styled(attempt)
+                self._styled(attempt)
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
             if (best := self._unbettered()) is not None:
+                if not self.only_if_accepted:
+                    self._styled(next(one for one in self.made if one.number == best))
                 return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
@@ -161,7 +162,9 @@ class AgentLoop:
                 cause = f"attempt {decision.back_to} again, changed: {cause}"
 
     def _styled(self, attempt: Attempt) -> None:
-        """Film an accepted attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
+        """Film the final attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
+        if not self.style:
+            return
         self.emit("stage", name="style")
         way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
         attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
