@@ -17,6 +17,7 @@ from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.requirements import Requirement
 from text2sim.agents.run_summary import citable, evidence_text
+from text2sim.agents.tracks import tracks_text
 from text2sim.agents.trials import Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
@@ -267,6 +268,10 @@ class Attempts:
         if record is not None and record.time > 0:
             attempt.pace = round(record.timings.get("simulate", 0.0) / record.time, 2)
         text = evidence_text(result.folder, result.evidence, told, asked, pictured)
+        if result.evidence is not None and (
+            tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])
+        ):
+            text += f"\n\n{tracks}"
         if examined.derived:
             text += f"\n\n{examined.derived}"
         if warnings := [p for p in examined.warnings if p.rule != ESTIMATE]:

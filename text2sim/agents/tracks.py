@@ -1,0 +1,57 @@
+"""Positions and velocities of bodies at the start, at events and at the end, for the Critic and the Planner."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.spec_schema.models.case import Case
+
+MAX_BODIES = 8
+"""Largest number of bodies whose tracks are told; of several copies, only the first."""
+MAX_EVENTS = 5
+"""Largest number of events at which they are told, the earliest first."""
+SLOW = 0.005
+"""Speed [m/s] of a body that is told to be at rest."""
+
+
+def tracks_text(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return a section of the evidence with one line for each body that moves.
+
+    Args:
+        run: The run folder.
+        case: The case.
+        events: Events of the evidence, by name.
+    """
+    recording = RecordedCase.load(run, case)
+    time = recording.states.time
+    if not len(time):
+        return ""
+    firsts = sorted((row["first"], name) for name, row in events.items() if row.get("first") is not None)
+    moments = [("start", float(time[0])), *((name, t) for t, name in firsts[:MAX_EVENTS]), ("end", float(time[-1]))]
+    frames = np.abs(time[:, None] - [t for _, t in moments]).argmin(axis=0)
+    rows = []
+    for name in case.bodies:
+        target = recording.names.select(name)[0]
+        places, velocities = recording.origin(target)[frames], recording.velocity(target)[frames]
+        if np.nanmax(np.linalg.norm(places - places[:1], axis=1), initial=0.0) < SLOW:
+            continue
+        told = [
+            f"{label} {t:.3g} s {_vector(place)}{_moving(velocity)}"
+            for (label, t), place, velocity in zip(moments, places, velocities, strict=True)
+            if np.isfinite(place).all()
+        ]
+        rows.append(f"- `{target.label}`: " + "; ".join(told))
+    return "## Positions [m] and velocities [m/s]\n\n" + "\n".join(rows[:MAX_BODIES]) if rows else ""
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in values) + ")"
+
+
+def _moving(velocity: Any) -> str:
+    if not np.isfinite(velocity).all():
+        return ""
+    return " at rest" if np.linalg.norm(velocity) < SLOW else f" v {_vector(velocity)}"
