@@ -20,6 +20,7 @@ from text2sim.agents.conversation import Conversation
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import StoppedError
 from text2sim.agents.restyling import physics
+from text2sim.agents.revising import data_of
 from text2sim.compiler.build import plan_case
 from text2sim.harness import run as harness_run
 from text2sim.spec_schema.errors import RunError
@@ -155,6 +156,18 @@ def untraced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def light(name: str) -> str:
     return treatment(f"{{op: add, path: /render/lighting, value: {name}}}", name=name)
+
+
+def test_a_film_by_hand_has_the_derived_one_as_its_rival(make_run: MakeRun, tmp_path: Path) -> None:
+    studio = Studio(make_run, tmp_path, {})
+    assert studio.cinematography._automatic(CASE) is None, "it is that already"
+    by_hand = "fps: 10, lighting: overcast, cameras: {a: {kind: still, from: [3, 0, 1], look_at: [0, 0, 0]}}, shots: {s: {camera: a, from: 0}}"
+    derived = studio.cinematography._automatic(CASE.replace("fps: 10", by_hand))
+    assert derived is not None
+    render = data_of(derived)["render"]
+    assert "cameras" not in render
+    assert "shots" not in render
+    assert render["lighting"] == "overcast"
 
 
 @pytest.mark.usefixtures("untraced")

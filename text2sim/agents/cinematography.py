@@ -38,6 +38,8 @@ ROUNDS = 3
 """Number of rounds of proposals and judgements."""
 PROPOSED = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
+FILMED_BY_HAND = ("cameras", "shots", "speed", "during")
+"""Fields of `render` without which cameras and pace are derived from what was recorded."""
 WIDTH = 480
 """Width of a still [pixels]."""
 LISTED = 30
@@ -143,13 +145,28 @@ class Cinematography:
     def _proposed(self, best: FilmedTreatment, *, first: bool) -> dict[str, str]:
         """Return the text of the case for each treatment, by its name."""
         found: dict[str, str] = {}
-        if first and (text := self._suggested(best.text)) is not None:
-            found["suggested"] = text
+        if first:
+            derived = {"automatic": self._automatic(best.text), "suggested": self._suggested(best.text)}
+            found |= {name: text for name, text in derived.items() if text is not None}
         try:
             found |= self._written(best, PROPOSED if first else 1)
         except RoleFailed as failed:  # go on with the treatments at hand
             self._emit("treatments_failed", why=str(failed))
         return found
+
+    def _automatic(self, text: str) -> str | None:
+        """The case with the film that is derived from what was recorded; None if it has that already."""
+        written = data_of(text).get("render")
+        chosen = [key for key in FILMED_BY_HAND if isinstance(written, dict) and key in written]
+        try:
+            return (
+                restyled(text, [{"op": "remove", "path": f"/render/{key}"} for key in chosen], self._path)
+                if chosen
+                else None
+            )
+        except (Text2SimError, PatchError) as error:
+            self._emit("treatments_failed", why=f"automatic: {error}")
+            return None
 
     def _suggested(self, text: str) -> str | None:
         """The case with the camera and light that `render --suggest` proposes."""
