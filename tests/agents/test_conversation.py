@@ -118,7 +118,7 @@ def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path
 
 def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
     text, served = language.explained(sorted(language.known_kinds()))
-    assert len(text) < 1.3 * language.SERVED
+    assert len(text) < 1.3 * language.MAX_PAGES_SIZE
     assert 5 < len(served) < len(language.known_kinds())
     assert "No room for" in text
 

@@ -12,7 +12,7 @@ from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
-from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
+from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import AttemptReport, decision_faults
 from text2sim.agents.loop import AgentLoop
@@ -226,8 +226,8 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     made.mending.agreement = made.agreement
     made.agreement.plan.keeps = ["low"]
     made.workshop.fixed = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
-    assert ESTIMATE in {rule.id for rule in RULES}
-    guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=ESTIMATE)
+    assert DURATION_RULE in {rule.id for rule in RULES}
+    guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=DURATION_RULE)
     for pace in (0.0, 2.5):
         made._told.clear()
         made.mending._warned.clear()

@@ -10,7 +10,7 @@ import pytest
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
 from text2sim.agents.conversation import Wrong, typed
-from text2sim.agents.facts import _TOLD, Fact, alike, called, claim_faults, found
+from text2sim.agents.facts import _FACT_FUNCTIONS, Fact, alike, called, claim_faults, found
 from text2sim.agents.replies import FACTS, Claim
 from text2sim.agents.roles import PROMPTS
 from text2sim.spec_schema.load import load_text
@@ -155,7 +155,7 @@ def test_a_false_fact_cannot_be_marked_away(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("sort", FACTS)
 def test_every_sort_of_fact_is_told_and_offered(sort: str) -> None:
-    assert set(_TOLD) == set(FACTS)
+    assert set(_FACT_FUNCTIONS) == set(FACTS)
     for prompt in ("plan", "open"):
         assert f"{{{sort}: " in (PROMPTS / f"{prompt}.md.j2").read_text("utf-8")
     assert sort in Claim.model_fields

@@ -20,7 +20,7 @@ from text2sim.agents.deciding import AttemptReport, decision_faults, foreign
 from text2sim.agents.existing_case import planned
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
 from text2sim.agents.section_writer import _patched
-from text2sim.lint.rules import EARLIER, RULES, Rule
+from text2sim.lint.rules import EARLIER_RULES, RULES, Rule
 from text2sim.spec_schema.changes.diff import operations
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.case import Case
@@ -151,7 +151,7 @@ def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Pat
     assert not [one for one in [*now.errors, *now.warnings] if one.rule == rule.id]
 
 
-@pytest.mark.parametrize("rule", EARLIER)
+@pytest.mark.parametrize("rule", EARLIER_RULES)
 def test_what_is_found_before_the_lint_can_be_waived(rule: str) -> None:
     text = format_text(json.dumps(data_of("{}") | {"waive": {rule: WHY}}))
     assert "waive" in revising.data_of(text)

@@ -34,9 +34,9 @@ def test_a_small_file_is_read_here_and_a_large_one_elsewhere(tmp_path: Path) -> 
     path = tmp_path / "mesh.obj"
     path.write_bytes(b"x" * 100)
     assert confined(read, path, "") == (100, os.getpid())
-    path.write_bytes(b"x" * (module.SMALL + 1))
+    path.write_bytes(b"x" * (module.MAX_LOCAL_SIZE + 1))
     size, process = confined(read, path, "")
-    assert size == module.SMALL + 1
+    assert size == module.MAX_LOCAL_SIZE + 1
     assert process != os.getpid()
 
 
@@ -52,7 +52,7 @@ def test_a_reader_that_fails_is_a_refusal(tmp_path: Path, wish: str, words: str)
 
 
 def test_a_reader_that_takes_for_ever_is_stopped(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.04)
+    monkeypatch.setattr(module, "WALL_TIME_FACTOR", 0.04)
     (tmp_path / "mesh.obj").write_bytes(b"")
     with pytest.raises(AssetError, match="takes more than"):
         confined(read, tmp_path / "mesh.obj", "spin", large=True)

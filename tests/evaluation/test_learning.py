@@ -14,7 +14,7 @@ from tests.evaluation.conftest import PHYSICAL, Judge
 from text2sim.agents.conversation import Wrong
 from text2sim.agents.distilling import CardProposal, TriedAttempt, drafted
 from text2sim.card_library.library import BUILT_IN, load_library
-from text2sim.card_library.retrieval import SAME, alike
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, alike
 from text2sim.evaluation.learning import Learning
 from text2sim.evaluation.ledger import CardRecord, Debt, check_split, digest_of, enter, read_ledger, retrieved
 from text2sim.evaluation.method_folder import CaseResult, MethodRecord, write_method, write_result
@@ -252,7 +252,7 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
 def test_built_in_cards_say_different_things() -> None:
     entries = [entry.card for entry in load_library([BUILT_IN]).entries.values()]
     most = max(alike(one, other) for one, other in itertools.combinations(entries, 2))
-    assert most < 0.3 < SAME
+    assert most < 0.3 < DUPLICATE_LIKENESS
     assert alike(entries[0], entries[0]) == 1
 
 

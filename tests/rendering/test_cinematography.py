@@ -55,7 +55,7 @@ HEAVY = treatment("{op: add, path: /bodies/box/material, value: {density: 1}}")
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of a real size take a minute each without LLVM."""
-    monkeypatch.setattr(cinematography, "WIDTH", 64)
+    monkeypatch.setattr(cinematography, "STILL_WIDTH", 64)
 
 
 class Studio:

@@ -141,8 +141,8 @@ def test_without_a_judgement_it_still_shows_the_run(tmp_path: Path, case: Case) 
 
 def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", frames=200), detailed=False)
-    monkeypatch.setattr(motion, "RIGID", 14 * 2 * 50)
-    monkeypatch.setattr(motion, "SOFT", 6 * 23 * 60)
+    monkeypatch.setattr(motion, "MAX_RIGID_SIZE", 14 * 2 * 50)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 6 * 23 * 60)
     blob, notes = Blob(), list[str]()
     _, _, taken = pack_links(scenery, blob, notes)
     assert len(taken) <= 50
@@ -158,7 +158,7 @@ def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytes
 
 def test_too_many_particles_are_sampled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", cloth=False), detailed=False)
-    monkeypatch.setattr(motion, "SOFT", 6 * FRAMES * 4)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 6 * FRAMES * 4)
     notes = list[str]()
     (sand,) = pack_figures(scenery, Blob(), Pictures(notes), notes)
     assert sand["count"] == 4
@@ -168,7 +168,7 @@ def test_too_many_particles_are_sampled(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_surface_that_finds_no_room_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", grains=False), detailed=False)
-    monkeypatch.setattr(motion, "SOFT", 100)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 100)
     notes = list[str]()
     assert pack_figures(scenery, Blob(), Pictures(notes), notes) == []
     assert notes == ["sheet is left out: its surface has 16 points"]

@@ -16,9 +16,9 @@ from text2sim.spec_schema.text.source import plain_text
 
 Data = dict[str, Any]
 FROZEN_PARTS = ("measures", "events", "expect")
-PLANNERS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
+PLANNER_PARTS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
 """Parts of a case that no Writer owns: the Planner patches them."""
-_OF_NAMES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
+_NAME_RULES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
 """Rules about names, which are meaningless while other sections are missing."""
 
 
@@ -123,7 +123,7 @@ def section_faults(
         load_text(format_text(json.dumps(document, ensure_ascii=False)), path)
     except SpecError as error:
         mine = [problem for problem in error.problems if owner_of(problem, ()) == section]
-        return [said(problem) for problem in mine if problem.rule not in _OF_NAMES]
+        return [format_problem(problem) for problem in mine if problem.rule not in _NAME_RULES]
     return []
 
 
@@ -144,7 +144,7 @@ def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
     return section if section in SECTIONS else "plan"
 
 
-def said(problem: Problem) -> str:
+def format_problem(problem: Problem) -> str:
     """Format a problem for a model: place, message, nearest valid word, and rule."""
     hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
     return f"{problem.path or 'the case'}: {problem.message}{hint} [{problem.rule}]"

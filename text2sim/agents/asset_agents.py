@@ -134,9 +134,9 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     """Generate a mesh with Meshy, repair it, and register it in the case's manifest."""
     from text2sim.asset_intake.register import generate
     from text2sim.assets.mesh_repair import RepairGoal
-    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.meshy import BASE_URL, Meshy, Order3D
 
-    meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE))
+    meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE_URL))
     added = generate(case, name, Order3D(wish.prompt), meshy, wish=RepairGoal(wish.size))
     return {"kind": "mesh", "file": added.asset.file}
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.assembly import examine, said
+from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.replies import CasePlan
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER, digest, keep
@@ -14,7 +14,7 @@ from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.whole_files import write_atomically
 
 PREVIEWS = "generation/previews"
-PLACING = ("place", "pose", "repeat")
+PLACEMENT_KEYS = ("place", "pose", "repeat")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: s
         case: The case folder.
         prompt: The agent's task, which is recorded in the manifest.
     """
-    alone = {key: row for key, row in body.items() if key not in PLACING}
+    alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS}
     alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
     text = format_text(json.dumps(_document(name, alone, plan), ensure_ascii=False))
     content = format_text(json.dumps({"params": plan.params, "body": body}, ensure_ascii=False)).encode()
@@ -47,9 +47,9 @@ def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: s
     if known is not None and known.sha256 == digest(content):
         return Proof(control=dict(known.control), notes=known.notes)
     found = examine(text, case / "case.yaml")
-    wrong = [said(one) for one in found.errors if one.path.startswith(f"/bodies/{name}") or not one.path]
+    wrong = [format_problem(one) for one in found.errors if one.path.startswith(f"/bodies/{name}") or not one.path]
     if wrong or found.loaded is None:
-        return Proof(tuple(wrong or [said(one) for one in found.errors]))
+        return Proof(tuple(wrong or [format_problem(one) for one in found.errors]))
     if (failed := _drawn(name, found.loaded, case)) is not None:
         return Proof((f"/body: it cannot be drawn: {failed}",))
     proof = _moved(found.loaded.data["bodies"][name], case)
@@ -91,7 +91,7 @@ def _moved(body: dict[str, Any], case: Path) -> Proof:
 
     if body.get("kind") != "articulated":
         return Proof()
-    alone = {key: row for key, row in body.items() if key not in PLACING} | {"base": "fixed"}
+    alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS} | {"base": "fixed"}
     try:
         report = check_mechanism(alone, case)
     except AssetError as error:

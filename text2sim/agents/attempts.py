@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 LARGEST_INPUT = 100_000_000
 """Largest file that comes with a request [bytes]."""
-DEAR = 0.1
+MAX_REPEAT_SHARE = 0.1
 """Part of the time left that a run may take to be repeated without a cause."""
-ESTIMATE = "slow-scene"
+DURATION_RULE = "slow-scene"
 """The rule that estimates the duration of a run; it is ignored once a run was timed."""
 
 
@@ -267,7 +267,7 @@ class Attempts:
         text = evidence_text(result.folder, result.evidence, told, asked, pictured)
         if examined.derived:
             text += f"\n\n{examined.derived}"
-        if warnings := [p for p in examined.warnings if p.rule != ESTIMATE]:
+        if warnings := [p for p in examined.warnings if p.rule != DURATION_RULE]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
                 f"- {p.path}: {p.message} [{p.rule}]{_meant(examined.meant.get((p.rule, p.path)))}"
                 for p in warnings[:10]
@@ -338,7 +338,7 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
-            if now is not None and attempt.wall > DEAR * 60 * now:
+            if now is not None and attempt.wall > MAX_REPEAT_SHARE * 60 * now:
                 facts = [untried(plan, attempt.wall)]
             else:
                 facts = compared(plan, attempt.text, self.case / "case.yaml", simulate)

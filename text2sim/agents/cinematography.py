@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from text2sim.agents import language
-from text2sim.agents.assembly import said
+from text2sim.agents.assembly import format_problem
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
@@ -32,19 +32,19 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 
-ENOUGH = 80.0
+GOOD_ENOUGH_MARK = 80.0
 """Total mark (0 to 100) at which no better treatment is sought."""
-ROUNDS = 3
+MAX_ROUNDS = 3
 """Number of rounds of proposals and judgements."""
-PROPOSED = 2
+FIRST_PROPOSALS = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
-WIDTH = 480
+STILL_WIDTH = 480
 """Width of a still [pixels]."""
-LISTED = 30
+MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
-EVENTS, EVENLY = 4, 4
+MAX_EVENT_STILLS, EVEN_STILLS = 4, 4
 """Largest number of stills of events, and number of evenly spaced stills."""
-WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
+MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""
 Score = Annotated[float, Field(ge=0, le=100)]
 
@@ -78,7 +78,7 @@ class Marks(Answer):
     @property
     def total(self) -> float:
         """Total mark, 0 to 100."""
-        return round(sum(weight * getattr(self, name) for name, weight in WEIGHTS.items()), 1)
+        return round(sum(weight * getattr(self, name) for name, weight in MARK_WEIGHTS.items()), 1)
 
 
 @dataclass(frozen=True)
@@ -123,8 +123,8 @@ class Cinematography:
             return None
         self._tried = [self._judged("as_it_is", text, self._sheet(text))]
         try:
-            for round_ in range(ROUNDS):
-                if self._best().marks.total >= ENOUGH:
+            for round_ in range(MAX_ROUNDS):
+                if self._best().marks.total >= GOOD_ENOUGH_MARK:
                     break
                 for name, tried in self._proposed(self._best(), first=round_ == 0).items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
@@ -146,7 +146,7 @@ class Cinematography:
         if first and (text := self._suggested(best.text)) is not None:
             found["suggested"] = text
         try:
-            found |= self._written(best, PROPOSED if first else 1)
+            found |= self._written(best, FIRST_PROPOSALS if first else 1)
         except RoleFailed as failed:  # go on with the treatments at hand
             self._emit("treatments_failed", why=str(failed))
         return found
@@ -173,7 +173,7 @@ class Cinematography:
                 try:
                     texts[treatment.name] = restyled(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
                 except SpecError as error:
-                    wrong += [f"/treatments/{number}: {said(problem)}" for problem in error.problems[:4]]
+                    wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:
                     wrong.append(f"/treatments/{number}: {error}")
             if wrong and not texts:
@@ -193,8 +193,8 @@ class Cinematography:
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
             sheet=self._chat.vision("render"),
-            evenly=EVENLY,
-            events=EVENTS,
+            evenly=EVEN_STILLS,
+            events=MAX_EVENT_STILLS,
             instruction=f"Propose {many} that would be marked higher.",
         )
         images = (best.sheet,) if self._chat.vision("render") else ()
@@ -218,7 +218,7 @@ class Cinematography:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
         marks: Marks = self._chat.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
-        parts = {part: getattr(marks, part) for part in WEIGHTS}
+        parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"
         self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
@@ -274,18 +274,18 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
 
     recording = _recording(run, loaded)
     wide, tall = recording.film["resolution"]
-    filming = Filming(recording, "draft", size=(WIDTH, max(2, round(WIDTH * tall / wide / 2) * 2)))
+    filming = Filming(recording, "draft", size=(STILL_WIDTH, max(2, round(STILL_WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
     told = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
-    evenly = [reel.frames[k] for k in spread(len(reel.frames), EVENLY)]
-    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(told))[:EVENTS]}))
+    evenly = [reel.frames[k] for k in spread(len(reel.frames), EVEN_STILLS)]
+    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(told))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
     sheet = io.BytesIO()
-    contact_sheet(thumbnails, width=WIDTH, columns=2).save(sheet, "png", optimize=True)
+    contact_sheet(thumbnails, width=STILL_WIDTH, columns=2).save(sheet, "png", optimize=True)
     return sheet.getvalue(), len(thumbnails)
 
 
@@ -296,9 +296,9 @@ def recorded_text(recording: Any) -> str:
         if row["name"]:
             first.setdefault(row["name"], float(row["time"]))
     rows = [f"0 to {recording.last:.3g} s."]
-    rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:LISTED]]
+    rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:MAX_LISTED]]
     rows += [_light_row(name, light) for name, light in recording.film["lights"].items()]
-    for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:LISTED]:
+    for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:MAX_LISTED]:
         start, end = (_box(recording.states.bounds([name], t)) for t in (0.0, recording.last))
         rows.append(f"- `{name}`: {start}" + ("" if start == end else f"; at the end {end}"))
     return "\n".join(rows)

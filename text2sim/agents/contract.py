@@ -13,8 +13,8 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.selectors import body_of, strings_in
 
 Data = dict[str, Any]
-PARTS = ("expect", "measures", "events")
-SLACK = 0.5
+CONTRACT_PARTS = ("expect", "measures", "events")
+MAX_RELAXATION = 0.5
 """Fraction by which the Planner may relax a bound when it restates an expectation."""
 
 
@@ -32,7 +32,7 @@ class Contract:
     @property
     def pointers(self) -> tuple[str, ...]:
         """JSON Pointers to the contract's entries in a case."""
-        return tuple(f"/actions/{part}/{name}" for part in PARTS for name in self.values[part])
+        return tuple(f"/actions/{part}/{name}" for part in CONTRACT_PARTS for name in self.values[part])
 
     @classmethod
     def of(cls, loaded: LoadedCase, names: Iterable[str], planned: Iterable[str] = ()) -> "Contract":
@@ -45,7 +45,7 @@ class Contract:
         """
         actions = loaded.data.get("actions") or {}
         names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
-        values: dict[str, Data] = {part: {} for part in PARTS}
+        values: dict[str, Data] = {part: {} for part in CONTRACT_PARTS}
         waiting = [("expect", name) for name in names]
         while waiting:
             part, name = waiting.pop()
@@ -54,9 +54,11 @@ class Contract:
                 continue
             values[part][name] = row
             words = strings_in(row)
-            waiting += [(other, word) for other in PARTS[1:] for word in words if word in (actions.get(other) or {})]
+            waiting += [
+                (other, word) for other in CONTRACT_PARTS[1:] for word in words if word in (actions.get(other) or {})
+            ]
         bodies = loaded.data.get("bodies") or {}
-        named = {body_of(word) for part in PARTS[1:] for word in strings_in(values[part])}
+        named = {body_of(word) for part in CONTRACT_PARTS[1:] for word in strings_in(values[part])}
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
         return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
@@ -68,7 +70,7 @@ class Contract:
             for name in self.names
             if name not in self.values["expect"]
         ]
-        for part in PARTS:
+        for part in CONTRACT_PARTS:
             for name, row in self.values[part].items():
                 now = (actions.get(part) or {}).get(name)
                 if now is None:
@@ -120,8 +122,10 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):
                 continue
-            if sign * (new_bound - old_bound) > SLACK * abs(old_bound):
-                found.append(f"{name}: `{side}` may move by {SLACK:.0%} of {old_bound:g} at most: this asks for less")
+            if sign * (new_bound - old_bound) > MAX_RELAXATION * abs(old_bound):
+                found.append(
+                    f"{name}: `{side}` may move by {MAX_RELAXATION:.0%} of {old_bound:g} at most: this asks for less"
+                )
     return found
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import revising
-from text2sim.agents.assembly import examine, said
+from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.contract import numbered
 from text2sim.agents.facts import Fact
 from text2sim.agents.replies import CasePlan
@@ -16,11 +16,14 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
-MOST = 2
+MAX_CAUSES = 2
 """Largest number of causes that are tested; each costs a simulation."""
 TITLE = "## Without the cause"
 PARTS = ("controls", "measures", "events", "expect")
-CAME: dict[bool | None, str] = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
+CAUSE_VERDICTS: dict[bool | None, str] = {
+    True: "COMES TRUE AS WELL: no cause",
+    False: "does not come true, as it must be",
+}
 """Verdict on a cause, by whether the effect's expectation came true in a finished run without it."""
 Found = Mapping[str, Mapping[str, Any]]
 
@@ -67,7 +70,7 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         A fact for each effect; none if the plan names no cause.
     """
     facts = []
-    for requirement, causes in list(plan.causes.items())[:MOST]:
+    for requirement, causes in list(plan.causes.items())[:MAX_CAUSES]:
         told = f"without {', '.join(f'`{name}`' for name in causes)}"
         case = without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
@@ -77,7 +80,9 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         if not effects:
             facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))
         elif examined.errors:
-            facts.append(Fact(requirement, None, f"{told} the case cannot be run: {said(examined.errors[0])}"))
+            facts.append(
+                Fact(requirement, None, f"{told} the case cannot be run: {format_problem(examined.errors[0])}")
+            )
         else:
             try:
                 state, found = simulate(examined.loaded)
@@ -87,9 +92,11 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
             for name in (one for written in effects for one in numbered(written, found)):
                 row = found.get(name, {})
                 came = row.get("ok") if state == "finished" else None
-                why = row.get("why") if came in CAME else f"the run ended as: {state}"
+                why = row.get("why") if came in CAUSE_VERDICTS else f"the run ended as: {state}"
                 ok = None if came is None else not came
-                facts.append(Fact(requirement, ok, f"{told} `{name}` {CAME.get(came, 'could not be told')} ({why})"))
+                facts.append(
+                    Fact(requirement, ok, f"{told} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})")
+                )
     return facts
 
 

@@ -13,7 +13,7 @@ from text2sim.agents.restyling import physics
 from text2sim.agents.run_summary import attempts_table, judgement
 from text2sim.spec_schema.errors import Text2SimError
 
-GLANCE = 800
+SHORT_FORM_SIZE = 800
 """Largest side of the pictures in the short form [pixels]."""
 
 
@@ -95,7 +95,7 @@ def _smaller(image: Image) -> Image:
 
     with Picture.open(BytesIO(image.data)) as picture:
         small = picture.convert("RGB")
-    small.thumbnail((GLANCE, GLANCE))
+    small.thumbnail((SHORT_FORM_SIZE, SHORT_FORM_SIZE))
     out = BytesIO()
     small.save(out, "PNG", optimize=True)
     return Image(image.name, "image/png", out.getvalue())

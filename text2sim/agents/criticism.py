@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.assembly import said
+from text2sim.agents.assembly import format_problem
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import Conversation, RoleFailed, typed
 from text2sim.agents.facts import Fact, false
@@ -113,9 +113,9 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
     except PatchError as error:
         return [str(error)]
     except RefusedPatch as refused:
-        return [said(problem) for problem in _worst(refused.problems)]
+        return [format_problem(problem) for problem in _worst(refused.problems)]
     except SpecError as error:
-        return [said(problem) for problem in _worst(error.problems)]
+        return [format_problem(problem) for problem in _worst(error.problems)]
     return contract.breaches(load_text(revision.text, path))
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, examine, owner_of, said
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, format_problem, owner_of
 from text2sim.agents.contract import weakened
 from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
-from text2sim.agents.rehearsal import TAKEN, plan_faults
+from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Opening
 from text2sim.agents.roles import render, system_prompt
 from text2sim.agents.run_summary import to_decide_by
@@ -98,7 +98,7 @@ def decide(
         left=report.left,
         cards=offer,
     )
-    system = system_prompt(PLANNER, "decide", taken=", ".join(TAKEN))
+    system = system_prompt(PLANNER, "decide", taken=", ".join(RESERVED_NAMES))
     try:
         return chat.ask("planner", system, question, typed(Decision, check))
     except RoleFailed as failed:
@@ -160,7 +160,9 @@ def decision_faults(
     ]
     for number, route in enumerate(decision.routes):
         wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
-    wrong += [f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in TAKEN]
+    wrong += [
+        f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
+    ]
     wrong += foreign(decision.patch) + _check_faults(decision, agreement)
     if not (work and (set(work) - {"plan"} or _does(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
@@ -182,7 +184,8 @@ def _does(decision: Decision) -> bool:
 def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Describe the operations that touch a Writer's section."""
     return [
-        f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
+        f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for "
+        f"{', '.join(f'/{part}' for part in PLANNER_PARTS)}"
         for k, row in enumerate(operations)
         for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
         if str(place).split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
@@ -224,7 +227,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     for old, name in decision.plan.rename.items():
         if old not in plan.params:
             wrong.append(f"/plan/rename/{old}: there is no such parameter")
-        elif name in plan.params or name in TAKEN:
+        elif name in plan.params or name in RESERVED_NAMES:
             wrong.append(f"/plan/rename/{old}: `{name}` is taken")
     return wrong
 
@@ -264,7 +267,7 @@ def _new_plan_faults(old: CasePlan, new: CasePlan, path: Path) -> list[str]:
 def _new_problems(case: str, text: str, agreement: Agreement, path: Path) -> list[str]:
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     return [
-        said(problem)
+        format_problem(problem)
         for problem in examine(text, path).errors
         if (problem.path, problem.rule) not in before and owner_of(problem, agreement.pointers) == "plan"
     ]
@@ -353,7 +356,7 @@ def open_case(
             raise Wrong(wrong)
 
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
-    system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
+    system = system_prompt(PLANNER, "open", taken=", ".join(RESERVED_NAMES), rules=rules, kinds=kinds)
     rows = {name: one.what for name, one in request.requirements.items()}
     question = render("open_ask", request=request.text, requirements=rows, case=case, evidence=evidence, left=left)
     return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
@@ -381,4 +384,6 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
     # Bodies that a Writer is asked to add do not exist yet.
     later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
-    return [said(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)]
+    return [
+        format_problem(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)
+    ]

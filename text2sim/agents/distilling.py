@@ -22,7 +22,7 @@ from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.spec_schema.text.source import Source
 from text2sim.spec_schema.whole_files import write_atomically
 
-MOST = 3
+MAX_CARDS = 3
 """Largest number of cards from one loop."""
 
 
@@ -42,7 +42,7 @@ class CardProposal(Answer):
 class Proposals(Answer):
     """Answer of the Distiller."""
 
-    cards: Annotated[list[CardProposal], Field(max_length=MOST)] = []
+    cards: Annotated[list[CardProposal], Field(max_length=MAX_CARDS)] = []
 
 
 @dataclass(frozen=True)

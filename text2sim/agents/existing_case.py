@@ -1,7 +1,7 @@
 """Entry of an existing case into the loop, to be repaired or changed on request."""
 
 from text2sim.agents import revising
-from text2sim.agents.assembly import examine, said
+from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.deciding import as_decision, open_case
 from text2sim.agents.loop import AgentLoop
@@ -89,7 +89,7 @@ def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, li
     """Evidence of the unchanged case, or the reasons why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
-        return "", [said(problem) for problem in examined.errors]
+        return "", [format_problem(problem) for problem in examined.errors]
     if not run_first:
         loop.mending.inherit(examined.warnings)
         return "", []

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from text2sim.evidence.selection import RecordedTarget
     from text2sim.spec_schema.loaded import LoadedCase
 
-SEEN = 0.0004
+MIN_VISIBLE_FRACTION = 0.0004
 """Smallest visible fraction: 19 x 19 pixels of 1280 x 720; seven hooks of 0.09 % in all are plainly seen."""
-WAY, TURN = 0.01, 5.0
+MIN_DISPLACEMENT, MIN_ROTATION_DEG = 0.01, 5.0
 """Smallest displacement [m] and rotation [deg] that count as motion."""
-MORE = 2.0
+MIN_MOTION_RATIO = 2.0
 """Smallest ratio of the motion after a touch to that before it, if the touch is the cause."""
 FROM_THE_START = 2.5
 """Number of time steps within which a touch counts as present from the start."""
-ALIKE, NEARLY = 0.12, 0.06
+COLOR_DISTANCE, COLOR_MARGIN = 0.12, 0.06
 """Distances in Oklab: a colour matches a name within the first, or if no name is nearer by more than the second."""
-TERMS: Mapping[str, str] = {
+COLOR_TERMS: Mapping[str, str] = {
     "red": "red crimson firebrick darkred #d62728 #c0392b tomato", "orange": "orange darkorange #e69f00 #d55e00 coral",
     "yellow": "yellow gold khaki mustard #f0e442", "pink": "pink hotpink deeppink #cc79a7",
     "green": "green lime limegreen forestgreen darkgreen seagreen olivedrab lightgreen emerald #009e73 turquoise",
@@ -121,7 +121,7 @@ def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evi
     from text2sim.evidence.selection import SelectionError
 
     try:
-        return _TOLD[claim.sort](claim, recording, resolution, evidence)
+        return _FACT_FUNCTIONS[claim.sort](claim, recording, resolution, evidence)
     except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
         return None, f"cannot be told: {str(error).splitlines()[0]}"
 
@@ -176,11 +176,11 @@ def alike(color: tuple[float, ...], word: str) -> bool:
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
-    if dist(here, oklab(rgb(word))) < ALIKE:
+    if dist(here, oklab(rgb(word))) < COLOR_DISTANCE:
         return True
     near = _nearest(color)
     mine = near.get(word.lower())
-    return mine is not None and mine <= min(near.values()) + NEARLY
+    return mine is not None and mine <= min(near.values()) + COLOR_MARGIN
 
 
 def called(color: tuple[float, ...]) -> str:
@@ -195,7 +195,7 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
-    return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in TERMS.items()}
+    return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in COLOR_TERMS.items()}
 
 
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
@@ -211,8 +211,9 @@ def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evi
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
     return (
-        most >= SEEN,
-        f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {100 * SEEN:.2g} % on",
+        most >= MIN_VISIBLE_FRACTION,
+        f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {100 * MIN_VISIBLE_FRACTION:.2g} "
+        "% on",
     )
 
 
@@ -273,14 +274,16 @@ def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
     at = float(rows[0]["time"])
     (way, turn), (more, further) = _motion(recording, names[touched], at)
-    ok = (more > WAY and more > MORE * way) or (further > TURN and further > MORE * turn)
+    ok = (more > MIN_DISPLACEMENT and more > MIN_MOTION_RATIO * way) or (
+        further > MIN_ROTATION_DEG and further > MIN_MOTION_RATIO * turn
+    )
     before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
     if ok and at <= FROM_THE_START * recording.states.dt:
         return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
-_TOLD: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], Told]] = {
+_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], Told]] = {
     "count": _count,
     "color": _color,
     "seen": _seen,

@@ -13,18 +13,19 @@ if TYPE_CHECKING:
 
 Data = Mapping[str, Any]
 
-APART, SLOWEST = 0.1, 0.2
+MIN_INTERVAL, MIN_SPEED_FACTOR = 0.1, 0.2
 """Smallest simulated time between frames of one camera at full speed [s]; in slow motion, it shrinks in proportion to
 the speed, down to this fraction."""
-BESIDE = 0.15
+EVENT_OFFSET = 0.15
 """Time before and after an event at which frames are taken [s]."""
-GAPS, WIDE = 2, 5
-"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `WIDE`) that counts as a gap."""
-EVENTS, EXTREMES, DEFORMED, DECIDED = 4, 4, 2, 4
+MAX_GAP_FRAMES, MIN_GAP_DIVISOR = 2, 5
+"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `MIN_GAP_DIVISOR`) that counts
+as a gap."""
+MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED = 4, 4, 2, 4
 """Largest numbers of moments of each sort."""
-DEEP = 0.002
+MIN_PENETRATION = 0.002
 """Smallest penetration whose worst moment is shown [m]."""
-STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
+MIN_DEFORMATION = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
 """Smallest deformation whose worst moment is shown; for `volume`, the relative change."""
 
 
@@ -71,7 +72,7 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     yield from decided
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
-    )[:EVENTS]
+    )[:MAX_EVENTS]
     events = [FrameMoment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
     yield from events
     used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
@@ -82,11 +83,11 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         for end in ("max", "min")
         if row.get(f"{end}_at") is not None
     ]
-    yield from _around([one for one in decided if APART < one.t < last - APART][:2])
+    yield from _around([one for one in decided if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:2])
     yield from _deformed(evidence)
-    yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
+    yield from [one for one in extremes if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:MAX_EXTREMES]
     depth = evidence.get("penetration") or {}
-    if (depth.get("value") or 0) >= DEEP:
+    if (depth.get("value") or 0) >= MIN_PENETRATION:
         yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
     yield from _around(events[:3])
 
@@ -94,8 +95,8 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
 def _around(told: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
     """Yield moments shortly before and after the given ones."""
     for row in told:
-        yield FrameMoment(row.t - BESIDE, f"before {row.said}", row.bodies)
-        yield FrameMoment(row.t + BESIDE, f"after {row.said}", row.bodies)
+        yield FrameMoment(row.t - EVENT_OFFSET, f"before {row.said}", row.bodies)
+        yield FrameMoment(row.t + EVENT_OFFSET, f"after {row.said}", row.bodies)
 
 
 def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
@@ -108,20 +109,20 @@ def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
             about = (actions.get(part) or {}).get(asked.get(part[:-1]))
             rows.append((found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", _bodies(about))))
     rows.sort(key=lambda row: (row[0], row[1] == "events"))
-    yield from [moment for *_, moment in rows][:DECIDED]
+    yield from [moment for *_, moment in rows][:MAX_DECIDED]
 
 
 def _deformed(evidence: Data) -> Iterator[FrameMoment]:
     """Yield the moments of largest strain, stretch and change of volume."""
     found = []
     for body, row in (evidence.get("deformables") or {}).items():
-        for name, least in STRAINED.items():
+        for name, least in MIN_DEFORMATION.items():
             worst = row.get(name) or {}
             value = worst.get("value")
             if value is not None and (abs(value - 1) if name == "volume" else value) >= least:
                 found.append(FrameMoment(worst["at"], f"greatest {name} of {body}", (body,)))
                 break
-    yield from found[:DEFORMED]
+    yield from found[:MAX_DEFORMED]
 
 
 def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
@@ -136,7 +137,7 @@ def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: in
     for frame in (pictures[0], pictures[-1]) if pictures else ():
         if not _near(found, frame):
             found.append(Shown(frame))
-    for place, limit in ((wanted, count - GAPS), (_between(found, pictures), count), (wanted, count)):
+    for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_between(found, pictures), count), (wanted, count)):
         for moment in place:
             frame = nearest_frame(pictures, moment.t)
             if frame is None:
@@ -154,11 +155,11 @@ def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: in
 
 def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
     """Yield the middles of the longest spans without a chosen frame."""
-    for _ in range(GAPS):
+    for _ in range(MAX_GAP_FRAMES):
         frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
         spans = [(b.k - a.k, a.k) for a, b in pairwise(frames)]
         longest, first = max(spans, default=(0, 0))
-        if WIDE * longest > len(pictures):
+        if MIN_GAP_DIVISOR * longest > len(pictures):
             yield FrameMoment(pictures[first + longest // 2].t)
 
 
@@ -173,7 +174,7 @@ def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | No
 
 def _apart(frame: "Frame") -> float:
     """Simulated time within which other frames show the same [s]."""
-    return APART * min(1.0, max(frame.speed, SLOWEST))
+    return MIN_INTERVAL * min(1.0, max(frame.speed, MIN_SPEED_FACTOR))
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:

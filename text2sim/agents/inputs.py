@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.sketching import strokes
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
 
 ACTUATED = ("hinge", "slider")
-PIECES, CORNERS, FINE = 12, 24, 0.004
+MAX_PIECES, MAX_CORNERS, OUTLINE_TOLERANCE = 12, 24, 0.004
 """Largest numbers of pieces of a drawing and of corners of each, and tolerance of their outlines [image heights]."""
 
 
@@ -103,12 +103,12 @@ def _drawn(case: Path, asset: Asset) -> str:
         forms = [stroke.form for stroke in strokes(asset.file, case)]
     except AssetError:
         return ""
-    if len(forms) > PIECES:
+    if len(forms) > MAX_PIECES:
         return ""
     rows = []
     for number, form in enumerate(forms):
-        line, away = form.exterior, FINE
-        while len((line := form.exterior.simplify(away)).coords) > CORNERS + 1:
+        line, away = form.exterior, OUTLINE_TOLERANCE
+        while len((line := form.exterior.simplify(away)).coords) > MAX_CORNERS + 1:
             away *= 1.5
         corners = ", ".join(f"({x:.3g}, {z:.3g})" for x, z in list(line.coords)[:-1])
         rows.append(f"part {number}: {corners}")

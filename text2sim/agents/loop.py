@@ -8,7 +8,7 @@ from pathlib import Path
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
-from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
+from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
 from text2sim.agents.cinematography import Cinematography, styled
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import exhibit, kept, with_effects
@@ -25,11 +25,11 @@ from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.writer_team import Workshop
 
-STANDSTILL = 2
+MAX_STALLED_ATTEMPTS = 2
 """Number of attempts without improvement that end the loop, once all expectations are true."""
-FILMED = 5
+MAX_STALLED_REFILMS = 5
 """The same for attempts that only film a run again, which is cheap."""
-DEAR = 0.25
+MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
 
 
@@ -129,7 +129,9 @@ class AgentLoop:
                     self._styled(attempt)
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
             if (best := self._unbettered()) is not None:
-                return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
+                return self.outcome(
+                    "gave_up", f"{MAX_STALLED_ATTEMPTS} attempts brought nothing better than attempt {best}"
+                )
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
@@ -164,8 +166,8 @@ class AgentLoop:
         best = max(self.made, key=lambda one: one.rank(self.agreement.names))
         before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
         fresh = {one.run or one.number for one in later} - {one.run for one in before}
-        stale = len(later) if len(later) >= FILMED else len(fresh)
-        return best.number if best.sound(self.agreement.names) and stale >= STANDSTILL else None
+        stale = len(later) if len(later) >= MAX_STALLED_REFILMS else len(fresh)
+        return best.number if best.sound(self.agreement.names) and stale >= MAX_STALLED_ATTEMPTS else None
 
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
@@ -253,7 +255,7 @@ class AgentLoop:
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
-        known = {ESTIMATE} if any(one.pace for one in self.made) else set()
+        known = {DURATION_RULE} if any(one.pace for one in self.made) else set()
         return self._doubted(attempt, *self.mending.considered(attempt, examined, known))
 
     def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
@@ -286,7 +288,7 @@ class AgentLoop:
         if now is None or "dear" in {rule for rule, _ in self._told} or any(one.pace for one in self.made):
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
-        if left is None or needed <= DEAR * left:
+        if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
         self._told.add(("dear", ""))
         estimate = (

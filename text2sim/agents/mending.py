@@ -5,21 +5,21 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import Examination, examine, owner_of, said
+from text2sim.agents.assembly import Examination, examine, format_problem, owner_of
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.journal import Emit
 from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
-MENDS = 3
+MAX_REPAIRS = 3
 """Number of repairs by owners before the Planner is asked."""
-MEND = "Mend what the check found in your section, and change nothing else."
-CONSIDER = (
+REPAIR_INSTRUCTION = "Mend what the check found in your section, and change nothing else."
+WARNINGS_INSTRUCTION = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
     "`patch: []` with `why: …` if all of it is intended."
 )
 
-About = tuple[str, str, frozenset[str]]
+WarningKey = tuple[str, str, frozenset[str]]
 """Subject of a warning: its rule and path, or for a camera its rule and the names in its message."""
 
 
@@ -35,38 +35,38 @@ class Mending:
 
     def __init__(self, workshop: Workshop, agreement: Agreement, path: Path, emit: Emit) -> None:
         self.workshop, self.agreement, self.path, self.emit = workshop, agreement, path, emit
-        self._warned: set[About] = set()
+        self._warned: set[WarningKey] = set()
         """Warnings that owners were told of."""
-        self._meant: dict[About, str] = {}
+        self._meant: dict[WarningKey, str] = {}
         """Owners' reasons for intended warnings."""
 
     def inherit(self, warnings: Sequence[Problem]) -> None:
         """Accept the warnings that an existing case has before any change."""
-        self._meant |= {_about(problem): "it was there before" for problem in warnings}
+        self._meant |= {_key_of(problem): "it was there before" for problem in warnings}
 
     def meant(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
         """Return the owners' reasons for intended warnings, by rule and path."""
-        return {(p.rule, p.path): self._meant[_about(p)] for p in warnings if _about(p) in self._meant}
+        return {(p.rule, p.path): self._meant[_key_of(p)] for p in warnings if _key_of(p) in self._meant}
 
     def checked(self, attempt: Attempt) -> tuple[Examination, list[str]]:
         """Check an attempt and send its errors to their owners, a few times; return those that remain."""
         told: dict[str, list[str]] = {}
-        for mend in range(MENDS + 1):
+        for mend in range(MAX_REPAIRS + 1):
             examined = examine(attempt.text, self.path)
             self.workshop.derived = examined.derived or self.workshop.derived
             errors = examined.errors or self.agreement.breaches(examined)
             if not errors and not told:
                 return examined, []
             owners = self._owners(errors, told)
-            if mend == MENDS or "plan" in owners:
+            if mend == MAX_REPAIRS or "plan" in owners:
                 self.workshop.referred += [row for rows in told.values() for row in rows]
-                return examined, [said(one) for one in errors]
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
+                return examined, [format_problem(one) for one in errors]
+            self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in errors][:20])
             before = attempt.text
-            attempt.text, told = self.workshop.fixed(before, owners, MEND)
+            attempt.text, told = self.workshop.fixed(before, owners, REPAIR_INSTRUCTION)
             self.workshop.referred += [*told.pop("plan", []), *self.workshop.refusals()]
             if attempt.text == before and not told:  # the same question would get the same answer
-                return examined, [said(one) for one in errors]
+                return examined, [format_problem(one) for one in errors]
         raise AssertionError("the last round returns")
 
     def considered(
@@ -83,16 +83,20 @@ class Mending:
             The result of the check afterwards, and the warnings about the plan.
         """
         told = {*self._warned, *self._meant}
-        fresh = [p for p in examined.warnings if _about(p) not in told and p.rule not in known]
-        self._warned |= {_about(p) for p in fresh}
+        fresh = [p for p in examined.warnings if _key_of(p) not in told and p.rule not in known]
+        self._warned |= {_key_of(p) for p in fresh}
         owners = self._owners(fresh, {})
-        doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
+        doubts = [
+            format_problem(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path
+        ]
         owners.pop("plan", None)
         if owners:
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-            text, referred = self.workshop.fixed(attempt.text, owners, f"{CONSIDER}\n\nLeft: {self.workshop.left()}")
+            self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in fresh][:20])
+            text, referred = self.workshop.fixed(
+                attempt.text, owners, f"{WARNINGS_INSTRUCTION}\n\nLeft: {self.workshop.left()}"
+            )
             said_so = {p: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers)) for p in fresh}
-            self._meant |= {_about(p): why for p, why in said_so.items() if why is not None}
+            self._meant |= {_key_of(p): why for p, why in said_so.items() if why is not None}
             text = self.workshop.passed_on(text, referred)
             examined = self.taken(attempt, text, examined)
         return examined, doubts
@@ -114,11 +118,11 @@ class Mending:
     def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
         owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}
         for problem in errors:
-            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
+            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(format_problem(problem))
         return owners
 
 
-def _about(problem: Problem) -> About:
+def _key_of(problem: Problem) -> WarningKey:
     """Subject of a warning; the same for all cameras that do not see a body."""
     film, steps = problem.path.startswith("/render/cameras"), problem.path.split("/")
     names = frozenset(re.findall(r"`([^`]+)`", problem.message))

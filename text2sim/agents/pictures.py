@@ -17,23 +17,23 @@ if TYPE_CHECKING:
 
 SHEET_WIDTH = 500
 """Width of a frame on the sheet [pixels]; tall frames, four in a row, have three quarters of it."""
-FRAMES = 12
+MAX_FRAMES = 12
 """Largest number of frames on the sheet."""
-CLOSE = 4
+MAX_CLOSE_UPS = 4
 """Largest number of close-ups beside them."""
-NAMED = 2
+MAX_CAPTION_REASONS = 2
 """Largest number of reasons in a caption; more would hide the frame."""
-LITTLE = 0.2
+SMALL_SUBJECT = 0.2
 """Fraction of the frame below which its subject is also shown in close-up."""
-SIGHT = 160
+LOCATING_WIDTH = 160
 """Width of the pictures in which bodies are located [pixels]."""
-SECONDS = 90.0
+MAX_TRACING_TIME = 90.0
 """Longest time for tracing the frames, at one or two seconds each [s]; if it is exceeded, the preview is used."""
 
-TOLD = "The frames are path-traced, as the film will be, but small and coarse."
-PLAIN = (None, "rough", "painted", "plastic", "smooth")
+TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
+PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
 """Finishes that a preview shows approximately."""
-LOOKS = 8
+MAX_NAMED_LOOKS = 8
 """Largest number of bodies whose missing looks are named."""
 
 Row = tuple[str, str, Any, Any]
@@ -53,19 +53,19 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, told = list(_traced(run, SECONDS)), TOLD
+    rows, told = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
     if not rows:
         preview()
         rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
-        rows, told = list(_traced(run, inf)), TOLD
+        rows, told = list(_traced(run, inf)), TRACED_NOTE
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
     columns, width = (4, SHEET_WIDTH * 3 // 4) if tall else (3, SHEET_WIDTH)
     thumbnails, close = [], 0
     for number, (camera, said, picture, near) in enumerate(rows, 1):
         picture.thumbnail((width, 2 * width))
         thumbnails.append(("", f"frame {number}: {said} ({camera})", picture))
-        if near is not None and close < CLOSE:
+        if near is not None and close < MAX_CLOSE_UPS:
             close += 1
             thumbnails.append(("", f"frame {number}, close", near.resize(picture.size)))
     if not rows:
@@ -97,7 +97,7 @@ def _filmed(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        shown = {one.frame.k: one for one in chosen(_wanted(run, evidence), pictures, FRAMES)}
+        shown = {one.frame.k: one for one in chosen(_wanted(run, evidence), pictures, MAX_FRAMES)}
         eye = _eye(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
@@ -122,7 +122,9 @@ def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
 
 def _said(one: Shown) -> str:
     said = [*dict.fromkeys(one.said)]
-    return ", ".join([f"{one.frame.t:.2f} s", *said[:NAMED], *(["…"] if said[NAMED:] else [])])
+    return ", ".join(
+        [f"{one.frame.t:.2f} s", *said[:MAX_CAPTION_REASONS], *(["…"] if said[MAX_CAPTION_REASONS:] else [])]
+    )
 
 
 def _eye(run: Path) -> "tuple[Recorded, Any] | None":
@@ -149,17 +151,17 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     recorded, cameras = eye
     wide, tall = picture.size
     view = cameras.view(one.frame.camera, one.frame.t, one.frame.part)
-    sight = recorded.sight(one.frame.t, view, (SIGHT, max(2, round(SIGHT * tall / wide))))
+    sight = recorded.sight(one.frame.t, view, (LOCATING_WIDTH, max(2, round(LOCATING_WIDTH * tall / wide))))
     about = [k for k, name in enumerate(recorded.names) if name in one.bodies and name not in recorded.statics]
     if not about:
         return None
     rows, columns = np.nonzero(np.logical_or.reduce([sight.mask(k) for k in about]))
     if not len(rows):
         return None
-    scale = wide / SIGHT
+    scale = wide / LOCATING_WIDTH
     # Half the width of the crop: that of the bodies with a margin of 30 %, at the aspect ratio of the picture.
     half = max((np.ptp(columns) + 1) * scale, (np.ptp(rows) + 1) * scale * wide / tall, wide / 4) * 0.65
-    if half > LITTLE**0.5 * wide / 2 * 1.3:
+    if half > SMALL_SUBJECT**0.5 * wide / 2 * 1.3:
         return None
     x = float(np.clip((columns.min() + columns.max() + 1) / 2 * scale, half, wide - half))
     high = half * tall / wide
@@ -172,7 +174,7 @@ def _kept(run: Path) -> Iterator[Row]:
     from text2sim.evidence.visibility import read_samples
 
     samples = read_samples(run)
-    share = FRAMES // max(1, len(samples)) or 1
+    share = MAX_FRAMES // max(1, len(samples)) or 1
     for camera, rows in samples.items():
         for k in spread(len(rows), share):
             picture = _read(run / "frames" / f"{camera}_{k}.png")
@@ -195,7 +197,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        shown = chosen(moments_of(run), reel.frames, FRAMES)
+        shown = chosen(moments_of(run), reel.frames, MAX_FRAMES)
         few = Reel(reel.name, [one.frame for one in shown])
         filming.render(few, lambda progress: None, until=until)
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
@@ -216,7 +218,7 @@ def _left_out(run: Path) -> str:
         worn = {name: _unshown(look) for name, look in looks.items()}
     except (OSError, ValueError, TypeError, AttributeError):
         worn = {}
-    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:LOOKS]
+    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:MAX_NAMED_LOOKS]
     some = f", so also {'; '.join(rows)}" if rows else ""
     return (
         "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns and labels"
@@ -227,7 +229,7 @@ def _left_out(run: Path) -> str:
 def _unshown(look: dict[str, Any]) -> str:
     """The parts of a look that only the path tracer shows."""
     words = [f"the {key}" for key in ("pattern", "label") if look.get(key)]
-    return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
+    return " and ".join([*([look["finish"]] if look.get("finish") not in PREVIEWED_FINISHES else []), *words])
 
 
 def moments_of(run: Path) -> list[FrameMoment]:

@@ -9,7 +9,7 @@ from text2sim.agents import language
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import weakened
 from text2sim.agents.conversation import Conversation, Wrong, typed
-from text2sim.agents.dealt_cards import ATTACHED
+from text2sim.agents.dealt_cards import MAX_DEALT_CARDS
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from text2sim.agents.dealt_cards import DealtCards
 
 PLANNER = ROLES["planner"]
-BLIND = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
+BLIND_NOTE = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TriedPlan:
     """Sentence with the attempts and time left."""
 
 
-PLANNING = 6
+MAX_PLAN_ANSWERS = 6
 """Largest number of answers before planning fails, which ends the loop."""
 
 
@@ -73,7 +73,7 @@ def make_plan(
     question = render(
         "plan_ask",
         request=request.text,
-        inputs=[*request.inputs, *([BLIND] if request.images and not chat.vision("planner") else [])],
+        inputs=[*request.inputs, *([BLIND_NOTE] if request.images and not chat.vision("planner") else [])],
         requirements=rows(request.requirements),
         minutes=request.minutes,
         tried=_tried(tried),
@@ -88,7 +88,7 @@ def make_plan(
     )
     read = typed(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
     more = PageRequests(dealt.pages)
-    return chat.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
+    return chat.ask("planner", system, question, read, request.images, more=more, rounds=MAX_PLAN_ANSWERS)
 
 
 def _tried(tried: TriedPlan | None) -> str:
@@ -153,8 +153,8 @@ def card_faults(cards: Mapping[str, Sequence[str]], dealt: "DealtCards") -> list
     """Describe the unknown roles and card ids of a plan."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
-        if len(ids) > ATTACHED:
-            wrong.append(f"/cards/{role}: {ATTACHED} cards at most go with one question")
+        if len(ids) > MAX_DEALT_CARDS:
+            wrong.append(f"/cards/{role}: {MAX_DEALT_CARDS} cards at most go with one question")
         wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if dealt.dealing and not dealt.has(card)]
     return wrong
 

@@ -28,17 +28,17 @@ from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
-TAKEN = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
+RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
-OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
+IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain"})
 """Rules about parts that the Writers will add."""
-BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
+DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
-JOINTS = ("joint_position", "joint_velocity", "joint_force")
+JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
 _PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
-_PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
+_PATH_PREFIXES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
 def plan_faults(plan: CasePlan, path: Path) -> list[str]:
@@ -68,10 +68,10 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
 def _rows(problems: Iterable[Problem]) -> Iterator[str]:
     """Yield problems in terms of the plan, without those of the stand-ins."""
     for problem in problems:
-        for ours, plans in _PLACES:
-            if problem.severity == "error" and problem.rule not in OTHERS and problem.path.startswith(ours):
+        for ours, plans in _PATH_PREFIXES:
+            if problem.severity == "error" and problem.rule not in IGNORED_RULES and problem.path.startswith(ours):
                 hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
-                way = f"; taken are {', '.join(TAKEN)}" if problem.rule == "taken-name" else ""
+                way = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
                 yield f"{plans}{problem.path.removeprefix(ours)}: {problem.message}{hint}{way} [{problem.rule}]"
 
 
@@ -113,7 +113,7 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
     known = {*plan.params, *COPY_VARIABLES, NUMBER}
     if NUMBER in plan.params:  # an error as soon as a Writer uses `repeat`
-        way = f"choose another name; taken are {', '.join(TAKEN)} [taken-name]"
+        way = f"choose another name; taken are {', '.join(RESERVED_NAMES)} [taken-name]"
         yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {way}"
     for where, text in words:
         if "${" not in text:
@@ -238,7 +238,7 @@ def _found(text: str, path: Path) -> list[Problem]:
 
     try:
         facts = Facts(resolve_case(load_text(text, path)))
-        found = [problem for rule in RULES if rule.id in BY_DEFINITION for problem in rule.run(facts)]
+        found = [problem for rule in RULES if rule.id in DEFINITION_RULES for problem in rule.run(facts)]
     except Text2SimError:
         return []  # an invalid stand-in tells nothing
     return [Problem(p.path, p.message, rule=p.rule) for p in found]
@@ -246,7 +246,7 @@ def _found(text: str, path: Path) -> list[Problem]:
 
 def _without_joints(checks: Fragments) -> Fragments:
     """The checks without those about joints, which loose stand-ins lack."""
-    measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINTS}
+    measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINT_MEASURES}
     events = {
         name: row
         for name, row in checks.events.items()
@@ -293,10 +293,10 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
                 holding[name] = ("", what)
     for name, (measure, what) in holding.items():
         if name not in kept and measure not in active:
-            yield name, f"/checks/expect/{name}: {HOLDS.format(what)}"
+            yield name, f"/checks/expect/{name}: {HOLDS_AT_REST.format(what)}"
 
 
-HOLDS = (
+HOLDS_AT_REST = (
     "it holds if nothing happens at all: {}. Ask for what is true only after what it stands for has happened; if it is "
     "about something that has to stay as it is, name it in `keeps`"
 )
@@ -332,5 +332,7 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
         if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue
         if passes(facts, expect):
-            found[name] = f"/actions/expect/{name}: " + HOLDS.format(f"`{expect.measure}` is so at the start already")
+            found[name] = f"/actions/expect/{name}: " + HOLDS_AT_REST.format(
+                f"`{expect.measure}` is so at the start already"
+            )
     return found

@@ -14,7 +14,7 @@ from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
 
 Sort = Literal["objects", "count", "appearance", "relation", "actuation", "action", "order", "final", "never", "other"]
-MOST = 24
+MAX_REQUIREMENTS = 24
 SHORT_WISH = 12
 """Largest number of words of a change request that counts as a single requirement."""
 
@@ -31,13 +31,13 @@ class Requirement(Answer):
 class Apart(Answer):
     """The requirements of a request, as answered by a model."""
 
-    requirements: Annotated[dict[Name, Requirement], Field(max_length=MOST)]
+    requirements: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)]
 
 
 class Missing(Answer):
     """Requirements that a list omits."""
 
-    missing: Annotated[dict[Name, Requirement], Field(max_length=MOST)] = {}
+    missing: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)] = {}
 
 
 Requirements = Mapping[str, Requirement]
@@ -72,7 +72,7 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
         raise
     except (RoleFailed, ModelError):
         return {}  # an unreachable model is reported by the next question
-    for name, requirement in list(more.items())[: MOST - len(found)]:
+    for name, requirement in list(more.items())[: MAX_REQUIREMENTS - len(found)]:
         found[name if name not in found else f"{name}_too"] = requirement
     return found
 

@@ -10,19 +10,19 @@ from text2sim.agents.roles import quoted
 
 Data = dict[str, Any]
 
-MEASURED = 7
+QUOTED_TIMES = 7
 """Number of times at which each measure is quoted."""
-ROWS = 30
+MAX_ROWS = 30
 """Largest number of rows of a table."""
-FEW = 6
+MAX_MINOR_ROWS = 6
 """Largest number of rows about joint limits, paths and work."""
-OVERLAP = 5e-4
+IGNORED_OVERLAP = 5e-4
 """Largest overlap of rigid bodies that is not reported [m]."""
-OVERSHOOT = {"m": 1e-3, "rad": 0.01}
+IGNORED_OVERSHOOT = {"m": 1e-3, "rad": 0.01}
 """Largest deviations from joint limits and driven paths that are not reported, by unit."""
-SLIGHT = 1e-6
+IGNORED_WORK = 1e-6
 """Largest work that is not reported [J]."""
-LOG = 1_500
+LOG_TAIL = 1_500
 """Characters from the end of the log of a run that did not finish."""
 
 
@@ -153,8 +153,8 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
         low, high = (f"{_g(row[end])} at {_g(row[f'{end}_at'])} s" for end in ("min", "max"))
         text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
         times, values = series.get("t") or series.get("time") or [], series.get(name) or []
-        if len(times) > MEASURED and len(values) == len(times):
-            picked = [round(k * (len(times) - 1) / (MEASURED - 1)) for k in range(MEASURED)]
+        if len(times) > QUOTED_TIMES and len(values) == len(times):
+            picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
             text += "; over time " + ", ".join(f"{_g(times[k])} s: {_g(values[k])}" for k in picked)
         rows.append(text)
     return rows
@@ -199,24 +199,24 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
             + "".join(f"; not counted: {row}" for row in energy.get("not_counted") or ())
         )
     deepest = evidence.get("penetration") or {}
-    if (deepest.get("value") or 0.0) > OVERLAP:
+    if (deepest.get("value") or 0.0) > IGNORED_OVERLAP:
         between = " and ".join(f"`{name}`" for name in deepest["between"])
         rows.append(f"- penetration: at most {_g(deepest['value'])} m, {between}, at {_g(deepest['time'])} s")
-    over = [row for row in evidence.get("joint_limits") or () if row["by"] > OVERSHOOT[row["unit"]]]
-    off = [row for row in evidence.get("off_path") or () if row["value"] > OVERSHOOT[row["unit"]]]
+    over = [row for row in evidence.get("joint_limits") or () if row["by"] > IGNORED_OVERSHOOT[row["unit"]]]
+    off = [row for row in evidence.get("off_path") or () if row["value"] > IGNORED_OVERSHOOT[row["unit"]]]
     for name, found in (
         ("non_finite", evidence.get("non_finite")),
-        ("joint_limits", over[:FEW]),
+        ("joint_limits", over[:MAX_MINOR_ROWS]),
         ("driven", evidence.get("driven")),
-        ("off_path", off[:FEW]),
+        ("off_path", off[:MAX_MINOR_ROWS]),
     ):
         if found:
             rows.append(f"- {name}: {_small(found)}")
-    for body, row in list((evidence.get("speeds") or {}).items())[:ROWS]:
+    for body, row in list((evidence.get("speeds") or {}).items())[:MAX_ROWS]:
         linear = (row or {}).get("linear") or {}
         if linear.get("max"):
             rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
-    for body, row in list((evidence.get("deformables") or {}).items())[:ROWS]:
+    for body, row in list((evidence.get("deformables") or {}).items())[:MAX_ROWS]:
         told = [
             f"{name} {_worst(one)}"
             for name, one in row.items()
@@ -227,7 +227,7 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
                 f"it meets the invisible wall of its solver's space (most at {row['against_bounds']['at']:.3g} s)"
             )
         rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
-    rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
+    rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:MAX_ROWS]]
     return rows
 
 
@@ -236,10 +236,10 @@ def _works(energy: Mapping[str, Any]) -> list[str]:
     works = energy.get("works") or {}
     told = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
     told += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
-    told = sorted((row for row in told if abs(row[2]) > SLIGHT), key=lambda row: -abs(row[2]))
+    told = sorted((row for row in told if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
     if not told:
         return []
-    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in told[:FEW])
+    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in told[:MAX_MINOR_ROWS])
     until = f"; motors until then {_g(energy['work_until_max'])} J" if works.get("motors") else ""
     return [f"work in all: {rows}{until}"]
 
@@ -260,15 +260,15 @@ def _seen(evidence: Mapping[str, Any]) -> list[str]:
         if row["never_seen"]:
             rows.append(f"- `{camera}` never sees {', '.join(f'`{name}`' for name in row['never_seen'])}")
     legibility = evidence.get("legibility") or {}
-    rows += [f"- {remark}" for remark in (legibility.get("remarks") or [])[:ROWS]]
+    rows += [f"- {remark}" for remark in (legibility.get("remarks") or [])[:MAX_ROWS]]
     return rows
 
 
 def _table(title: str, rows: Sequence[str]) -> str:
     if not rows:
         return ""
-    more = [f"- … and {len(rows) - ROWS} more"] if len(rows) > ROWS else []
-    return "\n".join([title, "", *rows[:ROWS], *more])
+    more = [f"- … and {len(rows) - MAX_ROWS} more"] if len(rows) > MAX_ROWS else []
+    return "\n".join([title, "", *rows[:MAX_ROWS], *more])
 
 
 def _log_tail(folder: Path) -> str:
@@ -279,7 +279,7 @@ def _log_tail(folder: Path) -> str:
     # Paths are cut to their last two parts, to reveal nothing of this machine.
     rows = [
         " ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" "))
-        for row in text[-LOG:].splitlines()
+        for row in text[-LOG_TAIL:].splitlines()
     ]
     return "\n".join(rows)
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import language
-from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, names_in, section_faults
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_in, section_faults
 from text2sim.agents.conversation import Conversation, Wrong, typed
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.page_selection import COPIES, DEFORMING, PUSHES
+from text2sim.agents.page_selection import COPIES, DEFORMABLE_KINDS, FIELD_CONTROLS
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
@@ -22,9 +22,9 @@ from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
 """Kinds whose names usually mean something else: `ball` in a description is not the mount."""
-WHY = 300
+MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""
-GISTS = {"render": 200, "actions": 200}
+MAX_GIST_LENGTHS = {"render": 200, "actions": 200}
 """Longest description of a body for Writers who only film or move it [characters]."""
 
 
@@ -141,7 +141,11 @@ def change_section(
             return answer
         if isinstance(data, dict) and "patch" in data:
             changed = _patched(data["patch"], section, case, plan, path)
-            return changed if data["patch"] else Unchanged(" ".join(str(data.get("why") or "").split())[:WHY])
+            return (
+                changed
+                if data["patch"]
+                else Unchanged(" ".join(str(data.get("why") or "").split())[:MAX_REASON_LENGTH])
+            )
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return chat.ask(
@@ -180,7 +184,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
         # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
-        if (gist := GISTS.get(section)) and len(body.what) > gist:
+        if (gist := MAX_GIST_LENGTHS.get(section)) and len(body.what) > gist:
             row["what"] = f"{body.what[:gist]} …"
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
     data["bodies"] = bodies
@@ -212,8 +216,8 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
         said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
         found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
-        if not given & (DEFORMING | {"pbd"}):
-            found -= PUSHES
+        if not given & (DEFORMABLE_KINDS | {"pbd"}):
+            found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
         return found
@@ -268,7 +272,7 @@ def _section_of(
         raise Wrong([f"`{section}` is your section, and the only one you write"])
     if not isinstance(inner, dict):
         raise Wrong([f"/{section}: has to be a mapping"])
-    if section in data and (others := sorted({*SECTIONS, *PLANNERS} & set(data) - {section})):
+    if section in data and (others := sorted({*SECTIONS, *PLANNER_PARTS} & set(data) - {section})):
         raise Wrong([f"/{other}: not yours; `refer` what has to change there, or leave it out" for other in others])
     inner = _own(section, inner, plan)
     if wrong := section_faults(section, inner, plan, path, prefabs):

@@ -38,7 +38,7 @@ from text2sim.spec_schema.text.source import plain_text
 from text2sim.spec_schema.whole_files import write_atomically
 
 Kind = Literal["generate", "repair", "edit"]
-LONGEST = 100_000
+MAX_REQUEST_LENGTH = 100_000
 """Longest request [characters]; every Writer reads it."""
 LARGEST_IMAGE = 4_000_000
 """Largest picture of a request [bytes]."""
@@ -111,8 +111,8 @@ class Session:
         if not wish.text.strip():
             raise RunError("the request is empty")
         wish.planned_minutes = wish.minutes
-        if len(wish.text) > LONGEST:
-            raise RunError(f"the request has {len(wish.text):,} characters, and may have {LONGEST:,}")
+        if len(wish.text) > MAX_REQUEST_LENGTH:
+            raise RunError(f"the request has {len(wish.text):,} characters, and may have {MAX_REQUEST_LENGTH:,}")
         for file in images:
             _check_image(file)
         for file in assets:

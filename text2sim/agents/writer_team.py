@@ -19,9 +19,9 @@ from text2sim.agents.section_writer import Unchanged, change_section, write_sect
 from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
-TOGETHER = 4
+MAX_CONCURRENT = 4
 """Largest number of concurrent questions."""
-REFERRED = "Mend what you are told, and change nothing else; refer it on if it is not yours."
+REFERRAL_INSTRUCTION = "Mend what you are told, and change nothing else; refer it on if it is not yours."
 
 
 @dataclass
@@ -119,7 +119,7 @@ class Workshop:
         """Pass referrals on to Writers; those to the Planner wait until it is asked."""
         self.referred += told.pop("plan", [])
         if told:
-            text, again = self.fixed(text, told, REFERRED)
+            text, again = self.fixed(text, told, REFERRAL_INSTRUCTION)
             self.referred += [row for rows in again.values() for row in rows]
         return text
 
@@ -162,6 +162,6 @@ def _route(section: Any, instruction: str) -> Route:
 
 def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
     """Run independent jobs concurrently; after all have ended, the first exception is raised."""
-    with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
+    with ThreadPoolExecutor(max_workers=MAX_CONCURRENT) as pool:
         futures = {name: pool.submit(job) for name, job in jobs.items()}
     return {name: future.result() for name, future in futures.items()}

@@ -20,11 +20,21 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "scipy", "shapely", "trimesh", "yourdfpy")
+VERSIONED_PACKAGES = (
+    "contourpy",
+    "mujoco",
+    "numpy",
+    "opencv-python",
+    "pymeshlab",
+    "scipy",
+    "shapely",
+    "trimesh",
+    "yourdfpy",
+)
 """Packages whose versions are part of the key."""
 MAX_ANSWERS = 1000
 """Entries of the cache; the oldest are deleted first."""
-LARGE = 16 * 1024**2
+MAX_ENTRY_SIZE = 16 * 1024**2
 """Size [bytes] above which an entry is neither written nor read."""
 
 
@@ -97,7 +107,7 @@ def meets(index: "np.ndarray | None", table: "np.ndarray") -> bool:
 
 def _key_of(question: Iterable[bytes]) -> str:
     digest = sha256()
-    for content in (*question, *(_version(name).encode() for name in ASKED), sys.version.encode()):
+    for content in (*question, *(_version(name).encode() for name in VERSIONED_PACKAGES), sys.version.encode()):
         # The length keeps different sequences of contents from giving the same bytes.
         digest.update(len(content).to_bytes(8, "big"))
         digest.update(content)
@@ -107,7 +117,7 @@ def _key_of(question: Iterable[bytes]) -> str:
 def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
     try:
         path = folder() / f"{key}.json"
-        if path.stat().st_size > LARGE:
+        if path.stat().st_size > MAX_ENTRY_SIZE:
             return None
         found = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RuntimeError, RecursionError):
@@ -118,7 +128,7 @@ def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
 
 def _keep(key: str, answer: dict[str, Any]) -> None:
     text = json.dumps(answer)
-    if len(text) > LARGE:
+    if len(text) > MAX_ENTRY_SIZE:
         return
     with suppress(OSError, RuntimeError):
         where = folder()

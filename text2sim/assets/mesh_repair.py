@@ -15,11 +15,11 @@ from text2sim.assets.surface import TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 Origin = Literal["base", "mass", "keep"]
-MERGE = 1e-6
+MERGE_DISTANCE = 1e-6
 """Distance, as a part of the diagonal, below which vertices are merged."""
-LARGEST, SMALLEST = 1000.0, 1e-4
+MAX_EXTENT, MIN_EXTENT = 1000.0, 1e-4
 """Allowed extents [m]."""
-OPENING = 0.3
+MIN_OPENING = 0.3
 """Diameter of a hole, as a part of the diagonal, above which it is an opening of the object."""
 FINENESS = 0.01
 """Smallest gap that a wrap enters, as a part of the diagonal."""
@@ -46,13 +46,13 @@ class RepairGoal:
     holes: int = 200
     """Number of edges of a hole above which it stays open."""
     openings: bool = False
-    """Whether to close openings wider than `OPENING`, too, as of a bowl or a boat."""
+    """Whether to close openings wider than `MIN_OPENING`, too, as of a bowl or a boat."""
     wrap: bool = False
     """Whether to wrap a closed skin, without pictures, around a mesh that cannot be closed otherwise."""
 
     def __post_init__(self) -> None:
-        if self.size is not None and not SMALLEST <= self.size <= LARGEST:
-            raise AssetError(f"a size of {self.size:g} m is not possible: from {SMALLEST:g} m to {LARGEST:g} m")
+        if self.size is not None and not MIN_EXTENT <= self.size <= MAX_EXTENT:
+            raise AssetError(f"a size of {self.size:g} m is not possible: from {MIN_EXTENT:g} m to {MAX_EXTENT:g} m")
         if not 4 <= self.triangles <= 200_000:
             raise AssetError(f"{self.triangles} triangles are not possible: from 4 to 200000")
 
@@ -109,7 +109,7 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
 
 def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     before = len(surface.vertices), len(surface.faces)
-    surface = without_doubles(welded(surface, MERGE * surface.diagonal))
+    surface = without_doubles(welded(surface, MERGE_DISTANCE * surface.diagonal))
     if not len(surface.faces):
         raise AssetError("has no triangles with an area")
     merged, dropped = before[0] - len(surface.vertices), before[1] - len(surface.faces)
@@ -126,7 +126,7 @@ def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triang
 def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     surface, turned = oriented(surface)
     if surface.edge_counts[0] and not surface.flat:
-        surface, added = filled(surface, goal.holes, 1.0 if goal.openings else OPENING)
+        surface, added = filled(surface, goal.holes, 1.0 if goal.openings else MIN_OPENING)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
     if surface.edge_counts[1]:

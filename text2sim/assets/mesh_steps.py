@@ -11,7 +11,7 @@ import numpy as np
 from text2sim.assets.surface import TriangleMesh, welded
 
 Array = np.ndarray
-CLOSED_AGAIN = 0.02
+MAX_VOLUME_CHANGE = 0.02
 """Part of the volume that may change where edges of more than two triangles are repaired."""
 
 
@@ -144,7 +144,7 @@ def unknotted(surface: TriangleMesh, most: int) -> TriangleMesh:
     better, _ = oriented(without_debris(surface.keep(kept), 1e-3)[0])
     better, _ = oriented(filled(better, most)[0])
     changed = abs(np.abs(better.volumes()).sum() - before)
-    return better if better.watertight and changed <= CLOSED_AGAIN * before else surface
+    return better if better.watertight and changed <= MAX_VOLUME_CHANGE * before else surface
 
 
 def decimated(surface: TriangleMesh, most: int) -> TriangleMesh:

@@ -174,14 +174,14 @@ def generate(
     Repeat an interrupted call with the same arguments: it resumes the same task, and nothing is paid for twice.
     """
     from text2sim.asset_intake.register import check_name, generate
-    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.meshy import BASE_URL, Meshy, Order3D
     from text2sim.assets.safe_write import case_folder
     from text2sim.cli.output import say
 
     check_name(name)
     goal = options.goal()
     order = Order3D(prompt, refine=not no_texture, model=model)
-    base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
+    base = os.environ.get("TEXT2SIM_MESHY_URL", BASE_URL)
     meshy = Meshy(
         case_folder(case), base=base, budget=budget, timeout=timeout, say=lambda text: say(text, to=sys.stderr)
     )

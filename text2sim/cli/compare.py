@@ -10,7 +10,7 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.comparison.compare import RunComparison
 
-SHOWN = 40
+MAX_SHOWN_DIFFERENCES = 40
 """Most rows of differences in the terminal; the page has all."""
 
 
@@ -54,10 +54,10 @@ def _say(comparison: "RunComparison") -> None:
     def section(title: str, rows: list[tuple[str, list[str]]]) -> None:
         if rows:
             table.add_row(Text(title, style="bold"))
-        for name, cells in rows[:SHOWN]:
+        for name, cells in rows[:MAX_SHOWN_DIFFERENCES]:
             table.add_row(Text(plain(f"  {name}")), *(Text(plain(cell)) for cell in cells))
-        if len(rows) > SHOWN:
-            table.add_row(f"  … and {len(rows) - SHOWN} more")
+        if len(rows) > MAX_SHOWN_DIFFERENCES:
+            table.add_row(f"  … and {len(rows) - MAX_SHOWN_DIFFERENCES} more")
 
     it = comparison
     section("case", [(row["path"], [_text(value) for value in row["values"]]) for row in it.spec])

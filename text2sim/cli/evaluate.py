@@ -169,7 +169,7 @@ def judge_methods(
     from text2sim.agents.models.calls import Budget
     from text2sim.agents.models.exchange import StoppedError
     from text2sim.cli.output import say
-    from text2sim.evaluation.judging import JUDGING, Judging
+    from text2sim.evaluation.judging import JUDGING_FILE, Judging
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import complete, read_suite, selected
     from text2sim.runtime.stop import Stop
@@ -177,7 +177,7 @@ def judge_methods(
 
     read, document = read_suite(suite)
     complete(read, document)
-    if (out / JUDGING).exists() and not resume:
+    if (out / JUDGING_FILE).exists() and not resume:
         raise RunError(f"{out}: already has judgements; use `--resume` to continue, or another folder")
     folders = [read_method(folder) for folder in methods]
     with Stop() as stop, stop.gently():

@@ -24,9 +24,9 @@ FilmMinutes = Annotated[
     ),
 ]
 
-DRAFT = 854 * 480
+MAX_DRAFT_PIXELS = 854 * 480
 """Largest size of a draft [pixels]; time is proportional to size."""
-MINUTES = 8.0
+DRAFT_MINUTES = 8.0
 """Time limit of a draft [min]."""
 
 
@@ -57,7 +57,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     if quality == "none":
         return None, "none was requested"
     if minutes is None:
-        minutes = MINUTES if quality == "draft" else inf
+        minutes = DRAFT_MINUTES if quality == "draft" else inf
     again = f"text2sim render {shown(run)}" + (f" --quality {quality}" if quality != "draft" else "")
     try:
         with Stop() as stop:
@@ -107,5 +107,5 @@ def _options(fit: "Fitted") -> str:
 def _size(resolution: tuple[int, int]) -> tuple[int, int]:
     """Width and height of a draft [pixels], even numbers."""
     width, height = resolution
-    scale = min(1.0, (DRAFT / (width * height)) ** 0.5)
+    scale = min(1.0, (MAX_DRAFT_PIXELS / (width * height)) ** 0.5)
     return round(width * scale / 2) * 2, round(height * scale / 2) * 2

@@ -13,7 +13,7 @@ from text2sim.spec_schema.plain import plain_line
 if TYPE_CHECKING:
     from text2sim.runtime.progress import OnProgress, Progress
 
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between plain lines of one phase."""
 
 
@@ -41,10 +41,10 @@ class _Plain:
         words = f"{self._name}: {PHASES.get(progress.phase, progress.phase)}"
         if progress.phase != self._phase or progress.note:
             self._phase = progress.phase
-            self._next = progress.wall + EVERY
+            self._next = progress.wall + LINE_INTERVAL
             say(words + (f" ({progress.note})" if progress.note else ""), to=sys.stderr)
         elif progress.wall >= self._next and progress.fraction is not None:
-            self._next = progress.wall + EVERY
+            self._next = progress.wall + LINE_INTERVAL
             say(f"{words} {_numbers(progress)}", to=sys.stderr)
         sys.stderr.flush()
 

@@ -33,7 +33,7 @@ RENDER_CORES = 4
 """Cores of a render task on a Ray cluster."""
 RENDER_MEMORY = 3_000_000_000
 """Memory of a render task [bytes]."""
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
@@ -172,7 +172,7 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
         for count, done in enumerate(run_tasks(tasks, where, stop), 1):
             now = monotonic()
             if not quiet and (now >= following or count == len(tasks)):
-                following = now + EVERY
+                following = now + LINE_INTERVAL
                 left = (now - begun) / count * (len(tasks) - count)
                 say(f"{count} of {len(tasks)} done, {seconds(left)} left", to=sys.stderr)
             yield done

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from text2sim.rendering.film import Filming, FilmProgress, Reel
     from text2sim.runtime.stop import Stop
 
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
@@ -213,7 +213,7 @@ class Teller:
         live = sys.stderr.isatty()
         if self._quiet or not (live or now >= self._next or self._done == self._total):
             return
-        self._next = now + EVERY
+        self._next = now + LINE_INTERVAL
         left = ""
         if self._traced and self._done < self._total:
             from text2sim.service.phrases import seconds

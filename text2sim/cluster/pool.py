@@ -9,15 +9,15 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from text2sim.cluster.task import STOPPED, TRIES, Done, Task
+from text2sim.cluster.task import MAX_TRIES, STOPPED, Done, Task
 from text2sim.runtime.child import default_memory
 from text2sim.runtime.dialogue import Child
 from text2sim.runtime.outcome import read_end
 from text2sim.runtime.stop import Stop
 
-POLL = 0.2
+POLL_INTERVAL = 0.2
 MODULE = "text2sim.cluster.worker"
-FAREWELL = 15.0
+SHUTDOWN_TIME = 15.0
 """Time [s] that workers have to end."""
 
 
@@ -47,9 +47,9 @@ class _Member:
 def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
     """Run tasks, and yield the result of each as soon as it is known.
 
-    A worker that dies is replaced, and its task is tried again, `TRIES` times in total. At the first request to stop,
-    running tasks are asked to stop and no others begin; at the second they are killed. Workers always end with this
-    process. A task waits until the memory needs of running tasks leave enough for it, unless it is the only one.
+    A worker that dies is replaced, and its task is tried again, `MAX_TRIES` times in total. At the first request to
+    stop, running tasks are asked to stop and no others begin; at the second they are killed. Workers always end with
+    this process. A task waits until the memory needs of running tasks leave enough for it, unless it is the only one.
 
     Args:
         tasks: The tasks, in order.
@@ -80,7 +80,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                         tries[number] += 1
                         member.begin(number, tasks[number])
                 with suppress(queue.Empty):
-                    news = inbox.get(timeout=POLL)
+                    news = inbox.get(timeout=POLL_INTERVAL)
                     member = next((member for member in members if member.child is news.child), None)
                     if member is None:
                         continue
@@ -96,9 +96,9 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
             for member in members:
                 member.child.send(cancel=0)
                 member.child.end()
-            until = monotonic() + FAREWELL
+            until = monotonic() + SHUTDOWN_TIME
             while monotonic() < until and stop.count < 2 and not all(member.child.gone for member in members):
-                sleep(POLL)
+                sleep(POLL_INTERVAL)
             for member in members:
                 member.child.kill()
 
@@ -114,10 +114,10 @@ def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: 
         return Done(
             tasks[number], data.get("result"), data.get("error", ""), tries[number], seconds, member.name, machine
         )
-    if tries[number] < TRIES:
+    if tries[number] < MAX_TRIES:
         return number
     last = read_end(member.log).strip().rpartition("\n")[2].strip()
-    words = f"its worker died {TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
+    words = f"its worker died {MAX_TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
     return Done(tasks[number], None, words, tries[number], seconds, member.name)
 
 

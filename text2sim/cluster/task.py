@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from text2sim.harness.run import Runner
 
 STOPPED = "stopped on request"
-TRIES = 3
+MAX_TRIES = 3
 """Number of attempts at a task whose worker dies."""
 PACKAGE = "text2sim."
 

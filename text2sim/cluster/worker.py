@@ -18,7 +18,7 @@ from text2sim.cluster.task import TaskPlace, call
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 
-GRACE = 30.0
+STOP_GRACE = 30.0
 """Time [s] that a task has to end after the end of the input."""
 
 
@@ -73,7 +73,7 @@ def main() -> None:
                 orders.put(order)
         orders.put(None)
         worker.stop.request()
-        timer = threading.Timer(GRACE, os._exit, (1,))
+        timer = threading.Timer(STOP_GRACE, os._exit, (1,))
         timer.daemon = True
         timer.start()
 

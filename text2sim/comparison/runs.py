@@ -15,7 +15,7 @@ from text2sim.spec_schema.errors import RunError
 MAX_RUNS = 24
 """More columns do not fit on the page."""
 
-WORDS = ("text2sim", "prompt")
+DESCRIPTIVE_PARTS = ("text2sim", "prompt")
 """Parts of a case that do not affect the simulation."""
 
 
@@ -125,7 +125,9 @@ def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
     paths: dict[tuple[Any, ...], None] = {}
     for run in runs:
         paths |= dict.fromkeys(run.leaves)
-    found = [path for path in paths if path[0] not in WORDS and not same([run.leaves.get(path) for run in runs])]
+    found = [
+        path for path in paths if path[0] not in DESCRIPTIVE_PARTS and not same([run.leaves.get(path) for run in runs])
+    ]
     return sorted(found, key=lambda path: path[0] != "params")
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.film_lights import STUDIOS
-from text2sim.compiler.film_places import DECIDED, is_chosen
+from text2sim.compiler.film_places import LIGHT_FIELDS, is_chosen
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
@@ -29,7 +29,7 @@ from text2sim.spec_schema.vocabulary.words import fields_of
 
 AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
 """Models in which a default, written out, would mean something else or contradict the rest."""
-GONE = ("params", "prefabs", "variants", "sweeps")
+APPLIED_SECTIONS = ("params", "prefabs", "variants", "sweeps")
 """Sections that are already applied."""
 
 
@@ -68,7 +68,7 @@ def explicit(resolution: Resolution) -> Explicit:
     """Return a case with everything that it left open written out."""
     loaded = resolution.loaded
     found = Explicit(_plain(loaded.case))
-    for key in GONE:
+    for key in APPLIED_SECTIONS:
         found.data.pop(key, None)
     if not found.data.get("waive"):
         found.data.pop("waive", None)
@@ -173,7 +173,7 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         found.comments["render",] = f"{', '.join(left)} follow from what is recorded"
     given = resolution.loaded.case.render
     if is_chosen(given):
-        for key in sorted(DECIDED):
+        for key in sorted(LIGHT_FIELDS):
             render.pop(key, None)
         found.comments["render", "supports"] = "place and light are chosen from the case"
     elif given.setting is not None and "lighting" not in given.model_fields_set:

@@ -19,7 +19,7 @@ from text2sim.compiler.trees.generators import link_of
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.bodies import Articulated, Link
 
-SWING = 2.0
+TENSION_FACTOR = 2.0
 """Assumed tension over weight; a load that swings down from the horizontal would pull with three times its weight."""
 
 
@@ -37,7 +37,7 @@ def taut_frequencies(
         rows: Controls, lowered: what is welded to a rope hangs on it.
         gravity: [m/s2]
     """
-    pull = SWING * math.hypot(*gravity)
+    pull = TENSION_FACTOR * math.hypot(*gravity)
     found = {
         copy.name: frequency
         for copy in copies

@@ -8,7 +8,7 @@ from typing import Any
 from text2sim.dataset.draws import draw, generator, overlay_of
 from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
 from text2sim.dataset.splits import deal
-from text2sim.lint.rules import EARLIER, RULES
+from text2sim.lint.rules import EARLIER_RULES, RULES
 from text2sim.service.examined import Examined, case_file, examine, find_cases
 from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -39,7 +39,7 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
         document: Its text.
         root: Folder that its paths are relative to.
     """
-    named, known = [], [*(rule.id for rule in RULES), *EARLIER]
+    named, known = [], [*(rule.id for rule in RULES), *EARLIER_RULES]
     for key in ("benchmarks", "judged"):
         yield from _missing(document, (key,), getattr(recipe, key), root)
     for name, source in recipe.sources.items():

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh
 
-SHARP = 0.5
+MAX_SMOOTH_DIFFERENCE = 0.5
 """Difference of normals above which neighbours stay apart when a surface is simplified."""
 
 
@@ -175,7 +175,7 @@ def _simplified(
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, place, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
         # Vertices of a cell get one position, so that no cracks open, but those with other normals stay apart.
-        facing = np.round(normals / SHARP / 2).astype(np.int64) + 1
+        facing = np.round(normals / MAX_SMOOTH_DIFFERENCE / 2).astype(np.int64) + 1
         keys = cell.reshape(-1) * 27 + facing @ (1, 3, 9)
         _, first, merged = np.unique(keys, return_index=True, return_inverse=True)
         corners = cell.reshape(-1)[faces]

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 Rgba = tuple[float, float, float, float]
 
-BUDGET = 90_000
+STAGE_TRIANGLES = 90_000
 """Approximate number of triangles of a stage."""
-FINE = 400_000
+FINE_STAGE_TRIANGLES = 400_000
 """Number of triangles of the meshes of a fine stage."""
-PLAIN: Rgba = (0.74, 0.77, 0.8, 1.0)
+FILE_COLOR: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of bodies from files, whose own colours are not read here."""
 
 
-def stage(resolution: "Resolution", budget: int = BUDGET, *, fine: bool = False) -> Stage:
+def stage(resolution: "Resolution", budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
     """Return the visible props of a case at its start.
 
     Args:
@@ -82,7 +82,7 @@ class _Collector:
         color: Rgba | None = entity.surface.rgba if entity.surface else None
         finish = entity.surface.finish if entity.surface else copy.model.look.finish
         if is_soft(copy.model):
-            self._soft(copy, color or PLAIN, finish)
+            self._soft(copy, color or FILE_COLOR, finish)
             return
         tree = self.resolution.lowering.trees.get(entity.name)
         if tree is not None:
@@ -94,7 +94,7 @@ class _Collector:
         mount = getattr(copy.model, "mount", None)
         moves = not static and (mount is None or mount.kind != "fixed")
         plane = entity.morph == "Plane"
-        prop = self._prop(copy, color or PLAIN, finish, moves, static, plane)
+        prop = self._prop(copy, color or FILE_COLOR, finish, moves, static, plane)
         if plane:
             x, y = entity.options["plane_size"]
             self._add(_Key("plane", None), None, _Instance((x, y, 1.0), copy.pos, copy.quat, prop))
@@ -120,7 +120,7 @@ class _Collector:
     def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
         # A colour of the entity applies to all parts; without one, each part has its own.
         def prop_of(own: Rgba | None, moves: bool) -> int:
-            return self._prop(copy, color or own or PLAIN, finish, moves and not static, static)
+            return self._prop(copy, color or own or FILE_COLOR, finish, moves and not static, static)
 
         for geom in tree.fixtures:
             self._piece(geom.piece, copy.pos, copy.quat, prop_of(geom.rgba, False))
@@ -194,7 +194,7 @@ class _Collector:
         boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
         meshes = [(len(mesh.faces), counts[key]) for key, mesh in self.things.items() if key.kind == "surface"]
         room = max(budget - boxes, budget // 4)
-        most = _level(meshes, FINE if self.fine else 0.7 * room)
+        most = _level(meshes, FINE_STAGE_TRIANGLES if self.fine else 0.7 * room)
         meshed = sum(count * min(faces, most) for faces, count in meshes)
         sides = _sides(self.things, counts, max(room - meshed, 0.3 * room))
         found = {}

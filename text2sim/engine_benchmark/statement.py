@@ -14,7 +14,7 @@ from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
-FILE = "benchmark.yaml"
+STATEMENT_FILE = "benchmark.yaml"
 
 
 class Observable(Model):
@@ -42,7 +42,7 @@ def read_statement(loaded: LoadedCase) -> Statement:
     Raises:
         SpecError: with all problems of the file and their places, or if there is nothing to observe.
     """
-    measures, path = loaded.case.actions.measures, loaded.folder / FILE
+    measures, path = loaded.case.actions.measures, loaded.folder / STATEMENT_FILE
     able = [name for name, measure in measures.items() if observable(measure)]
     if not path.is_file():
         if not able:

@@ -38,11 +38,11 @@ if TYPE_CHECKING:
 PROGRAM, FILM, LOG, ENDED = "main.py", "film.mp4", "log.txt", "ended.json"
 ROUNDS_PER_ATTEMPT = 3
 """Replies for each program that may be run, including requests for documentation."""
-REMEMBERED = 12
+MAX_RESENT_MESSAGES = 12
 """Latest messages that are sent again, after the first two."""
 LOG_SHOWN = 6_000
 """Characters at the end of a log that the agent sees."""
-CARDS = 6
+MAX_CARDS = 6
 """Number of cards that the agent gets; they are found by the words of the prompt."""
 
 
@@ -114,7 +114,7 @@ class BareAgent:
                 for _ in range(ROUNDS_PER_ATTEMPT * allowed.attempts):
                     if len(self._trials) >= allowed.attempts:
                         break
-                    reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
+                    reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-MAX_RESENT_MESSAGES:]])
                     told, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
@@ -191,7 +191,7 @@ class BareAgent:
         from text2sim.card_library.library import load_library
         from text2sim.card_library.retrieval import find_cards
 
-        found = find_cards(load_library(), text=prompt, limit=CARDS)
+        found = find_cards(load_library(), text=prompt, limit=MAX_CARDS)
         return "\n\n".join(match.entry.card.brief() for match in found)
 
     def _result(self, name: str, why: str, accepted: bool) -> CaseResult:

@@ -27,14 +27,14 @@ from text2sim.spec_schema.loaded import LoadedCase
 LONGEST_PROGRAM, LONGEST_LOG = 80_000, 6_000
 """Characters of a program, and of the end of a log, that a judge reads."""
 LARGEST_FILE = 20_000_000
-FACTS = 12
+MAX_FACTS = 12
 """Largest number of requirements that facts are computed for."""
 
 
 class FactClaims(Answer):
     """Facts that can be computed from a run, by requirement."""
 
-    facts: Annotated[dict[str, list[Claim]], Field(max_length=FACTS)] = {}
+    facts: Annotated[dict[str, list[Claim]], Field(max_length=MAX_FACTS)] = {}
 
 
 @dataclass

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from text2sim.spec_schema.errors import MachineError, nearest
 
-OPTIONS = {
+OPTION_SOURCES = {
     "gs.options": ("options/solvers.py", "options/vis.py"),
     "gs.renderers": ("options/renderers.py",),
     "gs.morphs": ("options/morphs.py",),
@@ -26,7 +26,7 @@ OPTIONS = {
     "gs.force_fields": ("engine/force_fields.py",),
 }
 """Sources of option classes, which are configured by their fields, by the prefix of their names."""
-OBJECTS = {
+CLASS_SOURCES = {
     "Scene": ("engine/scene.py",),
     "Camera": ("vis/camera.py",),
     "RigidEntity": ("engine/entities/rigid_entity/rigid_entity.py", "engine/entities/base_entity.py"),
@@ -48,9 +48,9 @@ SKIPPED = (
     "ToolOptions",
     "ViewerOptions",
 )
-FIELD = 40
+MAX_DEFAULT_LENGTH = 40
 """Longest default value that is shown [characters]."""
-DOCSTRING = 6_000
+MAX_DOCSTRING_LENGTH = 6_000
 """Longest docstring that is shown [characters]."""
 
 
@@ -76,7 +76,7 @@ def documentation() -> dict[str, ApiEntry]:
     root, found = Path(spec.origin).parent, dict[str, ApiEntry]()
     init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _is(node, "init"))
     found["gs.init"] = _method("gs.init", init)  # type: ignore[arg-type]
-    for prefix, places in OPTIONS.items():
+    for prefix, places in OPTION_SOURCES.items():
         for node in _classes(root, places):
             if node.name[0] != "_" and node.name not in SKIPPED:
                 name = f"{prefix}.{node.name}"
@@ -86,7 +86,7 @@ def documentation() -> dict[str, ApiEntry]:
                 options = _options(name, node)
                 bare = made is None or "()" not in options.line  # a class with fields accepts them as arguments
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
-    for owner, places in OBJECTS.items():
+    for owner, places in CLASS_SOURCES.items():
         for node in _classes(root, places):
             for one in node.body:
                 if isinstance(one, ast.FunctionDef) and (one.name == "__init__" or one.name[0] != "_") and _shown(one):
@@ -109,7 +109,7 @@ def explained(names: list[str]) -> str:
             hint = nearest(name.rpartition(".")[2], [one.rpartition(".")[2] for one in known])
             rows.append(f"There is nothing called `{name}`" + (f"; there is `{hint}`." if hint else "."))
         else:
-            rows.append(f"{known[match].line}\n\n{known[match].doc[:DOCSTRING]}".strip())
+            rows.append(f"{known[match].line}\n\n{known[match].doc[:MAX_DOCSTRING_LENGTH]}".strip())
     return "\n\n---\n\n".join(rows)
 
 
@@ -164,4 +164,4 @@ def _is(node: ast.stmt, name: str) -> bool:
 
 def _short(node: ast.expr) -> str:
     text = ast.unparse(node)
-    return text if len(text) <= FIELD else "…"
+    return text if len(text) <= MAX_DEFAULT_LENGTH else "…"

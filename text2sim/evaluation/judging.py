@@ -41,7 +41,7 @@ Kind = Literal["physical", "visual", "check"]
 KINDS: tuple[Kind, ...] = ("physical", "visual")
 State = Literal["judged", "nothing", "not_judged"]
 """`nothing`: there was nothing to judge, so the score is 0 and no judge was asked."""
-JUDGING, JUDGEMENT = "judging.json", "judgement.json"
+JUDGING_FILE, JUDGEMENT_FILE = "judging.json", "judgement.json"
 Tell = Callable[[str], None]
 
 
@@ -128,10 +128,10 @@ class Judging:
                 raise RunError(
                     f"the judge {model} does not accept pictures; if it does, append `,vision=yes` to its name"
                 )
-        before = read_json(self.out / JUDGING)
+        before = read_json(self.out / JUDGING_FILE)
         earlier = before["judged"] if isinstance(before, dict) and before["digest"] == self.suite.digest() else []
         write_json(
-            self.out / JUDGING,
+            self.out / JUDGING_FILE,
             {
                 "judged": list(dict.fromkeys([*earlier, *prompts])),
                 "suite": self.suite.name,
@@ -158,7 +158,7 @@ class Judging:
         rows = []
         for turn in _turns(name, method.name, len(self.models), self.repeats):
             row = self._judged(turn, prompt, made, shown)
-            write_json(self.out / turn.place / JUDGEMENT, asdict(row))
+            write_json(self.out / turn.place / JUDGEMENT_FILE, asdict(row))
             rows.append(row)
             said = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
             who = f"{turn.kind} {turn.repeat} of {self.repeats} by judge {turn.judge}"
@@ -240,11 +240,11 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
     Raises:
         RunError: If the folder has no judgements.
     """
-    record = read_json(out / JUDGING)
+    record = read_json(out / JUDGING_FILE)
     if not isinstance(record, dict):
-        raise RunError(f"{out}: nothing was judged here (no {JUDGING})")
+        raise RunError(f"{out}: nothing was judged here (no {JUDGING_FILE})")
     rows = []
-    for path in sorted(out.glob(f"*/*/*/{JUDGEMENT}")):
+    for path in sorted(out.glob(f"*/*/*/{JUDGEMENT_FILE}")):
         data = read_json(path)
         try:
             row = Judgement(**{**data, "turn": Turn(**data["turn"])})

@@ -21,7 +21,7 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
 
-LEDGER = "ledger.json"
+LEDGER_FILE = "ledger.json"
 Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]
 
 
@@ -69,7 +69,9 @@ class CardLedger(Model):
 
 def read_ledger(cards: Path) -> CardLedger:
     """Read the ledger of a folder of cards; empty if there is none."""
-    return read_model(cards / LEDGER, CardLedger, "a ledger")[0] if (cards / LEDGER).exists() else CardLedger()
+    return (
+        read_model(cards / LEDGER_FILE, CardLedger, "a ledger")[0] if (cards / LEDGER_FILE).exists() else CardLedger()
+    )
 
 
 def enter(cards: Path, card: str, account: CardRecord, prompts: dict[str, Prompt]) -> None:
@@ -87,7 +89,7 @@ def enter(cards: Path, card: str, account: CardRecord, prompts: dict[str, Prompt
         account = account.model_copy(update={"owes": owed})
     sources = before.prompts | {name: one.model_copy(update={"requirements": None}) for name, one in prompts.items()}
     made = CardLedger(prompts=sources, cards=before.cards | {card: account})
-    write_json(cards / LEDGER, made.model_dump(mode="json"))
+    write_json(cards / LEDGER_FILE, made.model_dump(mode="json"))
 
 
 def digest_of(entry: CardEntry) -> str:
@@ -109,7 +111,7 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
     """
     if cards is None or cards.resolve() == BUILT_IN:
         return
-    ledger, file = read_ledger(cards), str(cards / LEDGER)
+    ledger, file = read_ledger(cards), str(cards / LEDGER_FILE)
     problems = []
     for entry in load_library([cards]).entries.values():
         account = ledger.cards.get(entry.id)
@@ -131,7 +133,7 @@ def learned_from(ledger: CardLedger, cards: Path) -> Suite:
     owed = [debt.prompt for name, one in ledger.cards.items() if name in there for debt in one.owes]
     if missing := [name for name in owed if name not in ledger.prompts]:
         what = f"the sources of {', '.join(missing)} are missing"
-        raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER), rule="unknown-source")])
+        raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER_FILE), rule="unknown-source")])
     # An empty suite is invalid; this one is compared with others and never answered.
     return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in owed})
 

@@ -39,8 +39,8 @@ from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
 
 ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
-FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
-CLOCK = "clock.json"
+METHOD_FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
+CLOCK_FILE = "clock.json"
 Tell = Callable[[str], None]
 
 
@@ -91,7 +91,7 @@ def method_of(word: str) -> Method:
         return Method(name, "command", command=words)
     kind, _, cards = word.partition(":")
     if kind not in ("text2sim", "agent") or cards not in ("", "with-cards", "no-cards"):
-        raise RunError(f"`{word[:80]}` is not a method; there are {FORMS}")
+        raise RunError(f"`{word[:80]}` is not a method; there are {METHOD_FORMS}")
     return Method(f"{kind}-{cards or 'with-cards'}", "agent" if kind == "agent" else "text2sim", cards != "no-cards")
 
 
@@ -136,7 +136,7 @@ def run_method(
             result = answer(place, name, prompt, method, [_own(model, method, name) for model in models], allowance)
         finally:
             wall = before + monotonic() - start
-            write_json(place / CLOCK, {"wall_s": wall})  # a kill must not refund the time used
+            write_json(place / CLOCK_FILE, {"wall_s": wall})  # a kill must not refund the time used
         if result.wall_s is None:
             result = result.model_copy(update={"wall_s": wall})
         write_result(place, result)
@@ -145,7 +145,7 @@ def run_method(
 
 
 def _clock(place: Path) -> float:
-    found = read_json(place / CLOCK)
+    found = read_json(place / CLOCK_FILE)
     return float(found["wall_s"]) if isinstance(found, dict) else 0.0
 
 

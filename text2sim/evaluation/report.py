@@ -11,10 +11,10 @@ import numpy as np
 
 from text2sim.evaluation.film_frames import length_of, pictures_at
 from text2sim.evaluation.judging import KINDS, Judgement, Kind
-from text2sim.evaluation.scores import PARTS, VISUAL
+from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
 from text2sim.evaluation.statistics import case_scores
 from text2sim.evaluation.suite import Prompt
-from text2sim.evaluation.tables import PAPER, Tables
+from text2sim.evaluation.tables import PAPER_RESULTS, Tables
 from text2sim.evidence.page import films_script, render_page
 from text2sim.evidence.plots import BLUE, DPI, GREEN, GREY, ORANGE, VERMILION
 from text2sim.spec_schema.errors import RunError
@@ -35,7 +35,7 @@ def write_report(tables: Tables, out: Path) -> Path:
     for name, prompt in _judged(tables):
         families.setdefault(prompt.family, []).append(name)
     contents = {
-        "it": tables, "paper": PAPER, "parts": PARTS, "visual": VISUAL, "kinds": KINDS,
+        "it": tables, "paper": PAPER_RESULTS, "parts": PHYSICAL_WEIGHTS, "visual": VISUAL_WEIGHTS, "kinds": KINDS,
         "families": families,
         "bars": [(family, kind, _bars(tables, kind, names)) for family, names in families.items() for kind in KINDS],
         "cases": [_case(tables, out, name, prompt) for name, prompt in _judged(tables)],

@@ -20,7 +20,7 @@ from text2sim.spec_schema.text.document import Document
 BUILT_IN = Path(__file__).resolve().parent / "suites"
 CATEGORIES = ("scene", "body", "action", "render")
 Family = Literal["rigid", "deformable", "cloth"]
-MOST = 12
+MAX_REQUIREMENTS = 12
 """Largest number of requirements of one category, and of prohibitions."""
 SAME_TITLE, SAME_PROMPT = 0.9, 0.8
 """Similarity (difflib, 0 to 1) at which titles name the same source, and prompts ask for the same thing."""
@@ -55,13 +55,13 @@ class Prohibition(Model):
 class Requirements(Model):
     """Requirements of a prompt by category."""
 
-    scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Surroundings, supports, and their arrangement."""
-    body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Shapes, counts and materials of moving bodies."""
-    action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Events, their causes, order and outcome."""
-    render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """What the film must show, and appearance."""
 
     def rows(self) -> dict[str, tuple[str, Requirement]]:
@@ -77,7 +77,7 @@ class Prompt(Model):
     prompt: Annotated[str, StringConstraints(min_length=10, max_length=4000, strip_whitespace=True)]
     requirements: Requirements | None = None
     """None until they are drafted."""
-    prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MOST)] = {}
+    prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MAX_REQUIREMENTS)] = {}
 
     def digest(self) -> str:
         """Return the SHA-256 of prompt, requirements and prohibitions, which judgements depend on."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from text2sim.evaluation.judging import KINDS, Judgement, Kind, read_judgements
 from text2sim.evaluation.method_folder import CaseResult, MethodFolder, Resources, read_method
-from text2sim.evaluation.scores import PARTS, VISUAL
+from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
 from text2sim.evaluation.statistics import (
     Estimate,
     case_scores,
@@ -30,7 +30,7 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 Row = dict[str, Any]
 
-PAPER: tuple[Row, ...] = (
+PAPER_RESULTS: tuple[Row, ...] = (
     {"method": "Text2Sim", "physical": 95.32, "visual": 70.23, "tokens": 29.1e6, "minutes": 101.4, "without": 58.0},
     {"method": "Claude-Opus-5, bare", "physical": 88.60, "visual": 59.45, "tokens": 28.7e6, "minutes": 58.7},
     {"method": "GPT-5.6-Sol, bare", "physical": 86.59, "visual": 59.89, "tokens": 24.8e6, "minutes": 60.9},
@@ -99,10 +99,10 @@ def _scores(rows: Sequence[Judgement], method: str, families: Mapping[str, str])
             row[f"{kind}_{family}"] = float(np.mean(part)) if part else None
         missing = [one for one in own if one.turn.kind == kind and one.state == "not_judged"]
         row[f"{kind}_not_judged"] = len(missing)
-    for part in PARTS:
+    for part in PHYSICAL_WEIGHTS:
         physical = [one for one in own if one.turn.kind == "physical"]
         row[part] = _mean(part_scores(physical, lambda one, part=part: (one.score or {}).get("parts", {}).get(part)))
-    for part in VISUAL:
+    for part in VISUAL_WEIGHTS:
         visual = [one for one in own if one.turn.kind == "visual"]
         row[part] = _mean(part_scores(visual, lambda one, part=part: (one.reply or {}).get(part)))
     return row
@@ -179,10 +179,10 @@ def _flat(row: Judgement, models: Sequence[str]) -> Row:
         "model": models[turn.judge - 1], "repeat": turn.repeat, "state": row.state, "total": row.total, "why": row.why,
     }  # fmt: skip
     score, reply = row.score or {}, row.reply or {}
-    flat |= {part: score.get("parts", {}).get(part) for part in PARTS}
+    flat |= {part: score.get("parts", {}).get(part) for part in PHYSICAL_WEIGHTS}
     flat |= {name: score.get(name) for name in ("faithfulness", "aesthetics", "penalty")}
     flat["caps"] = " ".join(f"{cap:g}" for cap in score.get("caps", ()))
-    return flat | {part: reply.get(part) for part in VISUAL}
+    return flat | {part: reply.get(part) for part in VISUAL_WEIGHTS}
 
 
 def _requirements(row: Judgement, suite: Suite) -> list[Row]:

@@ -6,11 +6,11 @@ from text2sim.evidence.deformation import DeformationError, triangles
 from text2sim.recording.deformables import RecordedDeformable, spans
 from text2sim.recording.states import Array
 
-CELLS = 4_000_000
+MAX_CELLS = 4_000_000
 """Most cells of the picture of a frame: a cloth that has flown apart has no silhouette to measure."""
-PICTURE = 50_000_000
+MAX_CELLS_TOGETHER = 50_000_000
 """With no more cells over several frames than this, drawing them is fastest."""
-APART = 2.0
+NEIGHBOUR_SPACINGS = 2.0
 """Points of a cloth are neighbours if they start within this many spacings of each other."""
 IN_TREES = 2_000_000
 """Most points over all frames among which neighbours are sought; longer runs are sampled at even steps."""
@@ -42,7 +42,7 @@ def _hidden(points: Array, faces: Array) -> Array:
     frames = len(points)
     low = np.floor(points.min(axis=1))
     size = np.ceil(points.max(axis=1)) - low + 1
-    sound = np.isfinite(size).all(axis=1) & (size.prod(axis=1) < CELLS)
+    sound = np.isfinite(size).all(axis=1) & (size.prod(axis=1) < MAX_CELLS)
     # The grid is rotated against points that form a grid themselves, so that no cell centre lies on a shared edge.
     points = np.where(sound[:, None, None], points - low[:, None], 0.0) + np.array([0.5 + 0.0137, 0.5 + 0.0071])
     corners = [[points[:, faces[:, k], axis].astype(np.float32).ravel() for k in range(3)] for axis in range(2)]
@@ -59,7 +59,7 @@ def _hidden(points: Array, faces: Array) -> Array:
     frame = owner[covered] // len(faces)
     columns, rows = (int(np.where(sound, size[:, axis], 0).max(initial=0)) + 2 for axis in range(2))
     cell = (frame * columns + x[covered]) * rows + y[covered]
-    if frames * columns * rows > PICTURE:
+    if frames * columns * rows > MAX_CELLS_TOGETHER:
         seen = np.bincount(np.unique(cell) // (columns * rows), minlength=frames)
     else:
         picture = np.zeros((frames, columns * rows), bool)
@@ -103,7 +103,7 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
         tree = KDTree(x, balanced_tree=False, compact_nodes=False)
         pairs = tree.query_pairs(thickness * (1 - 1e-6), output_type="ndarray")
         away = np.linalg.norm(start[pairs[:, 0]] - start[pairs[:, 1]], axis=1)
-        pairs = pairs[away > APART * body.spacing]
+        pairs = pairs[away > NEIGHBOUR_SPACINGS * body.spacing]
         near = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
         depth[row] = thickness - near.min(initial=thickness)
     return np.interp(np.arange(len(points)), chosen, depth) if len(chosen) else np.zeros(0)

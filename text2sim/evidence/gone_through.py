@@ -19,11 +19,11 @@ from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Attach
 from text2sim.spec_schema.names.selectors import body_of
 
-PAIRS = 10_000
+MAX_PAIRS = 10_000
 """Most pairs of pieces whose paths are compared; the rest of a huge heap is left out."""
-TURN = 0.3
+MAX_TURN = 0.3
 """Turn [rad] between two frames beyond which paths in the turning frame are no longer straight."""
-SAID = 5
+MAX_LISTED_PAIRS = 5
 """Most pairs of bodies that are listed."""
 
 
@@ -57,8 +57,10 @@ def gone_through(recording: RecordedCase) -> list[str]:
         if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
-    said = [_said(recording, *row) for row in rows[:SAID]]
-    return said + ([f"{len(rows) - SAID} more pairs of bodies do the same"] if len(rows) > SAID else [])
+    said = [_said(recording, *row) for row in rows[:MAX_LISTED_PAIRS]]
+    return said + (
+        [f"{len(rows) - MAX_LISTED_PAIRS} more pairs of bodies do the same"] if len(rows) > MAX_LISTED_PAIRS else []
+    )
 
 
 def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
@@ -99,7 +101,7 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
     for mover in movers:
         first, last = np.fmin.reduce(mover.middle), np.fmax.reduce(mover.middle)
         for k in np.flatnonzero(((low < last) & (high > first)).all(axis=1)).tolist():
-            if pieces[k].target is not mover.target and count < PAIRS:
+            if pieces[k].target is not mover.target and count < MAX_PAIRS:
                 count += 1
                 yield mover, pieces[k]
 
@@ -155,7 +157,7 @@ def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
     for k in rows.tolist():
         cosine = (np.trace(other.turn[k].T @ other.turn[k + 1]) - 1) / 2
         middle = a[k] + (b[k] - a[k]) * (at[k] + till[k]) / 2
-        if cosine > np.cos(TURN) and other.solid.distance(middle[None])[0] < 0.0:
+        if cosine > np.cos(MAX_TURN) and other.solid.distance(middle[None])[0] < 0.0:
             return k + 1
     return None
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from text2sim.evidence.contact_sheet import write_contact_sheet
 from text2sim.evidence.diagnostics import energy_series
-from text2sim.evidence.evidence import STOPPED
+from text2sim.evidence.evidence import STOPPED_STATES
 from text2sim.evidence.expectations import counted_from, moment
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, PlotBound, PlotLine, plot_series
@@ -22,9 +22,9 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.whole_files import write_atomically
 
-TOUCHES = 25
+MAX_LISTED_TOUCHES = 25
 """Most undeclared touches in the table, the hardest ones."""
-OCCURRENCES = 200
+MAX_LISTED_OCCURRENCES = 200
 """Most times of declared events in the table."""
 SOFT_WORDS = {
     "volume": "volume, over that at the start",
@@ -40,7 +40,7 @@ SOFT_WORDS = {
 """Rows of the table of deformable bodies."""
 REPLAY = "replay.html"
 """The page in 3D beside the report, if there is one."""
-LOG = 6_000
+LOG_TAIL = 6_000
 """Bytes shown of the end of the log."""
 
 
@@ -70,13 +70,14 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "case": case,
         "evidence": evidence,
         "record": record,
-        "verdict": evidence.get("verdict") or ("failed" if record and record.state not in STOPPED else "incomplete"),
+        "verdict": evidence.get("verdict")
+        or ("failed" if record and record.state not in STOPPED_STATES else "incomplete"),
         "why": sentence(evidence.get("why") or (record.message if record else "") or "there is nothing to judge"),
         "expect": found,
         "soft_words": SOFT_WORDS,
-        "declared": declared[:OCCURRENCES],
-        "declared_left_out": max(0, len(declared) - OCCURRENCES),
-        "touches": touches[:TOUCHES],
+        "declared": declared[:MAX_LISTED_OCCURRENCES],
+        "declared_left_out": max(0, len(declared) - MAX_LISTED_OCCURRENCES),
+        "touches": touches[:MAX_LISTED_TOUCHES],
         "films": films,
         "linked": linked,
         "replay": REPLAY if (run_dir / REPLAY).is_file() else None,
@@ -84,7 +85,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "sheet": data_uri(write_contact_sheet(run_dir), "image/png"),
         "plots": _plots(run_dir, case, evidence, declared),
         "case_text": read_text(run_dir / "case.yaml"),
-        "log": clean(read_end(run_dir / "log.txt", limit=LOG)),
+        "log": clean(read_end(run_dir / "log.txt", limit=LOG_TAIL)),
     }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.evidence import deformation, folds, tearing
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
-from text2sim.evidence.leaks import KINDS, leaks
+from text2sim.evidence.leaks import LEAKING_KINDS, leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
@@ -18,7 +18,7 @@ LOOKED_AT = 4_000_000
 """Most points of a body over all frames that are examined; longer runs are sampled at even steps."""
 LOOKED_FOR_TEARS = 600_000
 """The same for counting pieces, which takes longer."""
-STUCK = 1e-4
+WALL_DISTANCE = 1e-4
 """Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of the mpm grid stop particles
 up to half a cell away, so these turn back that much before the side."""
 
@@ -52,7 +52,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
             _worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
-        if body.kind in KINDS:
+        if body.kind in LEAKING_KINDS:
             share, walls = leaks(recording, thin)
             _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
     return found
@@ -69,7 +69,7 @@ def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Arra
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:
     """Return the time at which a body first lost 1 % of itself: {since}; empty if it did not."""
-    off = np.flatnonzero(torn > tearing.LEAST)
+    off = np.flatnonzero(torn > tearing.MIN_PIECE_SHARE)
     return {"since": float(times[off[0]])} if len(off) else {}
 
 
@@ -115,7 +115,7 @@ def _against(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the fraction of points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
-    near = body.spacing if body.solver == "mpm" else STUCK
+    near = body.spacing if body.solver == "mpm" else WALL_DISTANCE
     low, high = np.array(body.domain[0]) + near, np.array(body.domain[1]) - near
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.shapes.sagging import end_region
-from text2sim.compiler.soft.regions import LAYER
+from text2sim.compiler.soft.regions import SIDE_LAYER
 from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
@@ -75,7 +75,7 @@ def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyR
     Raises:
         SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
     """
-    points, within = body.own, LAYER.get(body.solver, 0.5) * body.spacing
+    points, within = body.own, SIDE_LAYER.get(body.solver, 0.5) * body.spacing
     region = end_region(getattr(recording.case.bodies.get(body_of(body.body)), "shape", None), region, within)
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])

@@ -21,11 +21,11 @@ Row = dict[str, Any]
 Painted = Callable[[Frame, tuple[int, int]], Array | None]
 """Returns a picture of a film in this size, colours 0 to 1, shape (h, w, 3); None if there is none."""
 
-SAMPLES = 15
+SAMPLED_PICTURES = 15
 """Pictures of a film that are looked at: every second one is also one that the preview keeps."""
-WIDTH = 192
+PICTURE_WIDTH = 192
 """Of the pictures that are looked at [pixels]; shares do not depend on it."""
-NEAR = 0.1
+MAX_TIME_OFFSET = 0.1
 """How far [s of film] a picture may be from the moment that it is to show."""
 DIGITS = 5
 
@@ -43,7 +43,7 @@ class Watcher:
         self.recorded = Recorded(recording)
         self.cameras = Cameras(recording.film, recording.states)
         wide, tall = recording.film["resolution"]
-        self.size = (WIDTH, max(2, round(WIDTH * tall / wide)))
+        self.size = (PICTURE_WIDTH, max(2, round(PICTURE_WIDTH * tall / wide)))
 
     @property
     def moving(self) -> list[str]:
@@ -99,7 +99,7 @@ class Watcher:
         wide, tall = self.size
         return float(max((np.ptp(pixels % wide) + 1) / wide, (np.ptp(pixels // wide) + 1) / tall))
 
-    def rows(self, frames: Sequence[Frame], samples: int = SAMPLES) -> list[Row]:
+    def rows(self, frames: Sequence[Frame], samples: int = SAMPLED_PICTURES) -> list[Row]:
         """Return the measures of pictures spread evenly over a film."""
         return [
             self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None) for k in spread(len(frames), samples)
@@ -140,7 +140,7 @@ def spread(count: int, samples: int) -> list[int]:
 def nearest_frame(frames: Iterable[Frame], t: float) -> Frame | None:
     """Return the picture of a film that shows a time [s] best; None if none does."""
     best = min(frames, key=lambda frame: abs(frame.t - t), default=None)
-    return best if best is not None and abs(best.t - t) <= NEAR * best.speed else None
+    return best if best is not None and abs(best.t - t) <= MAX_TIME_OFFSET * best.speed else None
 
 
 def read_picture(path: Path, size: tuple[int, int]) -> Array:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-BUDGET = 60_000
-GRAINS = 2_000
-GRAIN = 0.7
+STAGE_TRIANGLES = 60_000
+MAX_PARTICLES = 2_000
+PARTICLE_RADIUS = 0.7
 """Radius of a particle, in distances between them."""
 OCTAHEDRON = np.array([
     (a, b, c) for x in (1, -1) for y in (1, -1) for z in (1, -1)
@@ -47,7 +47,14 @@ class Recorded:
         colors: sRGB of each, 0 to 1, shape (m, 3).
     """
 
-    def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS, *, copies: bool = False):
+    def __init__(
+        self,
+        recording: "FilmRecord",
+        budget: int = STAGE_TRIANGLES,
+        grains: int = MAX_PARTICLES,
+        *,
+        copies: bool = False,
+    ):
         self.recording, self._budget, self._grains = recording, budget, grains
         self._name = str if copies else body_of
         parts = [part for part in recording.parts if _shown(part.look)]
@@ -140,7 +147,7 @@ class Recorded:
         if faces is not None:
             return points[faces]
         step = -(-len(points) // self._grains)
-        radius = GRAIN * float(part.row["spacing"]) * step ** (1 / 3)
+        radius = PARTICLE_RADIUS * float(part.row["spacing"]) * step ** (1 / 3)
         return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
 
     def _places(self, part: Any, t: float) -> Array:

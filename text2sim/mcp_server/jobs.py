@@ -12,9 +12,9 @@ from text2sim.runtime.stop import Stop
 from text2sim.runtime.trouble import told
 from text2sim.spec_schema.errors import RunError
 
-KEPT = 20
+MAX_REMEMBERED_JOBS = 20
 """Number of jobs that are remembered."""
-ENDING = 1.5
+STOP_GRACE = 1.5
 """Time [s] that a run has to end when the server does; a client kills the server after two seconds."""
 
 Work = Callable[[OnProgress, Stop], ToolAnswer]
@@ -103,7 +103,7 @@ class Jobs:
                 )
             job = BackgroundRun(f"job-{next(self._numbers)}", case, what)
             self._jobs[job.id] = job
-            for old in list(self._jobs)[:-KEPT]:
+            for old in list(self._jobs)[:-MAX_REMEMBERED_JOBS]:
                 del self._jobs[old]
         Thread(target=_work, args=(job, work), name=job.id, daemon=True).start()
         return job
@@ -128,7 +128,7 @@ class Jobs:
             if not job.done:
                 job.stop.request()
                 job.stop.request()
-                job.over.wait(ENDING)
+                job.over.wait(STOP_GRACE)
 
 
 def _work(job: BackgroundRun, work: Work) -> None:

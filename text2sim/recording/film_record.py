@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Rgb = tuple[float, float, float]
 Paint = tuple[float, ...]
 """Colour and opacity."""
-SAME = 0.01
+MAX_SAME_DIFFERENCE = 0.01
 """Difference below which colours count as the same."""
 
 
@@ -187,7 +187,7 @@ def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) 
     found: dict[Paint, dict[str, Any]] = {}
     taken: set[int] = set()
     for away, color, k in pairs:
-        if color not in found and (k not in taken or away < SAME):
+        if color not in found and (k not in taken or away < MAX_SAME_DIFFERENCE):
             found[color] = looks[k]
             taken.add(k)
     return found

@@ -16,17 +16,17 @@ from text2sim.replay.shapes import pack_faces, surface_of
 
 Array = NDArray[Any]
 
-RIGID = 5_000_000
+MAX_RIGID_SIZE = 5_000_000
 """Largest size of all poses [bytes]."""
-POSE = 14
+POSE_SIZE = 14
 """Size of a pose [bytes]."""
-SOFT = 6_000_000
+MAX_SOFT_SIZE = 6_000_000
 """Largest size of the points of deformable bodies [bytes]."""
-POINT = 6
+POINT_SIZE = 6
 """Size of a point in a frame [bytes]."""
-FEW, SMOOTH = 12, 50
+MIN_SOFT_FRAMES, SMOOTH_SOFT_FRAMES = 12, 50
 """Smallest number of frames of deformable bodies, and the number that takes precedence over showing all particles."""
-TOUCHES = 100_000
+MAX_CONTACTS = 100_000
 """Largest number of contacts in all frames."""
 
 
@@ -52,7 +52,7 @@ def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str
     pos, quat = scenery.poses
     moves = ((pos != pos[0]).any(axis=2) | (quat != quat[0]).any(axis=2)).any(axis=0)
     moving = [link.row for link in scenery.links if link.pieces and moves[link.row]]
-    taken = thinned(len(pos), max(RIGID // (POSE * max(len(moving), 1)), 2))
+    taken = thinned(len(pos), max(MAX_RIGID_SIZE // (POSE_SIZE * max(len(moving), 1)), 2))
     _tell(notes, "rigid bodies", len(pos), taken)
     row: dict[str, Any] = {"times": blob.add(scenery.times[taken].astype(np.float32)), "count": len(moving)}
     row["pos"] = blob.add_points(pos[taken][:, moving])
@@ -71,16 +71,16 @@ def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[s
     """
     figures = list(scenery.figures)
     surfaces = sorted((f for f in figures if f.faces is not None), key=lambda f: f.size)
-    while sum(f.size for f in surfaces) * POINT * FEW > SOFT:
+    while sum(f.size for f in surfaces) * POINT_SIZE * MIN_SOFT_FRAMES > MAX_SOFT_SIZE:
         figures.remove(large := surfaces.pop())
         notes.append(f"{large.body} is left out: its surface has {large.size} points")
-    room = SOFT / POINT / min(SMOOTH, len(scenery.frames)) - sum(f.size for f in surfaces)
+    room = MAX_SOFT_SIZE / POINT_SIZE / min(SMOOTH_SOFT_FRAMES, len(scenery.frames)) - sum(f.size for f in surfaces)
     particles = sum(f.size for f in figures if f.faces is None)
-    every = max(1, math.ceil(particles / max(room, SOFT / POINT / SMOOTH / 10)))
+    every = max(1, math.ceil(particles / max(room, MAX_SOFT_SIZE / POINT_SIZE / SMOOTH_SOFT_FRAMES / 10)))
     if every > 1:
         notes.append(f"one of {every} particles is shown, enlarged")
     total = sum(f.size if f.faces is not None else math.ceil(f.size / every) for f in figures)
-    taken = thinned(len(scenery.frames), max(SOFT // (POINT * max(total, 1)), 2))
+    taken = thinned(len(scenery.frames), max(MAX_SOFT_SIZE // (POINT_SIZE * max(total, 1)), 2))
     if figures:
         _tell(notes, "deformable bodies", len(scenery.frames), taken)
     # Frame by frame, because the chunks of a long recording do not fit into memory together.
@@ -131,9 +131,9 @@ def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, note
     order = np.lexsort((-force, pairs[:, 1], pairs[:, 0], frame))
     rows = np.column_stack([frame, pairs])[order]
     order = order[np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])]
-    if len(order) > TOUCHES:
-        notes.append(f"of {len(order)} contacts the {TOUCHES} strongest are shown")
-        order = order[np.sort(np.argsort(-force[order], kind="stable")[:TOUCHES])]
+    if len(order) > MAX_CONTACTS:
+        notes.append(f"of {len(order)} contacts the {MAX_CONTACTS} strongest are shown")
+        order = order[np.sort(np.argsort(-force[order], kind="stable")[:MAX_CONTACTS])]
     names, number = [], {}
     for link in scenery.links:
         number.setdefault(link.body, len(number))

@@ -25,15 +25,15 @@ NAME = REPLAY
 VIEWER = ("arrays.js", "stage.js", "view_control.js", "plots.js", "live.js", "page.js")
 """Parts of our script, in order."""
 LIBRARY = "vendor/three.min.js"
-MOMENTS = 40
+BOUNDS_TIMES = 40
 """Number of times at which bounds are computed."""
-QUICK = 200_000_000
+MAX_STATES_SIZE = 200_000_000
 """Size of states [bytes] above which a replay is not written with the report."""
 
 
 def is_quick(folder: Path) -> bool:
     """Whether writing the replay of a run takes about a second."""
-    return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= QUICK
+    return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= MAX_STATES_SIZE
 
 
 def write_replay(folder: Path, case: Case) -> Path:
@@ -141,7 +141,7 @@ def _room(scenery: Scenery) -> tuple[list[float], float]:
     """Centre and radius [m] of the space of moving bodies, or of all bodies if none moves."""
     recording = scenery.recording
     moving = [body for body in recording.bodies if body not in recording.statics] or recording.bodies
-    times = scenery.times[:: max(1, len(scenery.times) // MOMENTS)]
+    times = scenery.times[:: max(1, len(scenery.times) // BOUNDS_TIMES)]
     points = np.concatenate([recording.states.bounds(moving, float(t)) for t in times]) if moving else np.zeros((1, 3))
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):

@@ -15,7 +15,7 @@ from text2sim.templates.shading import Shell
 
 MOST_TRIANGLES = 100_000
 """Largest total number of triangles; above, all meshes are reduced in proportion."""
-FEWEST = 400
+MIN_REDUCED_TRIANGLES = 400
 """Number of triangles up to which a mesh is not reduced."""
 
 
@@ -71,14 +71,14 @@ def _placed(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
 
 
 def _reduced(mesh: RenderMesh, keep: float) -> RenderMesh:
-    if keep >= 1 or len(mesh.faces) <= FEWEST:
+    if keep >= 1 or len(mesh.faces) <= MIN_REDUCED_TRIANGLES:
         return mesh
     import fast_simplification
 
     # Vertices at sharp edges are duplicates, and must be merged, or the mesh would tear there.
     places, own = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = own.ravel()[mesh.faces]
-    away = 1 - max(keep, FEWEST / len(faces))
+    away = 1 - max(keep, MIN_REDUCED_TRIANGLES / len(faces))
     fewer = fast_simplification.simplify(np.asarray(places, np.float64), faces.astype(np.int32), away)
     vertices, left = np.asarray(fewer[0], float), np.asarray(fewer[1])
     shell = Shell(vertices, left)

@@ -12,7 +12,7 @@ from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.loaded import LoadedCase
 
 STATISTICS = {"last": "end", "min": "min", "max": "max"}
-ALIKE = 1e-6
+EQUAL_WITHIN = 1e-6
 """Relative difference below which two measured values count as equal."""
 
 
@@ -165,4 +165,4 @@ def _real(value: Any) -> float | None:
 def _differ(a: float | None, b: float | None) -> bool:
     if a is None or b is None:
         return a is not b
-    return abs(a - b) > ALIKE * max(abs(a), abs(b))
+    return abs(a - b) > EQUAL_WITHIN * max(abs(a), abs(b))

@@ -18,9 +18,9 @@ import text2sim
 from text2sim.runtime import kernel_cache
 from text2sim.runtime.child import child_environment, mortal
 
-LINE = 100_000
+MAX_LINE_LENGTH = 100_000
 """Longest line of news that is read [characters]."""
-LOG = 2_000_000
+MAX_LOG_SIZE = 2_000_000
 """Size [bytes] at which a new log is begun."""
 
 
@@ -62,7 +62,7 @@ class Child:
         # The package may be in a folder that only our own interpreter knows.
         home = str(Path(text2sim.__file__).resolve().parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [home, environment.get("PYTHONPATH", "")]))
-        if log.is_file() and log.stat().st_size > LOG:
+        if log.is_file() and log.stat().st_size > MAX_LOG_SIZE:
             log.unlink()
         with log.open("ab") as sink:
             self._process = subprocess.Popen(
@@ -125,7 +125,7 @@ class Child:
 
     def _listen(self) -> None:
         assert self._process.stdout is not None
-        for line in iter(lambda: self._process.stdout.readline(LINE), ""):  # type: ignore[union-attr]
+        for line in iter(lambda: self._process.stdout.readline(MAX_LINE_LENGTH), ""):  # type: ignore[union-attr]
             with suppress(ValueError):
                 data = json.loads(line)
                 if isinstance(data, dict):

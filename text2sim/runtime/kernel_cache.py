@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 from time import time
 
-STALE = 120.0
+STALE_LOCK_AGE = 120.0
 """Age [s] at which a lock counts as abandoned: the engine holds it for seconds, while it reads or writes the index."""
 
 
@@ -31,5 +31,5 @@ def unlock() -> None:
     """
     for lock in folder().glob("**/qdcache.lock"):
         with suppress(OSError):  # another process was faster
-            if time() - lock.stat().st_mtime > STALE:
+            if time() - lock.stat().st_mtime > STALE_LOCK_AGE:
                 lock.unlink()

@@ -14,15 +14,15 @@ from text2sim.runtime.outcome import Outcome, outcome_of, read_end, read_status
 from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail
 from text2sim.runtime.stop import Stop
 
-FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
-NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
-STOPPING = "stopping, and keeping what was recorded; once more to kill it"
+FIRST_BUILD_NOTE = "compiling physics kernels: over a minute the first time on this machine"
+NEW_KERNELS_NOTE = "still compiling physics kernels: every new combination of options does so once"
+STOPPING_NOTE = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
-PATIENCE = 30.0
+BUILD_PATIENCE = 30.0
 """Wall time [s] of a build after which the user is told why."""
-SETTLED = 120.0
+SPEED_SETTLES_AFTER = 120.0
 """Wall time [s] of simulating after which its speed is known."""
-HOPELESS = 3.0
+HOPELESS_FACTOR = 3.0
 """A simulation that would take this many times its limit is stopped; its speed does not vary that much."""
 
 
@@ -98,11 +98,11 @@ class Relay:
             self._take(record)
         if self._stop.count and not self._stopping:
             self._stopping = True
-            self._clock.tell(self.simulated, note=STOPPING)
-        if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
+            self._clock.tell(self.simulated, note=STOPPING_NOTE)
+        if self._build_since is not None and self._clock.wall - self._build_since > BUILD_PATIENCE:
             self._build_since = None
             if kernel_cache.is_warm():
-                self._clock.tell(0.0, note=NEW_KIND)
+                self._clock.tell(0.0, note=NEW_KERNELS_NOTE)
         return bool(self.hopeless)
 
     def _take(self, record: dict[str, Any]) -> None:
@@ -111,7 +111,7 @@ class Relay:
             self._phase = phase
             building = phase == "build"
             self._build_since = self._clock.wall if building else None
-            self._clock.enter(phase, FIRST_TIME if building and not kernel_cache.is_warm() else "")
+            self._clock.enter(phase, FIRST_BUILD_NOTE if building and not kernel_cache.is_warm() else "")
         if self._phase in ("simulate", "film"):
             time = _finite(record.get("t"), 0.0)
             duration = _finite(record.get("duration"), 0.0)
@@ -125,10 +125,10 @@ class Relay:
         now = self._clock.wall
         if time > 0.0 and self._first is None:
             self._first = now, time
-        if self._first is None or time <= self._first[1] or now - self._first[0] < SETTLED:
+        if self._first is None or time <= self._first[1] or now - self._first[0] < SPEED_SETTLES_AFTER:
             return
         whole = now + (duration - time) * (now - self._first[0]) / (time - self._first[1])
-        if whole > HOPELESS * self._timeout:
+        if whole > HOPELESS_FACTOR * self._timeout:
             so_far = f"{time / duration:.1%} of it took {now:.0f} s"
             self.hopeless = f"{so_far}: all would take {whole / 3600:.1f} h, and the limit is {self._timeout:g} s"
 

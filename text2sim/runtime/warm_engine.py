@@ -16,11 +16,11 @@ START_LIMIT = 180.0
 """Processor time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
 """Processor time [s] for building a scene: a new combination of options takes minutes to compile kernels."""
-PATIENCE = 10.0
+EXTRA_WALL_TIME = 10.0
 """Most wall time over these limits: on a shared machine, a process may wait longer than it works."""
 STOP_LIMIT = 5.0
 """Time [s] that a simulation has to stop once it is asked to, and a build outside of live mode."""
-DEATHS = 3
+MAX_DEATHS = 3
 """Deaths in a row before it was ready, after which it is not started again."""
 MEMORY_POLL = 0.5
 
@@ -86,7 +86,7 @@ class Engine:
     @property
     def hopeless(self) -> bool:
         """Whether it keeps dying before it is ready."""
-        return self._deaths >= DEATHS
+        return self._deaths >= MAX_DEATHS
 
     @property
     def idle(self) -> bool:
@@ -199,7 +199,7 @@ class Engine:
         """Return whether the process exceeded a limit [s] of processor time, or far exceeded it in wall time."""
         assert self._child is not None
         wall = monotonic() - since
-        return wall > PATIENCE * limit or (wall > limit and self._child.worked() - worked > limit)
+        return wall > EXTRA_WALL_TIME * limit or (wall > limit and self._child.worked() - worked > limit)
 
     @property
     def ended(self) -> bool:

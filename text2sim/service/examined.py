@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 CASE_FILE = "case.yaml"
 SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})
 """Folders that are not searched for cases: they have what was made from cases."""
-DEPTH = 6
+MAX_DEPTH = 6
 
 
 @dataclass
@@ -179,7 +179,7 @@ def find_cases(paths: Iterable[Path]) -> list[Path]:
     """Return the files or folders of cases; a folder that is not a case stands for all cases below it."""
     found: dict[Path, None] = {}
     for path in paths:
-        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, DEPTH))
+        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, MAX_DEPTH))
         # A folder without cases is kept, so that reading it reports that.
         found |= dict.fromkeys(below or [path])
     return list(found)

@@ -36,10 +36,10 @@ no name, no address. A cookie with that number lets you continue later in the sa
 
 Participation is voluntary. You can stop at any time by closing the page.\
 """
-LONGEST = 20_000
+MAX_TEXT_LENGTH = 20_000
 """Largest number of characters of a text."""
 
-Text = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST)]
+Text = Annotated[str, StringConstraints(min_length=1, max_length=MAX_TEXT_LENGTH)]
 
 
 class Study(Model):

@@ -34,7 +34,7 @@ LEVELS = {
 }
 COOKIE = "person"
 MONTH = 30 * 24 * 3600
-LARGEST = 10_000
+MAX_FORM_SIZE = 10_000
 """Largest size of a submitted form [bytes]."""
 
 
@@ -88,7 +88,7 @@ class StudyPage:
         )  # fmt: skip
 
     async def _sent(self, request: Request) -> Response:
-        if int(request.headers.get("Content-Length", LARGEST + 1)) > LARGEST:
+        if int(request.headers.get("Content-Length", MAX_FORM_SIZE + 1)) > MAX_FORM_SIZE:
             return PlainTextResponse("too large\n", 413)
         given = {name: rows[-1] for name, rows in parse_qs((await request.body()).decode("utf-8", "replace")).items()}
         place = self._place(request)

@@ -12,27 +12,27 @@ else:  # in a program, where it lies beside this module
     from cameras import View, framed, project
     from viewpoints import place
 
-LOOKS = 20
+FRAMING_MOMENTS = 20
 """Number of moments of the recording at which the framing is checked."""
-HIDING = 5
+OCCLUSION_MOMENTS = 5
 """Number of moments at which occlusion is checked."""
-MANY, OUTLIERS = 20, 0.02
+MANY_BODIES, OUTLIER_SHARE = 20, 0.02
 """With this many bodies or more, each edge of the picture may cut off this share of their positions: one shard that
 flies off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
 ELEVATIONS = {13: 0.0, 19: 0.03, 8: 0.04, 27: 0.12, 42: 0.25}
 """Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
 with the score that each costs."""
-HABIT, BACK = 0.006, 0.06
+UNUSUAL_COST, BEHIND_COST = 0.006, 0.06
 """Score that each step down the list of azimuths costs, and that a view from behind costs: scenes face -y."""
-HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
+HIDDEN_WEIGHT, FILLED_WEIGHT, MOTION_WEIGHT, BROAD_SIDE_WEIGHT, CONTRAST_WEIGHT = 1.0, 0.5, 0.3, 0.25, 0.35
 """Weights of a camera's score: hidden bodies, the share of the picture that bodies fill, motion across the picture,
 broad sides of bodies, and contrast with the background."""
-TELLS = 0.25
+MAX_USEFUL_CONTRAST = 0.25
 """Colour distance above which contrast does not increase the score further."""
-SPOTS = 3
+POINTS_PER_BODY = 3
 """Points of a body from which occlusion is checked."""
-CHECKS = 1_500_000
+MAX_SIGHT_TESTS = 1_500_000
 """Largest number of tests of a line of sight against a box, for all cameras together."""
 
 
@@ -57,15 +57,20 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     if not len(points):
         return camera
     sights = _Sights(film, states, looks)
-    ways = np.diff(tracks[:: max(1, len(tracks) // LOOKS)], axis=0).reshape(-1, 3)
+    ways = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
     best, score = camera, -math.inf
     for direction, habit in _directions(frame["direction"], free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
         view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
         filled = float(np.mean([_filled(view, cloud, aspect) for cloud in clouds if len(cloud)]))
         hidden, apart = sights.told(way, float(np.linalg.norm(view.pos - view.look_at)))
-        found = FILLED * filled - HIDDEN * hidden + APART * apart + ACROSS * _across(ways, view)
-        found += BROAD * sights.broad(way) - habit
+        found = (
+            FILLED_WEIGHT * filled
+            - HIDDEN_WEIGHT * hidden
+            + CONTRAST_WEIGHT * apart
+            + MOTION_WEIGHT * _across(ways, view)
+        )
+        found += BROAD_SIDE_WEIGHT * sights.broad(way) - habit
         if found > score:
             best, score = tried, found
     return best
@@ -76,7 +81,7 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     moved = np.linalg.norm(np.diff(tracks, axis=0), axis=2).mean(axis=1)
     even = np.full(len(moved), 1 / len(moved))
     share = even if moved.sum() < 1e-12 else (even + moved / moved.sum()) / 2
-    return np.interp(np.linspace(0, 1, LOOKS), np.append(0.0, np.cumsum(share)), times)
+    return np.interp(np.linspace(0, 1, FRAMING_MOMENTS), np.append(0.0, np.cumsum(share)), times)
 
 
 def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
@@ -88,7 +93,7 @@ def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, flo
         for k, azimuth in enumerate(AZIMUTHS):
             up, turn = math.radians(elevation), math.radians(azimuth)
             way = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
-            found.append((way, loss + HABIT * k + BACK * (way[1] > 0.1)))
+            found.append((way, loss + UNUSUAL_COST * k + BEHIND_COST * (way[1] > 0.1)))
     return found if free else found[:1]
 
 
@@ -109,9 +114,16 @@ class _Sights:
         self._body = np.array([self._bodies[name] for name in names], int)
         self._color, self._solid = every.color, every.solid & ~np.isin(names, auto["clear"])
         moves = np.flatnonzero(np.isin(names, auto["moving"]))
-        cost = HIDING * SPOTS * len(AZIMUTHS) * len(ELEVATIONS) * max(len(names), 1) * max(len(moves), 1)
-        self._mine = moves[:: max(1, math.ceil(cost / CHECKS))]
-        chosen = looks[np.unique(np.linspace(0, len(looks) - 1, HIDING).round().astype(int))]
+        cost = (
+            OCCLUSION_MOMENTS
+            * POINTS_PER_BODY
+            * len(AZIMUTHS)
+            * len(ELEVATIONS)
+            * max(len(names), 1)
+            * max(len(moves), 1)
+        )
+        self._mine = moves[:: max(1, math.ceil(cost / MAX_SIGHT_TESTS))]
+        chosen = looks[np.unique(np.linspace(0, len(looks) - 1, OCCLUSION_MOMENTS).round().astype(int))]
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
 
@@ -127,7 +139,7 @@ class _Sights:
             return 0.0, 1.0
         same = self._body[mine][:, None] == self._body[None]
         for centers, axes, half in self._placed:
-            for spot in np.linspace(-0.7, 0.7, SPOTS):
+            for spot in np.linspace(-0.7, 0.7, POINTS_PER_BODY):
                 points = centers[mine] + spot * np.einsum("nij,nj->ni", axes[mine], half[mine])
                 ahead = np.where(same | ~self._solid, np.inf, _entered(points, way, centers, axes, half))
                 hidden.append((ahead < away).any(axis=1))
@@ -136,7 +148,7 @@ class _Sights:
                 nothing = np.isinf(behind[np.arange(len(k)), k])
                 colors = np.where(nothing[:, None], self._background, self._color[k])
                 far = np.linalg.norm(colors - self._color[mine], axis=1) / math.sqrt(3)
-                apart.append(np.clip(far / TELLS, 0, 1))
+                apart.append(np.clip(far / MAX_USEFUL_CONTRAST, 0, 1))
         return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(apart, axis=0))
 
     def broad(self, way: np.ndarray) -> float:
@@ -196,9 +208,9 @@ def within(cloud: np.ndarray, space: Any) -> np.ndarray:
 def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
     """All points of clouds; with many bodies, without the outliers."""
     points = np.concatenate(clouds) if clouds else np.zeros((0, 3))
-    if bodies < MANY or not len(points):
+    if bodies < MANY_BODIES or not len(points):
         return points
-    low, high = np.percentile(points, (100 * OUTLIERS, 100 * (1 - OUTLIERS)), axis=0)
+    low, high = np.percentile(points, (100 * OUTLIER_SHARE, 100 * (1 - OUTLIER_SHARE)), axis=0)
     start = clouds[0]
     low, high = np.minimum(low, start.min(axis=0)), np.maximum(high, start.max(axis=0))
     return points[((points >= low) & (points <= high)).all(axis=1)]

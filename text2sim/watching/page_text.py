@@ -5,7 +5,7 @@ from typing import Any
 from text2sim.watching.live_run import LiveRun
 from text2sim.watching.protocols import Checked
 
-EXCERPT = 300
+MAX_EXCERPT = 300
 """Longest line of a case that the page shows [characters]."""
 
 
@@ -16,7 +16,7 @@ def problem_rows(read: Checked) -> list[dict[str, Any]]:
         row = problem.as_dict()
         lines = read.sources.get(problem.file, "").splitlines()
         if 0 < problem.line <= len(lines):
-            row["excerpt"] = lines[problem.line - 1][:EXCERPT]
+            row["excerpt"] = lines[problem.line - 1][:MAX_EXCERPT]
         rows.append(row)
     return rows
 

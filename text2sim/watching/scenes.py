@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 Key = tuple[int, str, str]
 """Number of the take, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
-PAUSE = 0.3
+MIN_PAUSE = 0.3
 """Smallest time [s] between scenes during a simulation."""
-SHARE = 3.0
+MIN_PAUSE_FACTOR = 3.0
 """Smallest pause after a scene during a simulation, in multiples of the time that packing took."""
 
 
@@ -65,7 +65,7 @@ class Scenes:
         if packed.whole:
             self.whole, self._due = packed, 0.0
         else:
-            self._due = monotonic() + max(PAUSE, SHARE * packed.seconds)
+            self._due = monotonic() + max(MIN_PAUSE, MIN_PAUSE_FACTOR * packed.seconds)
 
     def _work(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene

@@ -16,7 +16,7 @@ from text2sim.watching.admission import HEADERS, admitted, policy
 from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"
-LISTENERS = 16
+MAX_LISTENERS = 16
 """Largest number of connected pages."""
 KEEP_ALIVE = 10.0
 """Time [s] between keep-alive messages to a page."""
@@ -54,7 +54,7 @@ class _Server(ThreadingHTTPServer):
     page: bytes
 
     def __init__(self, *arguments: Any) -> None:
-        self.listeners = threading.BoundedSemaphore(LISTENERS)
+        self.listeners = threading.BoundedSemaphore(MAX_LISTENERS)
         super().__init__(*arguments)
 
     def handle_error(self, request: Any, client_address: Any) -> None:

@@ -21,9 +21,9 @@ from text2sim.watching.page_state import PageState
 from text2sim.watching.protocols import Checked, Listener
 from text2sim.watching.scenes import Packed, Scenes
 
-POLL = 0.05
+POLL_INTERVAL = 0.05
 """Time [s] between polls of the files."""
-FAREWELL = 10.0
+SHUTDOWN_TIME = 10.0
 """Time [s] that processes have to end, in which the engine stores its compiled kernels."""
 
 
@@ -97,10 +97,10 @@ class WatchSession:
         finally:
             self._state.show(words="ended", tone="bad", progress=None)
             self.engine.cancel()
-            until = monotonic() + FAREWELL
+            until = monotonic() + SHUTDOWN_TIME
             self.engine.end()
             while monotonic() < until and stops() < 2 and not self.engine.ended:
-                sleep(POLL)
+                sleep(POLL_INTERVAL)
             self.engine.kill()
 
     # --- the text ------------------------------------------------------------------------------------------------
@@ -207,7 +207,7 @@ class WatchSession:
     def _listen(self) -> None:
         """Wait briefly for messages, and handle all that have arrived."""
         try:
-            news = self._inbox.get(timeout=POLL)
+            news = self._inbox.get(timeout=POLL_INTERVAL)
             while True:
                 self._hear(news)
                 news = self._inbox.get_nowait()

@@ -158,7 +158,7 @@ def test_half_a_reply_is_waited_for(tmp_path: Path) -> None:
 
 
 def too_large(path: Path) -> None:
-    path.write_bytes(b"x" * (mailbox_module.LARGEST + 1))
+    path.write_bytes(b"x" * (mailbox_module.MAX_REPLY_SIZE + 1))
 
 
 def binary(path: Path) -> None:

@@ -13,9 +13,9 @@ from text2sim.agents.models.endpoint import Endpoint, never
 from text2sim.agents.models.exchange import ModelRequest, Reply
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 
-LARGEST = 64_000_000
+MAX_FILE_SIZE = 64_000_000
 """Largest file of a call [bytes] that is read back."""
-KEPT = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimated", "truncated")
+REPLY_FIELDS = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimated", "truncated")
 
 
 class CallLog:
@@ -83,7 +83,7 @@ class CallLog:
 
     def _record(self, key: str, request: ModelRequest, reply: Reply, attempt: int) -> str:
         data: dict[str, Any] = {"key": key, "digest": request.digest(), "number": request.number, "attempt": attempt}
-        told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in KEPT}}
+        told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in REPLY_FIELDS}}
         return json.dumps(data | {"free": reply.free} | told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def _write(self, request: ModelRequest, record: str) -> None:
@@ -98,8 +98,8 @@ class CallLog:
 def _read(path: Path) -> tuple[str, Reply] | None:
     """Key and reply in a file; None if the file is invalid, so that the call is repeated."""
     try:
-        data = json.loads(read_plain(path, LARGEST))
-        kept = {name: data["reply"][name] for name in KEPT}
+        data = json.loads(read_plain(path, MAX_FILE_SIZE))
+        kept = {name: data["reply"][name] for name in REPLY_FIELDS}
         reply = Reply(**kept, cached=True, free=data["free"])
         sound = isinstance(data["key"], str) and all(
             isinstance(value, int | float) and value >= 0

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-DATA = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
+DATA_MARKS = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
 """Marks of blocks that contain data; unmarked blocks come second."""
 
 _LINES = re.compile(r"\r\n|\r|\n")

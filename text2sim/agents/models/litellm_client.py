@@ -22,7 +22,7 @@ from text2sim.spec_schema.errors import MachineError
 
 TIMEOUT = 600.0
 """Longest time of one try [s]."""
-TRIES = 6
+MAX_TRIES = 6
 LONGEST_WAIT = 120.0
 """Longest pause that a provider may ask for [s]."""
 OWN_KEY = "TEXT2SIM_API_KEY"
@@ -48,7 +48,7 @@ class LiteLLMEndpoint:
     cacheable = True
 
     def __init__(
-        self, name: ModelName, *, timeout: float = TIMEOUT, tries: int = TRIES, first_wait: float = 2.0
+        self, name: ModelName, *, timeout: float = TIMEOUT, tries: int = MAX_TRIES, first_wait: float = 2.0
     ) -> None:
         self._url, self._timeout, self._tries, self._first_wait = name.url, timeout, tries, first_wait
         library = _library()

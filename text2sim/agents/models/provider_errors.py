@@ -8,9 +8,9 @@ from typing import Any
 
 from text2sim.agents.models.exchange import ModelError
 
-LONGEST = 400
+MAX_MESSAGE_LENGTH = 400
 """Longest provider message that is shown [characters]."""
-TRANSIENT = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
+TRANSIENT_STATUSES = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
 """HTTP status codes after which the same request may succeed."""
 _FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
 """Words in a 429 response that is about payment, so that waiting does not help."""
@@ -45,9 +45,9 @@ def model_error(who: str, error: Exception) -> ModelError:
     status = status_of(error)
     said = str(getattr(error, "message", None) or error).split(", Received response -")[0]
     said = " ".join(without_keys(_NOISE.sub("", said)).split())
-    said = said if len(said) <= LONGEST else said[: LONGEST - 1] + "…"
+    said = said if len(said) <= MAX_MESSAGE_LENGTH else said[: MAX_MESSAGE_LENGTH - 1] + "…"
     final = any(word in said.lower() for word in _FINAL_WORDS)
-    retryable = (status is None or status in TRANSIENT) and not final
+    retryable = (status is None or status in TRANSIENT_STATUSES) and not final
     number = f" ({status})" if status is not None else ""
     advice = f"{_ADVICE[status]}; " if status in _ADVICE and not final else ""
     return ModelError(f"{who}{number}: {advice}{said or type(error).__name__}", retryable=retryable)

@@ -27,12 +27,12 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.names.selectors import parse_selector
 
-OWN = ("at", "inset", "direction", "align", "clearance", "offset")
+COPYWISE_KEYS = ("at", "inset", "direction", "align", "clearance", "offset")
 """Keys of a place that, like its relation, make copies be placed one by one if they differ from copy to copy."""
-_ROUNDS = 40
-_FACED = 1e-12
+_MAX_ROUNDS = 40
+_FACING_TOLERANCE = 1e-12
 """Largest angle [rad] between where a copy faces and its target."""
-_ROUGHLY = 1e-6
+_ROUGH_FACING_TOLERANCE = 1e-6
 """The same where rounding or rough bounds allow no better."""
 
 
@@ -112,13 +112,13 @@ def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
     """
     spots = _oriented(entry, targets)
     before, steps = list[float](), list[float]()
-    nearest, best = _ROUGHLY, None
+    nearest, best = _ROUGH_FACING_TOLERANCE, None
     # Its position decides which way is towards its target, and its rotation may change its position.
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         placed = _arranged(entry, spots, targets)
         off = _off(entry, placed, targets)
         left = max(map(abs, off), default=0.0)
-        if left <= _FACED:
+        if left <= _FACING_TOLERANCE:
             return placed
         if left < nearest:
             nearest, best = left, placed

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-_TRIES = 2000
+_MAX_TRIES = 2000
 _CELLS = [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)]
 
 
@@ -235,7 +235,7 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
     # Large ones first: small ones still find room between them.
     for index in sorted(range(len(grains)), key=lambda k: -grains[k].radius):
         grain = grains[index]
-        for _ in range(min(_TRIES, budget)):
+        for _ in range(min(_MAX_TRIES, budget)):
             budget -= 1
             p = space.sample(next(numbers), min(grain.half))
             quat = quats[index] if packing.turn == "none" else quat_multiply(next(turns), quats[index])

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.compiler.placing.arrangement import OWN, PlacementEntry, PlacementTargets, arrange
+from text2sim.compiler.placing.arrangement import COPYWISE_KEYS, PlacementEntry, PlacementTargets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
@@ -135,7 +135,7 @@ class _Placer:
                 self.problems += error.problems
                 models += [model] * (count - len(models))
                 break
-        alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *OWN))
+        alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *COPYWISE_KEYS))
         return PlacementEntry(name, root, model, model.repeat, variables, models, alone)
 
     def _order(self, entries: dict[str, PlacementEntry]) -> Iterator[str]:

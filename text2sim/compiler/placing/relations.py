@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyRegion
 
 _DOWN = (0.0, 0.0, -1.0)
-_ROUND = 16
+_WALL_DIRECTIONS = 16
 """Number of horizontal directions in which walls are looked for."""
 _LIFT = 1e-5
 """Height [m] above the floor at which walls are looked for."""
@@ -205,13 +205,13 @@ def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
     x, y, z = there
     start = (x, y, z + _LIFT)
     blocked = 0
-    for k in range(_ROUND):
-        if blocked + _ROUND - k <= _ROUND / 2:
+    for k in range(_WALL_DIRECTIONS):
+        if blocked + _WALL_DIRECTIONS - k <= _WALL_DIRECTIONS / 2:
             return False
         # Directions far from each other come first, which decides sooner.
-        angle = 2 * math.pi * (k * 5 % _ROUND + 0.5) / _ROUND
+        angle = 2 * math.pi * (k * 5 % _WALL_DIRECTIONS + 0.5) / _WALL_DIRECTIONS
         blocked += sweep(movers, others, (math.cos(angle), math.sin(angle), 0.0), start=start) is not None
-        if blocked > _ROUND / 2:
+        if blocked > _WALL_DIRECTIONS / 2:
             return True
     return False
 

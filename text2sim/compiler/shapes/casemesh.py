@@ -16,9 +16,9 @@ from text2sim.spec_schema.errors import AssetError
 if TYPE_CHECKING:
     import numpy as np
 
-WHOLE = (".obj", ".stl", ".ply")
+SINGLE_FILE_SUFFIXES = (".obj", ".stl", ".ply")
 """Files whose shape needs no others."""
-OTHERS = (b"mtllib", b"TextureFile")
+REFERRING_WORDS = (b"mtllib", b"TextureFile")
 """Words in such a file that name others, for its looks."""
 Key = tuple[Path, Path, int, int]
 """File, folder that it may refer to, time of its last change, and size."""
@@ -66,7 +66,7 @@ def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
 @lru_cache(maxsize=64)
 def _mesh(key: Key) -> MeshFile:
     path = key[0]
-    if path.suffix.lower() not in WHOLE:
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
         return _both(key)[0]
     members = {
         "vertices": str,
@@ -95,7 +95,7 @@ def _mesh(key: Key) -> MeshFile:
 def _paint(key: Key) -> list[MeshPaint]:
     path = key[0]
     content = path.read_bytes()
-    if path.suffix.lower() not in WHOLE or any(word in content for word in OTHERS):
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES or any(word in content for word in REFERRING_WORDS):
         return _told(key)
 
     def ask() -> dict[str, Any]:

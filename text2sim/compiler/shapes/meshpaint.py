@@ -13,12 +13,12 @@ from text2sim.spec_schema.errors import AssetError
 if TYPE_CHECKING:
     import numpy as np
 
-MAX_SMOOTHED = 60_000
-MAX_PATCHES = 10_000
+MAX_SMOOTHED_FACES = 60_000
+MAX_SMOOTH_PATCHES = 10_000
 """Smooth patches of a surface. With more, it is so jagged that nothing in it is round."""
-SMOOTH = 0.6
+MAX_SMOOTH_ANGLE = 0.6
 """Edges [rad] below this angle are drawn round, where the file has no texture."""
-MAX_PICTURE = 2048
+MAX_PICTURE_SIDE = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,8 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
         uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED and _least_patches(mesh) <= MAX_PATCHES:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES and _least_patches(mesh) <= MAX_SMOOTH_PATCHES:
+            mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
         normals = np.asarray(mesh.vertex_normals, float)
         vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
         parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
@@ -86,7 +86,7 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
 
 def _least_patches(mesh: Any) -> int:
     """Return the least number of smooth patches of a surface: its triangles, less the smooth edges that join them."""
-    return len(mesh.faces) - int((mesh.face_adjacency_angles < SMOOTH).sum())
+    return len(mesh.faces) - int((mesh.face_adjacency_angles < MAX_SMOOTH_ANGLE).sum())
 
 
 def material_of(
@@ -122,7 +122,7 @@ def _png(picture: Any) -> bytes:
     """Return a picture as a .png in three channels, small enough for a film."""
     try:
         picture = picture.convert("RGB")
-        picture.thumbnail((MAX_PICTURE, MAX_PICTURE))
+        picture.thumbnail((MAX_PICTURE_SIDE, MAX_PICTURE_SIDE))
         stream = BytesIO()
         picture.save(stream, "PNG")
     except Exception as error:  # damaged pictures fail in every way there is

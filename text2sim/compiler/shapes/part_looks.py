@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from text2sim.compiler.shapes.softmesh import SoftMesh
 
-FINER = 0.5
+SAMPLE_SPACING = 0.5
 """Distance of the samples of parts, in edges of the surface."""
 
 
@@ -39,7 +39,7 @@ def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: f
     """
     import numpy as np
 
-    samples, parts = zip(*_samples(shape, folder, FINER * edge), strict=True)
+    samples, parts = zip(*_samples(shape, folder, SAMPLE_SPACING * edge), strict=True)
     centers = mesh.vertices[mesh.faces].mean(axis=1)
     owners = np.concatenate([np.full(len(some), part) for some, part in zip(samples, parts, strict=True)])
 

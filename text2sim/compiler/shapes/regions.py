@@ -10,9 +10,9 @@ from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 if TYPE_CHECKING:
     import numpy as np
 
-THIN = 1e-3
+SIDE_DEPTH = 1e-3
 """A side reaches this part of the body's length inwards."""
-FLAT = 1e-6
+FLATNESS = 1e-6
 """A body thinner than this part of its longest side is flat."""
 
 
@@ -96,11 +96,11 @@ def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     missing = np.zeros(len(vertices))
     for side in region.sides:
         axis, sign = SIDES[side]
-        if region.face is None and size[axis] <= FLAT * size.max():
-            there = [name for name, (k, _) in SIDES.items() if size[k] > FLAT * size.max()]
+        if region.face is None and size[axis] <= FLATNESS * size.max():
+            there = [name for name, (k, _) in SIDES.items() if size[k] > FLATNESS * size.max()]
             raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
         away = high[axis] - vertices[:, axis] if sign > 0 else vertices[:, axis] - low[axis]
-        missing += np.maximum(away - THIN * size[axis], 0.0) ** 2
+        missing += np.maximum(away - SIDE_DEPTH * size[axis], 0.0) ** 2
     return np.sqrt(missing)
 
 

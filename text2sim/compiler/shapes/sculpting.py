@@ -18,7 +18,7 @@ from text2sim.spec_schema.models.sculpts import Sculpt
 if TYPE_CHECKING:
     import numpy as np
 
-MARK = "sculpt:"
+DIGEST_PREFIX = "sculpt:"
 """Prefix of the digest of a shape that a piece names as its file."""
 _MEMORY = 64
 _KNOWN: "OrderedDict[str, Sculpted]" = OrderedDict()
@@ -116,7 +116,7 @@ def sculpted(shape: Sculpt) -> Sculpted:
 
 def sculpted_obj(file: str) -> str:
     """Return the .obj text of the surface that a piece names as its file."""
-    return _BY_DIGEST[file.removeprefix(MARK)].obj()
+    return _BY_DIGEST[file.removeprefix(DIGEST_PREFIX)].obj()
 
 
 def pieces_of(shape: Sculpt) -> list[Piece]:
@@ -131,7 +131,7 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
         vertices = tuple((x, y, z) for x, y, z in corners.tolist())
         faces = tuple((a, b, c) for a, b, c in net.tolist())
         if shape.collision == "decompose":
-            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=MARK + made.digest,
+            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=DIGEST_PREFIX + made.digest,
                           enclosed=made.volume, collision="decompose")  # fmt: skip
         else:
             piece = Piece("hull", vertices=vertices, faces=faces)

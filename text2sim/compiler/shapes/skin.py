@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SIDES = 64
 RINGS = 32
-FINENESS = 24
+POINTS_ALONG = 24
 """About how many points lie along the longest side of a body."""
 
 _BOX = (
@@ -43,7 +43,7 @@ class SurfaceSkin:
         import numpy as np
 
         low, high = self.bounds
-        spacing = float((high - low).max()) / FINENESS
+        spacing = float((high - low).max()) / POINTS_ALONG
         sides = np.linalg.norm(self.triangles - np.roll(self.triangles, 1, axis=1), axis=2).max(1)
         steps = np.maximum(np.ceil(sides / spacing - 1e-9), 1).astype(int)
         a, b, c = (self.triangles[:, k] for k in range(3))

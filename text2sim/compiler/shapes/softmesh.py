@@ -32,9 +32,9 @@ DIGITS = 8
 _MEMORY = 64
 _KNOWN: dict[Any, "SoftMesh"] = {}
 """Surfaces by shape, shared by copies and by all who only read them."""
-FINE = 40
+UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-ROWS, ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
 
@@ -86,7 +86,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     if isinstance(shape, Sculpt | Compound | Polyhedron):
         return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
-    rows = ROWS.get(type(shape), ROUND)
+    rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
         return _made(*_sheet(shape, edge))
@@ -162,7 +162,7 @@ def union(shape: Compound, folder: Path) -> "Manifold":
     for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
         size = max(b - a for a, b in zip(low, high, strict=True))
-        made = soft_surface(part.shape, folder, size / FINE, coarsen=not isinstance(part.shape, Mesh))
+        made = soft_surface(part.shape, folder, size / UNION_EDGES, coarsen=not isinstance(part.shape, Mesh))
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
         solid = Manifold(Mesh64(made.vertices @ turn + np.array(part.pose.pos), made.faces.astype(np.uint64)))
         if solid.is_empty():

@@ -16,10 +16,10 @@ from text2sim.compiler.shapes.solid import Solid, solids
 __all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids", "sweep"]
 
 ORIGIN: Vec = (0.0, 0.0, 0.0)
-_STEPS = 100
-_FEW = 1000
+_MAX_STEPS = 100
+_MAX_LOOPED_PAIRS = 1000
 """With no more pairs than this, a loop is faster than importing numpy."""
-_ROWS = 64
+_MOVERS_AT_ONCE = 64
 """Movers that are compared at once, if there are many."""
 
 Bounds = tuple[float, float, float, float, float, float]
@@ -106,7 +106,7 @@ def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
 
 def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
     """Yield pairs that may meet, with a lower bound [m] of the way to go: the gap between them along it."""
-    if len(mine) * len(theirs) > _FEW:
+    if len(mine) * len(theirs) > _MAX_LOOPED_PAIRS:
         yield from _on_the_way_of_many(mine, theirs, gap)
         return
     found = []
@@ -128,8 +128,8 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
     first, order = np.argsort(movers[:, k]), np.argsort(others[:, k])
     movers, others = movers[first], others[order]
     widest = float((others[:, k + 1] - others[:, k]).max())
-    for start in range(0, len(movers), _ROWS):
-        part = movers[start : start + _ROWS]
+    for start in range(0, len(movers), _MOVERS_AT_ONCE):
+        part = movers[start : start + _MOVERS_AT_ONCE]
         from_ = np.searchsorted(others[:, k], part[0, k] - widest - gap, "left")
         to = np.searchsorted(others[:, k], part[:, k + 1].max() + gap, "right")
         strip = others[from_:to]
@@ -144,7 +144,7 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
 
 def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
     """Return the others that are nearer than `enough`, by the gap between boxes along the axes."""
-    if len(theirs) > _FEW:
+    if len(theirs) > _MAX_LOOPED_PAIRS:
         import numpy as np
 
         table = np.array(theirs)
@@ -163,7 +163,7 @@ def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float, start
     rounding = mover.rounding + other.rounding + gap
     x, y, z = start
     way, n = 0.0, None
-    for _ in range(_STEPS):
+    for _ in range(_MAX_STEPS):
         apart, n = separation(mover, other, (x + way * m[0], y + way * m[1], z + way * m[2]), n)
         left = apart - rounding
         if left <= TOLERANCE:

@@ -12,18 +12,18 @@ from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.compiler.soft.travel import FARTHEST, Travel
+from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
 FLUID_SPREAD = 1.5
 """How far a liquid spreads on the floor, over the height that it falls from."""
-FLAT, TALL, IMPACT = 1.24, 1.6, 0.25
+RUNOUT_FLAT, RUNOUT_TALL, RUNOUT_IMPACT = 1.24, 1.6, 0.25
 """How far a column of sand runs out when released: over its height if that is less than 1.7 radii, over the root of
 height times radius if more (Lube et al. 2004, J. Fluid Mech. 508); and over the height of its fall."""
-NEAR = 0.01
+MAX_RESTING_GAP = 0.01
 """Largest gap [m] between a solid and what lies on it."""
-UPRIGHT = 1.0 - 1e-6
+MIN_UPRIGHT_COSINE = 1.0 - 1e-6
 """Cosine of the angle between a floor's normal and the vertical."""
 
 
@@ -56,7 +56,7 @@ def floor_height(copy: Copy) -> float | None:
     """Return the height [m] of a horizontal plane; None for everything else."""
     if copy.shape is None or copy.shape.kind != "plane":
         return None
-    return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > UPRIGHT else None
+    return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > MIN_UPRIGHT_COSINE else None
 
 
 def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
@@ -136,20 +136,30 @@ def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder
     box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
     x, y, z = _fall(*box, there, scene, math.inf)
     middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
-    below = [b[2] for a, b in there.solids if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + NEAR]
-    z = max(z, min(max(below, default=-FARTHEST) - box[0][2], 0.0)) if z < 0.0 else z
+    below = [
+        b[2]
+        for a, b in there.solids
+        if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
+    ]
+    z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
     return _flown(copy, box, (x, y, z), there, scene, travel, math.inf)
 
 
 def _flown(
-    copy: Copy, box: Bounds, fall: Vec, there: Surroundings, scene: Scene, travel: Travel, farthest: float = FARTHEST
+    copy: Copy,
+    box: Bounds,
+    fall: Vec,
+    there: Surroundings,
+    scene: Scene,
+    travel: Travel,
+    farthest: float = MAX_FOLLOWED_DISTANCE,
 ) -> Bounds:
-    floors = [floor for floor in there.floors if floor <= box[0][2] + NEAR]
+    floors = [floor for floor in there.floors if floor <= box[0][2] + MAX_RESTING_GAP]
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
     for start, ways in there.moved:
-        if not apart(grown(swept(start, ways), NEAR), fallen):
+        if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
             fallen = around([*fallen, *_taken(copy.model.kind, fallen, start, ways)])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
@@ -158,7 +168,7 @@ def _flown(
 def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
     """Return where a moving solid takes what lies on it or in its way."""
     taken = swept(box, ways)
-    if start[1][2] <= box[0][2] + NEAR:
+    if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
         return taken  # it carries it
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
@@ -196,7 +206,9 @@ def _spread(kind: str, box: Bounds, fall: float) -> float:
         return FLUID_SPREAD * (tall + abs(fall))
     if kind in ("granular", "snow"):
         radius = max(x, y) / 2
-        return (FLAT * tall if tall < 1.7 * radius else TALL * sqrt(tall * radius)) + IMPACT * abs(fall)
+        return (RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)) + RUNOUT_IMPACT * abs(
+            fall
+        )
     # A cloth swings out to half its length.
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 
@@ -230,7 +242,7 @@ def _domain_box(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
-def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
+def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = MAX_FOLLOWED_DISTANCE) -> Vec:
     """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:

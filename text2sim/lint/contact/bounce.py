@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from math import ceil, pi
 
 from text2sim.compiler.contact_materials import bounces
-from text2sim.compiler.settings import CRISPNESS
+from text2sim.compiler.settings import CONTACT_PHASE
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -41,7 +41,7 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
             )
             yield facts.problem(rule, where, text)
     elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
-        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CRISPNESS))
+        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CONTACT_PHASE))
         text = f"bouncing contacts last {pi * time:.2g} s and look soft; use scene.substeps of {needed} or more"
         yield facts.problem(rule, where, text)
 

@@ -24,14 +24,14 @@ from text2sim.spec_schema.models.bodies import Driven
 
 MAX_COPIES = 8
 """Most copies of a driven body that are checked."""
-SLACK, SLACK_SHARE = 0.002, 0.05
+CLOSE_FIT, CLOSE_FIT_SHARE = 0.002, 0.05
 """Depth that counts as a close fit: in metres, and as a share of the thickness of a piece."""
-EFFORT = 4000
+MAX_DISTANCE_TESTS = 4000
 """Budget of distance tests for a case."""
 
 
 def _driven_through(facts: Facts) -> Iterator[Problem]:
-    effort = Effort(EFFORT)
+    effort = Effort(MAX_DISTANCE_TESTS)
     for name, body in facts.case.bodies.items():
         if not isinstance(body, Driven):
             continue
@@ -57,7 +57,7 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
     path = list(moments(copy.model.motion, facts.case.scene.duration, stride))
     if not path:
         return
-    allowed = max(SLACK, SLACK_SHARE * min(part.thickness for part in parts))
+    allowed = max(CLOSE_FIT, CLOSE_FIT_SHARE * min(part.thickness for part in parts))
     for ground in facts.planes:
         depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in path]
         depth, t = max(depths)
@@ -120,7 +120,7 @@ RULES = (
         reason=f"""\
 A driven body follows its motion and pushes movable bodies out of the way. The ground, statics and bodies with a fixed
 mount cannot move, so it passes through them: there is no contact between them. The rule reports a body that starts
-outside and gets deeper than {SLACK * 1e3:g} mm and {SLACK_SHARE:.0%} of its thinnest piece.""",
+outside and gets deeper than {CLOSE_FIT * 1e3:g} mm and {CLOSE_FIT_SHARE:.0%} of its thinnest piece.""",
         remedy="End the motion earlier, start it farther away, or use a motor, which can be stopped.",
         example=_STAMP % "-0.6",
         fix=_STAMP % "-0.44",

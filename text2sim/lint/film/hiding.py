@@ -10,7 +10,7 @@ from text2sim.lint.film.case_cameras import ShotView
 from text2sim.lint.film.subjects import Balls
 from text2sim.spec_schema.models.shapes import Compound
 
-RAYS = 6
+TESTED_POINTS = 6
 """Points of a subject that are tested."""
 
 
@@ -23,7 +23,7 @@ def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
         name: Name of the subject.
         balls: Balls around its parts: centre [m], radius [m].
     """
-    step = max(len(balls) // RAYS, 1)
+    step = max(len(balls) // TESTED_POINTS, 1)
     others = [
         (copy, box) for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None
     ]

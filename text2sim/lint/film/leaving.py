@@ -9,7 +9,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.film.case_cameras import shots
 from text2sim.lint.film.subjects import drawn, subjects
 from text2sim.lint.film.unseen_subjects import blamed
-from text2sim.lint.film.ways import MOMENTS, offset_of, way_seen
+from text2sim.lint.film.ways import SAMPLED_MOMENTS, offset_of, way_seen
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
-GONE = 0.5
+MAX_SHARE_OUTSIDE = 0.5
 """Share of its path that a body may be out of the picture if it comes back."""
 
 
@@ -50,7 +50,7 @@ def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
         return None
     # It probably stays where it comes down.
     stays = not seen[-1][2] and not isinstance(copy.model, Driven)
-    if not stays and len(lost) <= GONE * MOMENTS:
+    if not stays and len(lost) <= MAX_SHARE_OUTSIDE * SAMPLED_MOMENTS:
         return None
     return lost[0]
 
@@ -76,9 +76,9 @@ RULES = (
         title="A subject of the script will probably leave every picture.",
         reason=f"""\
 Its path is known up to the first body it meets: a throw or a fall under gravity, or the motion of a driven body. After
-it has been in a picture, it is in none where it comes down, or for more than {GONE:.0%} of that path. The rule does not
-predict later motion; the report of a run says what its cameras saw. It skips derived cameras, and cameras with a
-`frame` that names the body, which show everything that was recorded.""",
+it has been in a picture, it is in none where it comes down, or for more than {MAX_SHARE_OUTSIDE:.0%} of that path. The
+rule does not predict later motion; the report of a run says what its cameras saw. It skips derived cameras, and cameras
+with a `frame` that names the body, which show everything that was recorded.""",
         remedy="Use a camera of kind `follow`, a wider field of view, or a camera that looks at where it comes down.",
         example="""\
 bodies:

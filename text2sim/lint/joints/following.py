@@ -16,11 +16,11 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
-LATE = 1.5
+MAX_SLOWNESS = 1.5
 """A motor is slow if a change takes this many times as long as the target's."""
 MIN_RATIO = 0.05
 """Damping ratio below which a servo oscillates more than three times before it loses nine tenths of its amplitude."""
-SHORT = 0.1
+MIN_MISSING_SPEED = 0.1
 """Missing share of the speed of a velocity motor that is reported."""
 
 
@@ -38,7 +38,7 @@ def _slow(facts: Facts) -> Iterator[Problem]:
                 needed = inertia * demand.acceleration + load
                 ratio = inertia * demand.acceleration / max(motor.limit - load, 1e-3 * needed, 1e-12)
                 longer = sqrt(ratio) if span.mode == "position" else ratio
-                if needed > motor.limit and longer >= LATE:
+                if needed > motor.limit and longer >= MAX_SLOWNESS:
                     found.append((longer, needed, load, demand, span))
         if not found:
             continue
@@ -84,7 +84,7 @@ def _short(facts: Facts) -> Iterator[Problem]:
             if joint.damping > 0.0 and (motor.limit - load) / joint.damping < reached:
                 reached = (motor.limit - load) / joint.damping
                 key, better = "max_force", 1.2 * (load + joint.damping * abs(wanted))
-            missing = min([SHORT * abs(wanted), *motor.tolerances("joint_velocity")])
+            missing = min([MIN_MISSING_SPEED * abs(wanted), *motor.tolerances("joint_velocity")])
             if not 0.0 < reached < abs(wanted) - missing:
                 continue
             unit, force = motor.swing.units

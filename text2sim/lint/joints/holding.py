@@ -17,9 +17,9 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
-MARGIN = 1.05
+MIN_OVERLOAD = 1.05
 """A motor is weak if its load exceeds its limit by this factor: masses of hollow shapes are slightly inaccurate."""
-DROOP = 0.05
+MIN_DROOP = 0.05
 """Static error of a servo that is reported, as a share of the travel."""
 DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
 """Static error of a joint that only holds its position [rad, m] that is reported."""
@@ -69,7 +69,7 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
             most, key = motor.damping * fastest, "damping"
     q, load = _worst(motor, span)
     needed = abs(load) - swing.joint.friction
-    if needed <= most * MARGIN:
+    if needed <= most * MIN_OVERLOAD:
         return None
     unit, force = swing.units
     at = f" at {q:.3g} {unit}" if swing.hinge and any(swing.pull) else ""
@@ -107,14 +107,14 @@ def _droops(facts: Facts) -> Iterator[Problem]:
             continue
         extremes = [span.extremes() for span in positions]
         travel = max(high for _, high in extremes) - min(low for low, _ in extremes)
-        allowed = max(DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
+        allowed = max(MIN_DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
         if travel == 0.0:
             allowed = DROOP_HELD[swing.joint.kind]
         allowed = min([allowed, *motor.tolerances("joint_position")])
         q, load = max((_worst(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
         carried = max(0.0, abs(load) - swing.joint.friction)
         droop = carried / (motor.stiffness + swing.joint.spring)
-        if droop <= allowed or carried > motor.limit * MARGIN:  # that is a weak motor
+        if droop <= allowed or carried > motor.limit * MIN_OVERLOAD:  # that is a weak motor
             continue
         unit, force = swing.units
         of = f", {droop / travel:.0%} of its travel," if travel > 0.0 else ""

@@ -21,7 +21,7 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint, pull_of
 from text2sim.lint.joints.motors import Powered
 from text2sim.lint.motion.whereabouts import whereabouts
 
-MOVED = 1e-6
+MIN_TARGET_CHANGE = 1e-6
 """Smallest change of a target [rad or m]."""
 
 
@@ -148,4 +148,6 @@ def _against(swing: LoadedJoint, span: Span) -> bool:
     if span.mode == "velocity":
         return any(value * swing.pull[0] < 0.0 for _, value in corners)
     steps = zip(corners, corners[1:], strict=False)
-    return any(abs(q - p) > MOVED and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps)
+    return any(
+        abs(q - p) > MIN_TARGET_CHANGE and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps
+    )

@@ -19,7 +19,7 @@ from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
-_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
+_MOTION_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
 """Fields of a body that determine the motion of its joints."""
 
 
@@ -146,10 +146,10 @@ class Mechanics:
         """Return whether two copies of a body differ only in pose and look."""
         if a.body not in self._uniform:
             varies = self.facts.loaded.varies
-            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _FIELDS)
+            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _MOTION_FIELDS)
         if self._uniform[a.body]:
             return getattr(a.model.repeat, "kind", None) != "running_bond" or a.shape == b.shape  # half boxes differ
-        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _FIELDS]
+        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _MOTION_FIELDS]
         return a.shape == b.shape and all(x == y for x, y in fields)
 
     def _make(self, copy: Copy, name: str) -> LoadedJoint | None:

@@ -26,7 +26,7 @@ from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
 from text2sim.spec_schema.models.motion import Sine, Steps
 
-LEVER = 4.0
+LEVER_FACTOR = 4.0
 """Largest speed of the far end of a body over that of its centre after a push off centre."""
 
 Cause = tuple[float, str, "MotionCause | None"]
@@ -132,7 +132,7 @@ class Causes:
             if not known:
                 yield row.start, row.control, None
                 continue
-            lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER
+            lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER_FACTOR
             gain = lever * hypot(*row.force) / mass
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)

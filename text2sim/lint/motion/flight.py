@@ -15,13 +15,13 @@ from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, StandingPart
 
-RESTING = 0.002
+MAX_RESTING_GAP = 0.002
 """Largest gap [m] below a body at rest."""
-SWEEPS = 4000
+MAX_SWEEPS = 4000
 """Most sweeps in a case, which take half a second; the paths of further bodies are unknown."""
 ARRAYS_FROM = 200
 """Number of copies from which arrays are used for the search."""
-LEGS = (8, 40)
+PATH_LEGS = (8, 40)
 """Fewest and most straight legs of a path."""
 
 
@@ -73,7 +73,7 @@ class _Flights:
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         self.known: dict[str, Flight | None] = {}
-        self.left = SWEEPS
+        self.left = MAX_SWEEPS
         self.sides: Any = None
         """Sorted corners (n, 6) of many other copies, with the order, the axis and the longest side along it."""
         self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
@@ -104,7 +104,7 @@ class _Flights:
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
         low, high = union(moved(box, _at(v, g, t)) for t in times) or box
-        room: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
+        room: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
         return [(other, its) for other, its in self._about(room) if other is not copy and not apart(its, room)]
 
     def _about(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
@@ -130,16 +130,16 @@ class _Flights:
         """Return whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
         for ground in self.facts.planes:
-            if any(ground.depth(part) > -RESTING and ground.beside(part.solid.center) < 0.0 for part in parts):
+            if any(ground.depth(part) > -MAX_RESTING_GAP and ground.beside(part.solid.center) < 0.0 for part in parts):
                 return True
         size = math.hypot(*g)
         down: Vec = (g[0] / size, g[1] / size, g[2] / size)
         low, high = self.facts.box(copy) or ((0, 0, 0), (0, 0, 0))
-        reach: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
+        reach: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
         for other, box in near:
             if not apart(reach, box):
                 way = sweep([p.solid for p in parts], [p.solid for p in self.facts.parts(other)], down)
-                if way is not None and way < RESTING:
+                if way is not None and way < MAX_RESTING_GAP:
                     return True
         return False
 
@@ -150,11 +150,11 @@ class _Flights:
         landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
         landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
         end = landing.time if landing is not None else duration
-        touching = {other.name for other, its in near if not apart(box, its, -RESTING)}
+        touching = {other.name for other, its in near if not apart(box, its, -MAX_RESTING_GAP)}
         size = max(min(high - low for low, high in zip(*box, strict=True)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
         count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
-        count = min(max(count, LEGS[0] if near else 1), LEGS[1])
+        count = min(max(count, PATH_LEGS[0] if near else 1), PATH_LEGS[1])
         for k in range(count if near else 0):
             meeting = self._leg(parts, box, near, touching, v, g, end * k / count, end * (k + 1) / count)
             if meeting is not None:
@@ -191,7 +191,7 @@ class _Flights:
                 # It slides along, or leaves, a body that it touches at the start.
                 if way is None or way > length or (best is not None and way >= best[0]):
                     continue
-                if other.name in touching and start == 0.0 and way < RESTING:
+                if other.name in touching and start == 0.0 and way < MAX_RESTING_GAP:
                     continue
                 best = way, other, part
         if best is None:
@@ -204,7 +204,7 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: V
     """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
     fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)
-    if height < -RESTING:
+    if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
         there: Vec = tuple(p + q for p, q in zip(copy.pos, _at(v, g, t), strict=True))  # type: ignore[assignment]

@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.gjk import distance
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
 
-TESTS = 4000
+MAX_TESTED_PAIRS = 4000
 """Most pairs of pieces that are measured in a case; the others count as far apart."""
 
 
@@ -17,7 +17,7 @@ class Gaps:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self.left = TESTS
+        self.left = MAX_TESTED_PAIRS
 
     def between(self, a: Copy, b: Copy, most: float) -> float:
         """Return the distance [m] of two copies at the start, 0 if they overlap, and at most `most`.

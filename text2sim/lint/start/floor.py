@@ -10,7 +10,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.overlap import GENTLE, MIN_DEPTH, push_speed
+from text2sim.lint.start.overlap import MIN_DEPTH, MIN_PUSH, push_speed
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
@@ -31,7 +31,7 @@ def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
     if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - MIN_DEPTH:
         return 0.0
     depth = max((ground.depth(part) for part in facts.parts(copy) if part.moves), default=0.0)
-    return depth if depth > max(GENTLE / push_speed(facts, 1.0), MIN_DEPTH) else 0.0
+    return depth if depth > max(MIN_PUSH / push_speed(facts, 1.0), MIN_DEPTH) else 0.0
 
 
 def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count: int) -> Problem:

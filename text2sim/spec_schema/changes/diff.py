@@ -12,7 +12,7 @@ from text2sim.spec_schema.text.document import Path, pointer
 Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
 _CAMERA = ("from", "look_at")
-LONG = 8
+LONG_LIST = 8
 """Longer lists are compared item by item."""
 SHOTS = ("render", "shots")
 """The only mapping whose order has a meaning: the sequence of shots."""
@@ -96,7 +96,7 @@ def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]
             else:
                 yield from _compare(a[key], b[key], _at(was, key), _at(now, key), inner)
         return
-    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and (len(a) > LONG or _nested(a)):
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and (len(a) > LONG_LIST or _nested(a)):
         for index, (old, new) in enumerate(zip(a, b, strict=True)):
             yield from _compare(old, new, _at(was, index), _at(now, index), (*path, index))
         return
