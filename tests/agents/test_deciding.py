@@ -62,7 +62,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
     )
     plan = CasePlan.model_validate(data(PLANNED))
     agreement.expect(plan, plan.checks.expect)
-    agreement.take_down(examine(CASE, Path("case.yaml")))
+    agreement.record_examined(examine(CASE, Path("case.yaml")))
     return agreement, told
 
 
@@ -149,7 +149,7 @@ def test_a_parameter_is_renamed_everywhere() -> None:
     examined = examine(text, Path("case.yaml"))
     assert not examined.errors
     assert agreement.breaches(examined) == []
-    agreement.take_down(examined)
+    agreement.record_examined(examined)
     assert told == [], "nothing was restated"
 
 
@@ -159,7 +159,7 @@ def test_further_expectations_stand_from_then_on_and_are_not_called_restated() -
     text = agreement.apply(CASE, Decision.model_validate(data(answer)))
     assert agreement.names == ("low", "fast")
     examined = examine(text, Path("case.yaml"))
-    agreement.take_down(examined)
+    agreement.record_examined(examined)
     assert agreement.restated == []
     assert [event for event, _ in told] == ["expected"]
     easier = text.replace("above: 1", "above: 0.1")
@@ -175,7 +175,7 @@ def test_a_measure_that_nothing_asks_for_any_more_is_not_called_restated() -> No
     decision = Decision.model_validate(
         {"action": "repair", "why": "x", "restate": {"why": "its top is meant", "checks": checks}}
     )
-    agreement.take_down(examine(agreement.apply(CASE, decision), Path("case.yaml")))
+    agreement.record_examined(examine(agreement.apply(CASE, decision), Path("case.yaml")))
     (row,) = agreement.restated
     assert row.startswith("expect `low` was ")
     assert "its top is meant" in row
@@ -225,7 +225,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
     made.agreement.plan.keeps = ["low"]
-    made.workshop.fixed = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
+    made.workshop.fix_sections = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
     assert DURATION_RULE in {rule.id for rule in RULES}
     guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=DURATION_RULE)
     for pace in (0.0, 2.5):
@@ -254,23 +254,23 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
         made.workshop.unchanged = {"render": "it rolls in at 1 s"}
         return text, {}
 
-    made.workshop.fixed = fixed  # type: ignore
+    made.workshop.fix_sections = fixed  # type: ignore
     places = "/render/cameras/main", "/render/cameras/wide", "/render/cameras"
     examined = examine(CASE, path)
     for place, seen in zip(places, ("camera `main` does not", "camera `wide` does not", "no camera does"), strict=True):
         examined.warnings = [Problem(place, f"{seen} see `ball`", 1, 1, rule="unseen-subject", severity="warning")]
-        made.mending.considered(Attempt(1, CASE, "x"), examined, ())
-        assert made.mending.meant(examined.warnings) == {("unseen-subject", place): "it rolls in at 1 s"}
+        made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
+        assert made.mending.intended(examined.warnings) == {("unseen-subject", place): "it rolls in at 1 s"}
     assert len(letters) == 2, "it was said once that it is meant"
     assert "12 minutes are left for everything" in letters[1]
     other = Problem(places[0], "camera `main` does not see `post`", 1, 1, rule="unseen-subject", severity="warning")
     examined.warnings = [other]
-    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
     assert "`post`" in letters[2], "another subject is another matter"
     old = Problem(places[0], "camera `main` does not see `pole`", 1, 1, rule="unseen-subject", severity="warning")
     made.mending.inherit([old])
     examined.warnings = [old]
-    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
     assert len(letters) == 4, "what a case had before is nobody's to mend"
 
 

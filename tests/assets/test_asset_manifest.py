@@ -104,7 +104,7 @@ def test_what_is_no_manifest_is_refused(text: str):
 
 def test_files_that_changed_are_found(tmp_path: Path):
     (tmp_path / "box.stl").write_bytes(bytes(trimesh.creation.box((1, 2, 3)).export(file_type="stl")))
-    add(tmp_path, tmp_path / "box.stl", "box", wish=RepairGoal(size=0.3), licence="CC0")
+    add(tmp_path, tmp_path / "box.stl", "box", goal=RepairGoal(size=0.3), licence="CC0")
     asset = read_manifest(tmp_path).assets["box"]
     assert asset.size == pytest.approx((0.1, 0.2, 0.3))
     assert (asset.closed, asset.triangles, asset.licence) == (True, 12, "CC0")

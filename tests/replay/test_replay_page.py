@@ -16,7 +16,7 @@ from text2sim.cli.main import app
 from text2sim.evidence.report import write_report
 from text2sim.exchange.scenery import Scenery
 from text2sim.replay import motion, page
-from text2sim.replay.motion import pack_contacts, pack_figures, pack_links, thinned
+from text2sim.replay.motion import evenly_spaced, pack_contacts, pack_figures, pack_links
 from text2sim.replay.packing import Blob
 from text2sim.replay.page import write_replay
 from text2sim.replay.pictures import Pictures
@@ -176,7 +176,7 @@ def test_a_surface_that_finds_no_room_is_left_out(tmp_path: Path, monkeypatch: p
 
 @pytest.mark.parametrize(("count", "most"), [(1, 10), (2, 2), (100, 10), (100, 100), (601, 300)])
 def test_frames_that_are_taken(count: int, most: int) -> None:
-    taken = thinned(count, most)
+    taken = evenly_spaced(count, most)
     assert len(taken) <= max(most, 3)
     assert (taken[0], taken[-1]) == (0, count - 1)
 

@@ -27,7 +27,7 @@ class Proof:
     notes: tuple[str, ...] = ()
 
 
-def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: str) -> Proof:
+def try_body(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: str) -> Proof:
     """Try a body by itself and register it in the manifest if it is valid; the same body is not tried twice.
 
     Args:
@@ -37,22 +37,24 @@ def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: s
         case: The case folder.
         prompt: The agent's task, which is recorded in the manifest.
     """
-    alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS}
-    alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
-    text = format_text(json.dumps(_document(name, alone, plan), ensure_ascii=False))
+    body_alone = {key: row for key, row in body.items() if key not in PLACEMENT_KEYS}
+    body_alone |= {} if body.get("kind") is None else {"pose": {"pos": [0, 0, 2]}}
+    text = format_text(json.dumps(_document(name, body_alone, plan), ensure_ascii=False))
     content = format_text(json.dumps({"params": plan.params, "body": body}, ensure_ascii=False)).encode()
     assets = read_manifest(case).assets if case.is_dir() else {}
-    title = name if name not in assets or assets[name].source == "procedural" else f"{name[:40]}_written"
-    file, known = f"{FOLDER}/{title}.yaml", assets.get(title)
+    asset_name = name if name not in assets or assets[name].source == "procedural" else f"{name[:40]}_written"
+    file, known = f"{FOLDER}/{asset_name}.yaml", assets.get(asset_name)
     if known is not None and known.sha256 == digest(content):
         return Proof(control=dict(known.control), notes=known.notes)
-    found = examine(text, case / "case.yaml")
-    wrong = [format_problem(one) for one in found.errors if one.path.startswith(f"/bodies/{name}") or not one.path]
-    if wrong or found.loaded is None:
-        return Proof(tuple(wrong or [format_problem(one) for one in found.errors]))
-    if (failed := _drawn(name, found.loaded, case)) is not None:
-        return Proof((f"/body: it cannot be drawn: {failed}",))
-    proof = _moved(found.loaded.data["bodies"][name], case)
+    examination = examine(text, case / "case.yaml")
+    faults = [
+        format_problem(one) for one in examination.errors if one.path.startswith(f"/bodies/{name}") or not one.path
+    ]
+    if faults or examination.loaded is None:
+        return Proof(tuple(faults or [format_problem(one) for one in examination.errors]))
+    if (failure := _draw(name, examination.loaded, case)) is not None:
+        return Proof((f"/body: it cannot be drawn: {failure}",))
+    proof = _drive_joints(examination.loaded.data["bodies"][name], case)
     if proof.faults:
         return proof
     case.mkdir(parents=True, exist_ok=True)
@@ -60,7 +62,7 @@ def tried(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt: s
     kind = "mechanism" if body.get("kind") == "articulated" else "shape"
     asset = Asset(file=file, kind=kind, source="procedural", licence="written for this case", sha256=digest(content),
                   bytes=len(content), prompt=prompt, notes=proof.notes, control=proof.control or {})  # fmt: skip
-    register(case, title, asset)
+    register(case, asset_name, asset)
     return proof
 
 
@@ -69,7 +71,7 @@ def _document(name: str, body: dict[str, Any], plan: CasePlan) -> dict[str, Any]
     return {"text2sim": 2, "name": "trial", "params": plan.params, "scene": scene, "bodies": {name: body}}
 
 
-def _drawn(name: str, loaded: Any, case: Path) -> str | None:
+def _draw(name: str, loaded: Any, case: Path) -> str | None:
     """Save a picture of the case; return the reason if that fails."""
     from text2sim.compiler.build import resolve_case
     from text2sim.drawing.portrait import portrait
@@ -84,7 +86,7 @@ def _drawn(name: str, loaded: Any, case: Path) -> str | None:
     return None
 
 
-def _moved(body: dict[str, Any], case: Path) -> Proof:
+def _drive_joints(body: dict[str, Any], case: Path) -> Proof:
     """Drive the motorised joints, and report those that do not respond."""
     from text2sim.asset_intake.mechanism_check import check_mechanism
     from text2sim.asset_intake.probe import probe
@@ -97,22 +99,22 @@ def _moved(body: dict[str, Any], case: Path) -> Proof:
     except AssetError as error:
         return Proof((f"/body: {error}",))
     try:
-        own = [name for name, one in report.control.items() if one.actuator is not None and one.kind != "ball"]
-        if not own:
+        motorised = [name for name, one in report.control.items() if one.actuator is not None and one.kind != "ball"]
+        if not motorised:
             return Proof(control=dict(report.control), notes=report.notes)
         found = probe(alone, case)
     except AssetError as error:
         return Proof((f"/body: {error}",))
     except MachineError as error:
         return Proof(control=dict(report.control), notes=(*report.notes, f"not probed: {error}"))
-    dull = [
+    unresponsive = [
         f"/body/links/{name}/joint: asked to go {one.target:.3g}, without gravity, it came {one.moved:.3g}: its motor "
         "is too weak or too soft, or something is in its way"
         for name, one in found.joints.items()
-        if name in own and not one.answers
+        if name in motorised and not one.answers
     ]
-    if dull and not report.loops:
-        return Proof(tuple(dull))
+    if unresponsive and not report.loops:
+        return Proof(tuple(unresponsive))
     if found.state != "finished":
         return Proof((f"/body: alone in the engine it ends as {found.state}: {found.message}",))
-    return Proof(control=dict(found.control), notes=(*report.notes, *dull))
+    return Proof(control=dict(found.control), notes=(*report.notes, *unresponsive))

@@ -16,17 +16,17 @@ from pydantic import Field
 
 from text2sim.agents import language
 from text2sim.agents.assembly import format_problem
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.pictures import moments_of
 from text2sim.agents.replies import Answer, Line, Name
-from text2sim.agents.restyling import TouchesPhysics, restyled
+from text2sim.agents.restyling import TouchesPhysics, restyle
 from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.recording.run_files import read_events
-from text2sim.runtime.trouble import told
+from text2sim.runtime.trouble import internal_error_message
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
@@ -157,8 +157,8 @@ class Cinematography:
 
         loaded = load_text(text, self._path)
         try:
-            proposal = suggest(_recording(self._run, loaded), loaded, lambda said: None)
-            return restyled(text, proposal.operations, self._path)
+            proposal = suggest(_recording(self._run, loaded), loaded, lambda _: None)
+            return restyle(text, proposal.operations, self._path)
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"--suggest: {error}")
             return None
@@ -171,7 +171,7 @@ class Cinematography:
             wrong: list[str] = []
             for number, treatment in enumerate(answer.treatments[:count]):
                 try:
-                    texts[treatment.name] = restyled(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
+                    texts[treatment.name] = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
                 except SpecError as error:
                     wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:
@@ -181,7 +181,11 @@ class Cinematography:
 
         many = f"{count} treatments" if count > 1 else "one treatment"
         system = system_prompt(
-            ROLES["render"], "treat", count=many, rules=language.rules(brief=True), pages=language.pages("render")
+            ROLES["render"],
+            "treat",
+            count=many,
+            rules=language.rules(brief=True),
+            pages=language.reference_pages("render"),
         )
         question = render(
             "treat_ask",
@@ -198,7 +202,7 @@ class Cinematography:
             instruction=f"Propose {many} that would be marked higher.",
         )
         images = (best.sheet,) if self._chat.vision("render") else ()
-        self._chat.ask("render", system, question, typed(Treatments, check), images)
+        self._chat.ask("render", system, question, typed_parser(Treatments, check), images)
         return dict(texts)
 
     # --- judgement ------------------------------------------------------------------------------------------------
@@ -217,7 +221,9 @@ class Cinematography:
     def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
-        marks: Marks = self._chat.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
+        marks: Marks = self._chat.ask(
+            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,)
+        )
         parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"
@@ -225,7 +231,7 @@ class Cinematography:
         return FilmedTreatment(name, text, marks, picture)
 
 
-def styled(
+def best_treatment(
     cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
 ) -> str:
     """Return the case with its best treatment, or unchanged if there is no better one.
@@ -250,7 +256,7 @@ def styled(
         emit("not_styled", why=str(error))  # a failure of the film must not lose the accepted case
         return text
     except Exception as error:  # noqa: BLE001 - nor may an internal error
-        emit("not_styled", why=told(error))
+        emit("not_styled", why=internal_error_message(error))
         return text
     if best is None:
         emit("not_styled", why="the judge's model does not accept pictures")
@@ -276,9 +282,9 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     wide, tall = recording.film["resolution"]
     filming = Filming(recording, "draft", size=(STILL_WIDTH, max(2, round(STILL_WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
-    told = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
+    frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
     evenly = [reel.frames[k] for k in spread(len(reel.frames), EVEN_STILLS)]
-    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(told))[:MAX_EVENT_STILLS]}))
+    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))

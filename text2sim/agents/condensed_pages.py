@@ -52,10 +52,10 @@ def section_brief(section: ReferenceSection, only: Collection[str] | None = None
         lines += [_example(text) for text in load_examples().get(section.examples, {}).values()]
         return "\n".join(lines)
     kinds = section_kinds(section.models)
-    told = [kind for kind in kinds if only is None or kind in only]
-    lines += kinds_brief(section, told)
-    if rest := [f"`{kind}`" for kind in kinds if kind not in told]:
-        lines.append(("Other kinds: " if told else "Kinds: ") + ", ".join(rest))
+    described = [kind for kind in kinds if only is None or kind in only]
+    lines += kinds_brief(section, described)
+    if rest := [f"`{kind}`" for kind in kinds if kind not in described]:
+        lines.append(("Other kinds: " if described else "Kinds: ") + ", ".join(rest))
     return "\n".join(lines)
 
 
@@ -88,9 +88,9 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
     return "\n".join(lines)
 
 
-def kinds_brief(section: ReferenceSection, told: Collection[str]) -> list[str]:
+def kinds_brief(section: ReferenceSection, described: Collection[str]) -> list[str]:
     """Describe the kinds `told` of a page and their fields; shared fields are listed once."""
-    kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
+    kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in described}
     everybody = list(section_kinds(section.models).values())
     shared = shared_bases(everybody)
     lines = []

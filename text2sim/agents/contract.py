@@ -44,17 +44,17 @@ class Contract:
             planned: Names of bodies that are dynamic in the plan, whatever they are in the case.
         """
         actions = loaded.data.get("actions") or {}
-        names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
+        names = [one for name in names for one in numbered_copies(name, actions.get("expect") or {})]
         values: dict[str, Data] = {part: {} for part in CONTRACT_PARTS}
-        waiting = [("expect", name) for name in names]
-        while waiting:
-            part, name = waiting.pop()
+        pending = [("expect", name) for name in names]
+        while pending:
+            part, name = pending.pop()
             row = (actions.get(part) or {}).get(name)
             if row is None or name in values[part]:
                 continue
             values[part][name] = row
             words = strings_in(row)
-            waiting += [
+            pending += [
                 (other, word) for other in CONTRACT_PARTS[1:] for word in words if word in (actions.get(other) or {})
             ]
         bodies = loaded.data.get("bodies") or {}
@@ -86,7 +86,7 @@ class Contract:
         return found
 
 
-def numbered(name: str, known: Iterable[str]) -> list[str]:
+def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
     """Return the names of an entry's copies in a case whose `repeat` entries are expanded.
 
     Args:
@@ -99,7 +99,7 @@ def numbered(name: str, known: Iterable[str]) -> list[str]:
     return [one for one in known if re.fullmatch(rf"{re.escape(name)}_\d+", one)] or [name]
 
 
-def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
+def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
     """Describe how restated expectations are weaker, as far as their bounds alone show it.
 
     Args:
@@ -112,12 +112,12 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
         if before is None:
             found.append(f"{name}: only an expectation that is there can be restated")
             continue
-        was, now = _bounds(before), _bounds(row)
-        if was - now:
-            found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(was - now))}")
-        several, left = before.get("repeat"), row.get("repeat", 1)
-        if isinstance(several, int) and isinstance(left, int) and left < several:
-            found.append(f"{name}: it stands for {several}, and goes on standing for them: `repeat: {several}`")
+        bounds_before, bounds_after = _bounds(before), _bounds(row)
+        if bounds_before - bounds_after:
+            found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(bounds_before - bounds_after))}")
+        copies, copies_left = before.get("repeat"), row.get("repeat", 1)
+        if isinstance(copies, int) and isinstance(copies_left, int) and copies_left < copies:
+            found.append(f"{name}: it stands for {copies}, and goes on standing for them: `repeat: {copies}`")
         for side, sign in (("above", -1), ("below", 1)):
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):

@@ -135,7 +135,7 @@ class Conversation:
                     messages += [Message("assistant", _echo(reply)), Message("user", more(names) + ANSWER_NOW)]
                     continue
                 if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES_KEY}:
-                    data = merged(before, data[CHANGES_KEY])
+                    data = apply_merge_patch(before, data[CHANGES_KEY])
                 before = data
                 return read(data)
             except ReplyError as error:
@@ -164,7 +164,7 @@ class Conversation:
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
         with self._lock:
-            again = self._beginnings.again(self._endpoint(role).name, request)
+            again = self._beginnings.cached_tokens(self._endpoint(role).name, request)
         self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
@@ -174,7 +174,7 @@ class Conversation:
         return self._endpoints.get(role) or self._endpoints[""]
 
 
-def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
+def typed_parser(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
     """Return a parser of answers of one type, for `Conversation.ask`.
 
     Args:
@@ -186,7 +186,7 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
         try:
             answer = model.model_validate(data)
         except ValidationError as error:
-            raise Wrong(_said(error, model)) from None
+            raise Wrong(_describe_errors(error, model)) from None
         if check is not None:
             check(answer)
         return answer
@@ -214,7 +214,7 @@ def _echo(reply: str) -> str:
     )
 
 
-def _said(error: ValidationError, model: type[BaseModel]) -> list[str]:
+def _describe_errors(error: ValidationError, model: type[BaseModel]) -> list[str]:
     rows = []
     for problem in error.errors(include_url=False, include_input=False)[:MAX_LISTED_FAULTS]:
         where, message = "/" + "/".join(map(str, problem["loc"])), problem["msg"]
@@ -241,7 +241,7 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
     return [model for part in get_args(kind) for model in _models_in(part)]
 
 
-def merged(data: Any, changes: Any) -> Any:
+def apply_merge_patch(data: Any, changes: Any) -> Any:
     """Return data with a JSON Merge Patch applied (RFC 7396): null removes a key."""
     if not isinstance(changes, dict):
         return changes
@@ -250,7 +250,7 @@ def merged(data: Any, changes: Any) -> Any:
         if value is None:
             made.pop(key, None)
         else:
-            made[key] = merged(made.get(key), value)
+            made[key] = apply_merge_patch(made.get(key), value)
     return made
 
 

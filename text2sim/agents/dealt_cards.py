@@ -28,7 +28,7 @@ class DealtCards:
     dealt: dict[str, set[str]] = field(default_factory=dict)
     """Ids of the cards that each role received."""
 
-    def index(self) -> str:
+    def card_ids(self) -> str:
         """Return the ids of all cards, for the Planner; an id names the card's subject."""
         return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
@@ -79,7 +79,7 @@ class DealtCards:
 
         known: Any = [mode for mode in modes if mode in _MODES]
         matches = find_cards(self.library, text=text, modes=known, signatures=signatures, limit=MAX_OFFERED_CARDS)
-        told = set(words(about))
+        subject_words = set(words(about))
         fitting = [
             match
             for match in matches
@@ -87,13 +87,13 @@ class DealtCards:
             or (
                 match.modes
                 and match.words >= MIN_WORD_SCORE
-                and told & set(words(" ".join(match.entry.card.applies.tags)))
+                and subject_words & set(words(" ".join(match.entry.card.applies.tags)))
             )
         ]
         return "\n".join(f"- {match.entry.card.index_line()}" for match in fitting)
 
 
-def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
+def failure_signatures(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
     """Return the signatures of a failure, by which cards are indexed.
 
     Args:
@@ -114,10 +114,10 @@ def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: 
             continue
         measure = checks.measures.get(str(wanted.get("measure")), {})
         kind = "count" if measure.get("stat") == "count" else str(measure.get("kind"))
-        short = "above" in wanted
+        too_small = "above" in wanted
         found |= (
             {"measure never crosses"} | _SIGNATURES_OF_SMALL.get(kind, set())
-            if short
+            if too_small
             else _SIGNATURES_OF_LARGE.get(kind, set())
         )
         if str(row.get("why", "")).startswith("0 "):

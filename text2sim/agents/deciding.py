@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, format_problem, owner_of
-from text2sim.agents.contract import weakened
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.contract import weakened_bounds
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
@@ -100,7 +100,7 @@ def decide(
     )
     system = system_prompt(PLANNER, "decide", taken=", ".join(RESERVED_NAMES))
     try:
-        return chat.ask("planner", system, question, typed(Decision, check))
+        return chat.ask("planner", system, question, typed_parser(Decision, check))
     except RoleFailed as failed:
         if not last or (sound := _sound_part(last[-1], faults)) is None:
             raise
@@ -163,7 +163,7 @@ def decision_faults(
     wrong += [
         f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
     ]
-    wrong += foreign(decision.patch) + _check_faults(decision, agreement)
+    wrong += foreign_operations(decision.patch) + _check_faults(decision, agreement)
     if not (work and (set(work) - {"plan"} or _does(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
@@ -181,7 +181,7 @@ def _does(decision: Decision) -> bool:
     )
 
 
-def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
+def foreign_operations(operations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Describe the operations that touch a Writer's section."""
     return [
         f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for "
@@ -197,7 +197,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     wrong, plan = [], agreement.plan
     if decision.restate is not None:
         checks = decision.restate.checks
-        wrong += weakened(agreement.first.expect, checks.expect)
+        wrong += weakened_bounds(agreement.first.expect, checks.expect)
         if all(same(getattr(plan.checks, part).get(n), row) for part in FROZEN_PARTS for n, row in _part(checks, part)):
             wrong.append("/restate/checks: they say what stands there already")
     if decision.plan is None:
@@ -346,10 +346,10 @@ def open_case(
             for name in opening.checks.expect
             if name not in opening.says
         ]
-        wrong += foreign(opening.patch)
+        wrong += foreign_operations(opening.patch)
         new = any(route.section == "bodies" for route in opening.routes)
-        told = [body for rows in opening.facts.values() for row in rows for body in row.bodies] if new else []
-        wrong += claim_faults(opening.facts, request.requirements, [*agreement.plan.bodies, *told])
+        named_bodies = [body for rows in opening.facts.values() for row in rows for body in row.bodies] if new else []
+        wrong += claim_faults(opening.facts, request.requirements, [*agreement.plan.bodies, *named_bodies])
         if not wrong and opening.possible != "no":
             wrong = _opening_faults(opening, agreement, case, path)
         if wrong:
@@ -359,7 +359,7 @@ def open_case(
     system = system_prompt(PLANNER, "open", taken=", ".join(RESERVED_NAMES), rules=rules, kinds=kinds)
     rows = {name: one.what for name, one in request.requirements.items()}
     question = render("open_ask", request=request.text, requirements=rows, case=case, evidence=evidence, left=left)
-    return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
+    return chat.ask("planner", system, question, typed_parser(Opening, check), request.images, more=PageRequests())
 
 
 def as_decision(opening: Opening) -> Decision:

@@ -49,7 +49,7 @@ COLOR_TERMS: Mapping[str, str] = {
 
 
 Claims = Mapping[Name, list[Claim]]
-Told = tuple[bool | None, str]
+FactAnswer = tuple[bool | None, str]
 """Whether a fact holds (None if undecided), and a sentence with the values found."""
 
 
@@ -67,12 +67,12 @@ class Fact:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"
 
 
-def kept(facts: Iterable[Fact]) -> list[dict[str, Any]]:
+def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     """Return the facts as data."""
     return [asdict(fact) for fact in facts]
 
 
-def false(facts: Iterable[Fact]) -> dict[str, str]:
+def false_facts(facts: Iterable[Fact]) -> dict[str, str]:
     """Return the false facts, by requirement."""
     return {fact.requirement: fact.told for fact in facts if fact.ok is False}
 
@@ -94,7 +94,7 @@ def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[s
     return wrong
 
 
-def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
+def compute_facts(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     """Compute facts of a run.
 
     Args:
@@ -114,10 +114,14 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
         evidence["seen"] = _most_seen(read_json(run / "visibility.json"))
     except (Text2SimError, OSError, ValueError) as error:
         return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
-    return [Fact(name, *_told(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows]
+    return [
+        Fact(name, *_compute(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows
+    ]
 
 
-def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _compute(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     from text2sim.evidence.selection import SelectionError
 
     try:
@@ -126,7 +130,9 @@ def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evi
         return None, f"cannot be told: {str(error).splitlines()[0]}"
 
 
-def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _count(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a selector has the wanted number of bodies."""
     number = len(recording.names.select(claim.count))
     return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
@@ -135,7 +141,9 @@ def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
 # --- colours -------------------------------------------------------------------------------------------------------
 
 
-def _color(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _color(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a body, part or link is drawn in a colour; every copy of a body must show it somewhere."""
     wanted = parse_selector(claim.color)
     copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
@@ -144,9 +152,9 @@ def _color(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
     drawn = [_worn(copy, wanted.part) for copy in copies]
     if not all(drawn):
         return None, f"the colours of `{claim.color}` come from its file"
-    told = sorted({called(color) for colors in drawn for color in colors})
-    ok = all(any(alike(color, claim.like) for color in colors) for colors in drawn)
-    return ok, f"`{claim.color}` is {', '.join(told[:4])}, wanted {claim.like}"
+    names = sorted({color_name(color) for colors in drawn for color in colors})
+    ok = all(any(matches_color(color, claim.like) for color in colors) for colors in drawn)
+    return ok, f"`{claim.color}` is {', '.join(names[:4])}, wanted {claim.like}"
 
 
 def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
@@ -171,7 +179,7 @@ def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
     return [rgba_of(look, copy)[:3] for look in looks]
 
 
-def alike(color: tuple[float, ...], word: str) -> bool:
+def matches_color(color: tuple[float, ...], word: str) -> bool:
     """Whether a colour (sRGB, 0 to 1) matches a name: it is near it, or the name is its nearest everyday word."""
     from text2sim.compiler.looks import oklab
 
@@ -183,7 +191,7 @@ def alike(color: tuple[float, ...], word: str) -> bool:
     return mine is not None and mine <= min(near.values()) + COLOR_MARGIN
 
 
-def called(color: tuple[float, ...]) -> str:
+def color_name(color: tuple[float, ...]) -> str:
     """Return a colour's everyday name and its hex code."""
     near = _nearest(color)
     digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
@@ -201,7 +209,7 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
-def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> FactAnswer:
     """Whether the main film shows a body."""
     (body,) = claim.bodies
     films = (evidence.get("legibility") or {}).get("films") or {}
@@ -247,7 +255,9 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     return log.occurrences["touch"]
 
 
-def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _touched(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
     rows = _touches(recording, claim.touched, claim.by)
     if not rows:
@@ -257,15 +267,17 @@ def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", 
         start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step
         total += max(0.0, end - max(start, until))
         until = max(until, end)
-    told = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
+    sentence = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
     if claim.never:
-        return False, f"{told}, wanted never"
+        return False, f"{sentence}, wanted never"
     if claim.lasting is not None:
-        return total >= claim.lasting - step / 2, f"{told}, wanted {claim.lasting:g} s"
-    return True, told
+        return total >= claim.lasting - step / 2, f"{sentence}, wanted {claim.lasting:g} s"
+    return True, sentence
 
 
-def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _moved(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a body moves after another has touched it, and hardly before."""
     rows = _touches(recording, claim.moved, claim.by)
     names = {target.label: target for target in recording.names.select(claim.moved)}
@@ -283,7 +295,7 @@ def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
-_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], Told]] = {
+_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], FactAnswer]] = {
     "count": _count,
     "color": _color,
     "seen": _seen,

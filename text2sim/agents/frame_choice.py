@@ -35,7 +35,7 @@ class FrameMoment:
 
     t: float
     """Simulated time [s]."""
-    said: str = ""
+    reason: str = ""
     """Caption."""
     bodies: tuple[str, ...] = ()
     """Bodies that it is about."""
@@ -49,10 +49,10 @@ class Shown:
     moments: list[FrameMoment] = field(default_factory=list)
 
     @property
-    def said(self) -> list[str]:
+    def reasons(self) -> list[str]:
         """Captions of its moments, with the time of those that the frame does not match exactly."""
-        rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.said]
-        return [f"{one.said} at {one.t:.2f} s" if apart else one.said for one, apart in rows]
+        rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.reason]
+        return [f"{one.reason} at {one.t:.2f} s" if apart else one.reason for one, apart in rows]
 
     @property
     def bodies(self) -> set[str]:
@@ -83,20 +83,20 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         for end in ("max", "min")
         if row.get(f"{end}_at") is not None
     ]
-    yield from _around([one for one in decided if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:2])
+    yield from _frames_around([one for one in decided if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:2])
     yield from _deformed(evidence)
     yield from [one for one in extremes if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:MAX_EXTREMES]
     depth = evidence.get("penetration") or {}
     if (depth.get("value") or 0) >= MIN_PENETRATION:
         yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
-    yield from _around(events[:3])
+    yield from _frames_around(events[:3])
 
 
-def _around(told: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
+def _frames_around(moments: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
     """Yield moments shortly before and after the given ones."""
-    for row in told:
-        yield FrameMoment(row.t - EVENT_OFFSET, f"before {row.said}", row.bodies)
-        yield FrameMoment(row.t + EVENT_OFFSET, f"after {row.said}", row.bodies)
+    for row in moments:
+        yield FrameMoment(row.t - EVENT_OFFSET, f"before {row.reason}", row.bodies)
+        yield FrameMoment(row.t + EVENT_OFFSET, f"after {row.reason}", row.bodies)
 
 
 def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
@@ -125,7 +125,7 @@ def _deformed(evidence: Data) -> Iterator[FrameMoment]:
     yield from found[:MAX_DEFORMED]
 
 
-def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
+def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
     """Return the frames to show, in the film's order: first and last, the wanted moments, and evenly spaced others.
 
     Args:

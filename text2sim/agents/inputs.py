@@ -38,7 +38,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     return names
 
 
-def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
+def probe_joints(case: Path, names: Sequence[str], emit: Emit) -> None:
     """Drive each joint of the mechanisms a little in the engine and record the responses, unless that was done before.
 
     Args:
@@ -66,7 +66,7 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
         register(case, name, asset.model_copy(update={"control": dict(found.control), "notes": notes}))
 
 
-def described(case: Path, names: Sequence[str]) -> tuple[str, ...]:
+def describe_assets(case: Path, names: Sequence[str]) -> tuple[str, ...]:
     """Describe the assets: what they are, how to use them, and their controls."""
     assets = read_manifest(case).assets
     return tuple(_words(assets[name]) + _drawn(case, assets[name]) for name in names)
@@ -88,7 +88,7 @@ def _words(asset: Asset) -> str:
         return (
             f"`{asset.file}`: a mesh, {size}, {asset.triangles:,} triangles, {closed}; use it as {use}.{licence}{notes}"
         )
-    joints = "; ".join(told(name, one) for name, one in asset.control.items()) or "none that moves"
+    joints = "; ".join(describe_joint(name, one) for name, one in asset.control.items()) or "none that moves"
     return (
         f"`{asset.file}`: a mechanism, {size}; use it as `kind: articulated, file: {asset.file}`. Joints: "
         f"{joints}.{licence}{notes}"
@@ -119,7 +119,7 @@ def _drawn(case: Path, asset: Asset) -> str:
     )
 
 
-def told(name: str, one: Control) -> str:
+def describe_joint(name: str, one: Control) -> str:
     """Describe a joint and its response when it was driven."""
     span = "" if one.range is None else f" {one.range[0]:.3g} to {one.range[1]:.3g} {one.unit}"
     motor = ""

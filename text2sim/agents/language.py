@@ -1,6 +1,6 @@
 """Language reference for a role: the pages of its section, limited to kinds that its plan or instruction names.
 
-A role can request more by name (`explained`).
+A role can request more by name (`explanations`).
 """
 
 import re
@@ -62,7 +62,7 @@ MAX_PAGES_SIZE = 14_000
 """Largest size of the pages in one reply [characters]."""
 
 
-def pages(reader: str, kinds: Collection[str] | None = None) -> str:
+def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     """Return the language reference for one reader.
 
     Args:
@@ -70,24 +70,7 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
         kinds: Kinds to describe; the other kinds of bodies, shapes and so on are only named. Default: all.
     """
     wanted = None if kinds is None else ALWAYS_DESCRIBED | set(kinds)
-    parts = []
-    for section in _sections(PAGES_BY_READER[reader]):
-        needs = KINDS_BY_PAGE.get(section.title)
-        if wanted is not None and reader == "actions" and section.title in PLANNER_PAGES:
-            if isinstance(section.models, tuple) or not wanted & set(section_kinds(section.models)):
-                continue
-        if wanted is not None and needs is not None and not needs & wanted:
-            continue
-        only = wanted
-        if isinstance(section.models, tuple):
-            only = _models(section, wanted)
-            if not only:
-                continue
-        if wanted is not None and section.title == "Poses and places":
-            pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
-            parts.append(f"{pose}\n{PLACES_PAGE if reader == 'bodies' else STATIC_PLACES_PAGE}")
-        else:
-            parts.append(section_brief(section, only))
+    parts = [page for section in _sections(PAGES_BY_READER[reader]) if (page := _page(section, reader, wanted))]
     if wanted is not None and reader == "actions":
         parts.append(f"{MORE_KINDS_NOTE}, or `Expectations`: {kinds_to_expect_with()}.")
     if reader == "scene":
@@ -95,11 +78,31 @@ def pages(reader: str, kinds: Collection[str] | None = None) -> str:
     if reader == "bodies":
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
     text = "\n\n".join(parts)
-    text = text if wanted is None else (_RARE_STATIC_ROWS if reader == "scene" else _RARE_ROWS).sub("", text)
-    return text if wanted is None or wanted & DEFORMABLE_KINDS else _without_softness(text)
+    if wanted is None:
+        return text
+    text = (_RARE_STATIC_ROWS if reader == "scene" else _RARE_ROWS).sub("", text)
+    return text if wanted & DEFORMABLE_KINDS else _without_deformables(text)
 
 
-def _without_softness(text: str) -> str:
+def _page(section: ReferenceSection, reader: str, wanted: Collection[str] | None) -> str:
+    """Return a page, limited to the wanted kinds; empty if these do not need it."""
+    tabled = isinstance(section.models, tuple)
+    only = _models(section, wanted) if tabled else wanted
+    if wanted is None:
+        return section_brief(section, only)
+    needs = KINDS_BY_PAGE.get(section.title, wanted)  # pages that are not listed there are for every plan
+    planned = reader == "actions" and section.title in PLANNER_PAGES
+    if not set(needs) & set(wanted) or (tabled and not only):
+        return ""
+    if planned and (tabled or not set(wanted) & set(section_kinds(section.models))):
+        return ""
+    if section.title == "Poses and places":
+        pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
+        return f"{pose}\n{PLACES_PAGE if reader == 'bodies' else STATIC_PLACES_PAGE}"
+    return section_brief(section, only)
+
+
+def _without_deformables(text: str) -> str:
     """Drop rows, sentences and examples about deformable bodies."""
     rows = []
     for row in _SOFT_ROWS.sub("", text).split("\n"):
@@ -146,7 +149,7 @@ def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[st
     }
 
 
-def named(reader: str, text: str, there: Collection[str] = ()) -> str:
+def named_reference(reader: str, text: str, there: Collection[str] = ()) -> str:
     """Return the reference for an instruction: named kinds with all fields, and named fields of other models.
 
     Args:
@@ -172,7 +175,7 @@ def named(reader: str, text: str, there: Collection[str] = ()) -> str:
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))
     found = "\n\n".join(parts)
-    return found if wanted & DEFORMABLE_KINDS else _without_softness(found)
+    return found if wanted & DEFORMABLE_KINDS else _without_deformables(found)
 
 
 def _places(reader: str, words: Collection[str]) -> list[str]:
@@ -185,7 +188,7 @@ def _places(reader: str, words: Collection[str]) -> list[str]:
     return [pose, relations] if PLACING_WORDS & set(words) else [pose]
 
 
-def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
+def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
     """Return pages about kinds, prefabs and models, within the size limit, and the names that were served.
 
     Args:
@@ -256,7 +259,9 @@ def vocabulary() -> str:
     parts = []
     for section in _sections(INDEXED_PAGES):
         kinds = section_kinds(section.models)
-        rows = _told({kind: _first(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS})
+        rows = _gist_rows(
+            {kind: _first_sentence(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS}
+        )
         if some := [f"`{kind}`" for kind in kinds if kind in FIELD_CONTROLS]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
         parts.append(f"{section.title}\n" + "\n".join(rows))
@@ -268,9 +273,9 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
     chosen = {name: one for name, one in built_in().items() if only is None or name in only}
-    gists = {name: _first(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
+    gists = {name: _first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
     if brief:
-        return "\n".join(_told(gists))
+        return "\n".join(_gist_rows(gists))
     rows = []
     for name, definition in chosen.items():
         line = f"- `{name}`: {gists[name]}. `with`: " + " ".join(
@@ -282,11 +287,11 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     return "\n".join(rows)
 
 
-def _told(gists: dict[str, str]) -> list[str]:
+def _gist_rows(gists: dict[str, str]) -> list[str]:
     """One line for each kind that needs an explanation, and one line with the names of the others."""
-    told = {name: gist for name, gist in gists.items() if len(gist) >= MIN_DESCRIPTION}
-    rows = [f"- `{name}`: {gist}" for name, gist in told.items()]
-    rest = [f"`{name}`" for name in gists if name not in told]
+    explained = {name: gist for name, gist in gists.items() if len(gist) >= MIN_DESCRIPTION}
+    rows = [f"- `{name}`: {gist}" for name, gist in explained.items()]
+    rest = [f"`{name}`" for name in gists if name not in explained]
     return [*([f"- {', '.join(rest)}"] if rest else []), *rows]
 
 
@@ -380,7 +385,7 @@ _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 """Names of deformable bodies in the examples."""
 
 
-def _first(text: str) -> str:
+def _first_sentence(text: str) -> str:
     return text.partition(". ")[0].removesuffix(".")
 
 

@@ -9,11 +9,11 @@ from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
 from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
-from text2sim.agents.cinematography import Cinematography, styled
+from text2sim.agents.cinematography import Cinematography, best_treatment
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
-from text2sim.agents.critic_view import exhibit, kept, with_effects
+from text2sim.agents.critic_view import critic_exhibit, what_holds, with_effects
 from text2sim.agents.criticism import criticise, decision_to_film
-from text2sim.agents.dealt_cards import DealtCards, signs
+from text2sim.agents.dealt_cards import DealtCards, failure_signatures
 from text2sim.agents.deciding import AttemptReport, decide
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
@@ -64,7 +64,7 @@ class AgentLoop:
         """Whether the engine starts while the Writers still write."""
         self.base = ""
         """Text of the existing case that is to be changed."""
-        self._told: set[tuple[str, str]] = set()
+        self._known_warnings: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
 
@@ -159,7 +159,7 @@ class AgentLoop:
         """Film an accepted attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
         self.emit("stage", name="style")
         way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
-        attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
+        attempt.text = best_treatment(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
         """Number of the best attempt if its expectations are all true and later attempts were no better; else None."""
@@ -180,15 +180,15 @@ class AgentLoop:
         return plan
 
     def _tell(self, plan: CasePlan) -> None:
-        told = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
-        self.emit("planned", goal=plan.event, **told)
+        opening_facts = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
+        self.emit("planned", goal=plan.event, **opening_facts)
 
     # --- first version ----------------------------------------------------------------------------------------
 
     def _drafted(self) -> str:
         """Have the sections written; if a Writer fails, have a simpler plan made, once."""
         try:
-            sections = self.workshop.drafted()
+            sections = self.workshop.draft_sections()
         except RoleFailed as failed:
             if self.agreement.planned_anew:
                 raise
@@ -198,7 +198,7 @@ class AgentLoop:
                 raise RoleFailed(failed.role, [*failed.reasons, f"planned anew: {again}"]) from None
             if plan.possible == "no":
                 raise
-            sections = self.workshop.drafted()
+            sections = self.workshop.draft_sections()
         plan = self.agreement.plan
         return case_text(plan, self.request.text, plan.params, sections)
 
@@ -207,7 +207,7 @@ class AgentLoop:
     def _try(self, attempt: Attempt) -> AttemptReport:
         """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
-        examined, problems = self.mending.checked(attempt)
+        examined, problems = self.mending.check(attempt)
         if not problems:
             examined = self._considered(attempt, examined)
         rules = frozenset(problem.rule for problem in [*examined.errors, *examined.warnings])
@@ -218,11 +218,11 @@ class AgentLoop:
             return AttemptReport(problems=problems, rules=rules)
         assert examined.loaded is not None
         self.agreement.see(attempt.text)
-        contract = self.agreement.take_down(examined)
+        contract = self.agreement.record_examined(examined)
         if not self.attempts.recall(attempt):
             guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
-            examined.meant = self.mending.meant(examined.warnings)
+            examined.intended = self.mending.intended(examined.warnings)
             self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
@@ -239,7 +239,7 @@ class AgentLoop:
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
             evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
-            shown = exhibit(self.made, attempt, evidence, images, self.base, self.path)
+            shown = critic_exhibit(self.made, attempt, evidence, images, self.base, self.path)
             critique = criticise(
                 self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
@@ -247,24 +247,24 @@ class AgentLoop:
             attempt.accepted = (
                 critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
             )
-            said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
+            judgement = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
             failures = [failure.what for failure in critique.failures]
-            self.emit("judged", number=attempt.number, **said, failures=failures, accepted=attempt.accepted)
+            self.emit("judged", number=attempt.number, **judgement, failures=failures, accepted=attempt.accepted)
         self.attempts.keep(attempt)
         return report
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
         known = {DURATION_RULE} if any(one.pace for one in self.made) else set()
-        return self._doubted(attempt, *self.mending.considered(attempt, examined, known))
+        return self._doubted(attempt, *self.mending.consider_warnings(attempt, examined, known))
 
     def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
         """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
-        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._told}
-        self._told |= {("held-at-start", name) for name in fresh}
+        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_warnings}
+        self._known_warnings |= {("held-at-start", name) for name in fresh}
         doubts = [*doubts, *fresh.values(), *self._too_dear(attempt, examined)]
         if not doubts:
             return examined
@@ -276,21 +276,21 @@ class AgentLoop:
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
         for version in (text, alone):  # contract and case change together
-            if (taken := self.mending.taken(attempt, version, examined)) is not examined:
-                return taken
-        self.agreement.take_back(agreed)
+            if (adopted := self.mending.adopt(attempt, version, examined)) is not examined:
+                return adopted
+        self.agreement.restore(agreed)
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined
 
     def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
         """Report once, before the first run, that it may take too much of the time left."""
         now = self.limits.minutes_left()
-        if now is None or "dear" in {rule for rule, _ in self._told} or any(one.pace for one in self.made):
+        if now is None or "dear" in {rule for rule, _ in self._known_warnings} or any(one.pace for one in self.made):
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
         if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
-        self._told.add(("dear", ""))
+        self._known_warnings.add(("dear", ""))
         estimate = (
             f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
         )
@@ -302,7 +302,7 @@ class AgentLoop:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         plan = self.agreement.plan
-        shows = {*report.rules, attempt.state, *signs(plan.checks, attempt.expect, attempt.evidence)}
+        shows = {*report.rules, attempt.state, *failure_signatures(plan.checks, attempt.expect, attempt.evidence)}
         offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self.left()
@@ -347,9 +347,9 @@ class AgentLoop:
         if decision.plan is not None:
             briefs = decision.plan.briefs.items()
             routes += [Route(section=section, instruction=brief) for section, brief in briefs]
-            text, told = self.workshop.fitted(text, decision.plan.assets)
-            routes += told
-        return self.workshop.routed(text, routes, kept(attempt)), left_out
+            text, instructions = self.workshop.add_assets(text, decision.plan.assets)
+            routes += instructions
+        return self.workshop.follow_routes(text, routes, what_holds(attempt)), left_out
 
     # --- outcome ----------------------------------------------------------------------------------------------
 

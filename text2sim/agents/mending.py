@@ -44,32 +44,32 @@ class Mending:
         """Accept the warnings that an existing case has before any change."""
         self._meant |= {_key_of(problem): "it was there before" for problem in warnings}
 
-    def meant(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
+    def intended(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
         """Return the owners' reasons for intended warnings, by rule and path."""
         return {(p.rule, p.path): self._meant[_key_of(p)] for p in warnings if _key_of(p) in self._meant}
 
-    def checked(self, attempt: Attempt) -> tuple[Examination, list[str]]:
+    def check(self, attempt: Attempt) -> tuple[Examination, list[str]]:
         """Check an attempt and send its errors to their owners, a few times; return those that remain."""
-        told: dict[str, list[str]] = {}
+        referrals: dict[str, list[str]] = {}
         for mend in range(MAX_REPAIRS + 1):
             examined = examine(attempt.text, self.path)
             self.workshop.derived = examined.derived or self.workshop.derived
             errors = examined.errors or self.agreement.breaches(examined)
-            if not errors and not told:
+            if not errors and not referrals:
                 return examined, []
-            owners = self._owners(errors, told)
+            owners = self._owners(errors, referrals)
             if mend == MAX_REPAIRS or "plan" in owners:
-                self.workshop.referred += [row for rows in told.values() for row in rows]
+                self.workshop.referred += [row for rows in referrals.values() for row in rows]
                 return examined, [format_problem(one) for one in errors]
             self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in errors][:20])
             before = attempt.text
-            attempt.text, told = self.workshop.fixed(before, owners, REPAIR_INSTRUCTION)
-            self.workshop.referred += [*told.pop("plan", []), *self.workshop.refusals()]
-            if attempt.text == before and not told:  # the same question would get the same answer
+            attempt.text, referrals = self.workshop.fix_sections(before, owners, REPAIR_INSTRUCTION)
+            self.workshop.referred += [*referrals.pop("plan", []), *self.workshop.refusals()]
+            if attempt.text == before and not referrals:  # the same question would get the same answer
                 return examined, [format_problem(one) for one in errors]
         raise AssertionError("the last round returns")
 
-    def considered(
+    def consider_warnings(
         self, attempt: Attempt, examined: Examination, known: Collection[str]
     ) -> tuple[Examination, list[str]]:
         """Give owners one chance to fix the lint's warnings, which is cheaper before a run than after it.
@@ -82,8 +82,8 @@ class Mending:
         Returns:
             The result of the check afterwards, and the warnings about the plan.
         """
-        told = {*self._warned, *self._meant}
-        fresh = [p for p in examined.warnings if _key_of(p) not in told and p.rule not in known]
+        known_keys = {*self._warned, *self._meant}
+        fresh = [p for p in examined.warnings if _key_of(p) not in known_keys and p.rule not in known]
         self._warned |= {_key_of(p) for p in fresh}
         owners = self._owners(fresh, {})
         doubts = [
@@ -92,16 +92,16 @@ class Mending:
         owners.pop("plan", None)
         if owners:
             self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in fresh][:20])
-            text, referred = self.workshop.fixed(
+            text, referred = self.workshop.fix_sections(
                 attempt.text, owners, f"{WARNINGS_INSTRUCTION}\n\nLeft: {self.workshop.left()}"
             )
             said_so = {p: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers)) for p in fresh}
             self._meant |= {_key_of(p): why for p, why in said_so.items() if why is not None}
-            text = self.workshop.passed_on(text, referred)
-            examined = self.taken(attempt, text, examined)
+            text = self.workshop.pass_on(text, referred)
+            examined = self.adopt(attempt, text, examined)
         return examined, doubts
 
-    def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
+    def adopt(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.
 
         Args:
@@ -109,14 +109,14 @@ class Mending:
             text: The repaired text.
             before: Result of the check of its present text.
         """
-        found = examine(text, self.path)
-        if found.errors or self.agreement.breaches(found):
+        examination = examine(text, self.path)
+        if examination.errors or self.agreement.breaches(examination):
             return before
         attempt.text = text
-        return found
+        return examination
 
-    def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}
+    def _owners(self, errors: Sequence[Problem], referrals: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+        owners: dict[str, list[str]] = {name: list(rows) for name, rows in referrals.items()}
         for problem in errors:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(format_problem(problem))
         return owners

@@ -8,7 +8,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.frame_choice import FrameMoment, Shown, chosen, moments, with_attached
+from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread
 from text2sim.runtime.trouble import keep_details
 
@@ -53,12 +53,12 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, told = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
+    rows, note = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
     if not rows:
         preview()
-        rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
+        rows, note = list(_filmed(run)) or list(_kept(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
-        rows, told = list(_traced(run, inf)), TRACED_NOTE
+        rows, note = list(_traced(run, inf)), TRACED_NOTE
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
     columns, width = (4, SHEET_WIDTH * 3 // 4) if tall else (3, SHEET_WIDTH)
     thumbnails, close = [], 0
@@ -70,7 +70,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
             thumbnails.append(("", f"frame {number}, close", near.resize(picture.size)))
     if not rows:
         return None, 0, ""
-    return contact_sheet(thumbnails, width=width, columns=columns), len(rows), told
+    return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
 
 
 def _read(path: Path) -> Any:
@@ -97,13 +97,13 @@ def _filmed(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        shown = {one.frame.k: one for one in chosen(_wanted(run, evidence), pictures, MAX_FRAMES)}
+        shown = {one.frame.k: one for one in choose_frames(_wanted(run, evidence), pictures, MAX_FRAMES)}
         eye = _eye(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
                 if k in shown:
                     whole = picture.to_image()
-                    yield shown[k].frame.camera, _said(shown[k]), whole, _close(eye, shown[k], whole)
+                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close(eye, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: use the preview
 
@@ -120,10 +120,10 @@ def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     return [replace(one, bodies=with_attached(one.bodies, actions)) for one in moments(evidence, actions)]
 
 
-def _said(one: Shown) -> str:
-    said = [*dict.fromkeys(one.said)]
+def _caption(one: Shown) -> str:
+    reasons = [*dict.fromkeys(one.reasons)]
     return ", ".join(
-        [f"{one.frame.t:.2f} s", *said[:MAX_CAPTION_REASONS], *(["…"] if said[MAX_CAPTION_REASONS:] else [])]
+        [f"{one.frame.t:.2f} s", *reasons[:MAX_CAPTION_REASONS], *(["…"] if reasons[MAX_CAPTION_REASONS:] else [])]
     )
 
 
@@ -197,7 +197,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        shown = chosen(moments_of(run), reel.frames, MAX_FRAMES)
+        shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES)
         few = Reel(reel.name, [one.frame for one in shown])
         filming.render(few, lambda progress: None, until=until)
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
@@ -208,7 +208,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         return
     eye = _eye(run)
     for one, picture in zip(shown, pictures, strict=True):
-        yield one.frame.camera, _said(one), picture, _close(eye, one, picture)
+        yield one.frame.camera, _caption(one), picture, _close(eye, one, picture)
 
 
 def _left_out(run: Path) -> str:

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from text2sim.agents import language
 from text2sim.agents.assembly import FROZEN_PARTS
-from text2sim.agents.contract import weakened
-from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.contract import weakened_bounds
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.dealt_cards import MAX_DEALT_CARDS
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Fragments
-from text2sim.agents.requirements import Requirements, rows
+from text2sim.agents.requirements import Requirements, requirement_rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
@@ -74,7 +74,7 @@ def make_plan(
         "plan_ask",
         request=request.text,
         inputs=[*request.inputs, *([BLIND_NOTE] if request.images and not chat.vision("planner") else [])],
-        requirements=rows(request.requirements),
+        requirements=requirement_rows(request.requirements),
         minutes=request.minutes,
         tried=_tried(tried),
     )
@@ -83,10 +83,10 @@ def make_plan(
         vocabulary=language.vocabulary(),
         rules=language.rules(brief=True),
         pages=language.to_plan_with(),
-        cards=dealt.index(),
+        cards=dealt.card_ids(),
         modes=", ".join(MODES),
     )
-    read = typed(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
+    read = typed_parser(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
     more = PageRequests(dealt.pages)
     return chat.ask("planner", system, question, read, request.images, more=more, rounds=MAX_PLAN_ANSWERS)
 
@@ -96,8 +96,10 @@ def _tried(tried: TriedPlan | None) -> str:
         return ""
     expect = yaml_text({"says": tried.plan.says, "checks": {"expect": tried.first.expect}})
     left = f"\n\nLeft: {tried.left}" if tried.left else ""
-    told = f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
-    return told + left
+    report = (
+        f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
+    )
+    return report + left
 
 
 def _check_plan(
@@ -141,7 +143,7 @@ def _check_plan(
             if name not in plan.checks.expect
         ]
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
-        wrong += weakened(tried.first.expect, same_names)
+        wrong += weakened_bounds(tried.first.expect, same_names)
     wrong += claim_faults(plan.facts, requirements, plan.bodies)
     wrong += card_faults(plan.cards, dealt)
     wrong += plan_faults(plan, path)

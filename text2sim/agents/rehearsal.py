@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
-from text2sim.agents.contract import numbered
+from text2sim.agents.contract import numbered_copies
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
 from text2sim.agents.replies import CasePlan, Fragments, PlannedBody
 from text2sim.card_library.model import Mode
@@ -52,20 +52,20 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     if wrong := list(_kind_faults(plan)):
         return wrong + words  # measures can only be checked once the kinds of bodies are known
     try:
-        loaded = load_text(_text(plan, plan.checks, 0), path)
+        loaded = load_text(_rehearsal_text(plan, plan.checks, 0), path)
         from text2sim.spec_schema.names.references import check_references
 
         problems = check_references(loaded)
     except SpecError as error:
-        return [*words, *(row for row in _rows(error.problems) if row not in words)]
-    if wrong := [*words, *(row for row in _rows(problems) if row not in words)]:
+        return [*words, *(row for row in _in_terms_of_plan(error.problems) if row not in words)]
+    if wrong := [*words, *(row for row in _in_terms_of_plan(problems) if row not in words)]:
         return wrong
-    wrong = _by_definition(plan, path)
+    wrong = _definition_faults(plan, path)
     named = {row.split(":")[0].split("/")[3] for row in wrong if row.startswith("/checks/expect/")}
-    return wrong + [row for name, row in _at_rest(plan, loaded) if name not in named]
+    return wrong + [row for name, row in _rest_faults(plan, loaded) if name not in named]
 
 
-def _rows(problems: Iterable[Problem]) -> Iterator[str]:
+def _in_terms_of_plan(problems: Iterable[Problem]) -> Iterator[str]:
     """Yield problems in terms of the plan, without those of the stand-ins."""
     for problem in problems:
         for ours, plans in _PATH_PREFIXES:
@@ -79,28 +79,28 @@ def _rows(problems: Iterable[Problem]) -> Iterator[str]:
 
 
 def _kind_faults(plan: CasePlan) -> Iterator[str]:
-    kinds, mounts = [*body_kinds(), "static", *_prefabs()], mount_kinds()
+    kinds, mounts = [*body_kinds(), "static", *_prefab_arguments()], mount_kinds()
     for name, body in plan.bodies.items():
         if body.kind not in kinds:
-            yield _unknown(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
+            yield _unknown_word(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
         if body.mount and body.mount not in mounts:
-            yield _unknown(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
+            yield _unknown_word(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
 
 
 def _shape_faults(plan: CasePlan) -> Iterator[str]:
     """Faults of shapes and modes; a shape may be several words, such as `box and cylinders`."""
     shapes = shape_kinds()
-    known = {*shapes, *_prefabs()}
+    known = {*shapes, *_prefab_arguments()}
     for name, body in plan.bodies.items():
         words = re.findall(r"[a-z][a-z_]*", body.shape.lower())
         if body.shape and not known & {*words, *(word.removesuffix("s") for word in words)}:
-            yield _unknown(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
+            yield _unknown_word(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
     for mode in plan.mode:
         if mode not in MODES:
-            yield _unknown("/mode", mode, MODES, "a mode")
+            yield _unknown_word("/mode", mode, MODES, "a mode")
 
 
-def _unknown(where: str, word: str, known: Iterable[str], what: str) -> str:
+def _unknown_word(where: str, word: str, known: Iterable[str], what: str) -> str:
     known = list(known)
     hint = nearest(word, known)
     return f"{where}: `{word}` is not {what}{f'; did you mean `{hint}`?' if hint else ''}; there are {', '.join(known)}"
@@ -131,11 +131,11 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
 # --- stand-ins -----------------------------------------------------------------------------------------------------
 
 
-def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
+def _rehearsal_text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
     """The plan as a case of stand-ins. With `loose`, no body has a joint, so that joint limits imply nothing."""
     statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
     for k, (name, body) in enumerate(plan.bodies.items()):
-        parts = _parts_named(checks, name)
+        parts = _named_parts(checks, name)
         data = _stand_in(body, parts, k, variant, loose)
         (statics if body.kind == "static" else bodies)[name] = data
     if not bodies:
@@ -157,11 +157,11 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
     if body.kind == "static":
         if body.shape == "plane":
             return {"shape": {"kind": "plane"}}
-        used = body.shape if body.shape in _prefabs() and body.shape not in shape_kinds() else ""
+        used = body.shape if body.shape in _prefab_arguments() and body.shape not in shape_kinds() else ""
         if not used:
             return {"shape": box, **place}
     if used:
-        return {"use": used, **_prefabs()[used], **place}
+        return {"use": used, **_prefab_arguments()[used], **place}
     if body.kind == "rigid":
         mount = {"kind": body.mount or "free"}
         if mount["kind"] in ("hinge", "slider"):
@@ -192,7 +192,7 @@ def _example(kind: str) -> Data:
 
 
 @cache
-def _prefabs() -> dict[str, Data]:
+def _prefab_arguments() -> dict[str, Data]:
     """Required arguments of each prefab."""
     from text2sim.spec_schema.reuse.catalogue import examples
     from text2sim.spec_schema.text.document import parse_document
@@ -206,7 +206,7 @@ def _prefabs() -> dict[str, Data]:
     return found
 
 
-def _parts_named(checks: Fragments, body: str) -> list[str]:
+def _named_parts(checks: Fragments, body: str) -> list[str]:
     """Links and joints of a body that the checks name and its Writer will define."""
     words = [*strings_in(checks.measures), *strings_in(checks.events)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
@@ -220,17 +220,17 @@ def _parts_named(checks: Fragments, body: str) -> list[str]:
 # --- findings that follow from definitions -------------------------------------------------------------------------
 
 
-def _by_definition(plan: CasePlan, path: Path) -> list[str]:
+def _definition_faults(plan: CasePlan, path: Path) -> list[str]:
     """Expectations that cannot hold or cannot fail, wherever the bodies are placed."""
     if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
-    first, *others = (_found(_text(plan, checks, variant, loose=True), path) for variant in range(3))
-    again = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
-    return list(_rows(problem for problem in first if (problem.path, problem.rule) in again))
+    first, *others = (_lint_findings(_rehearsal_text(plan, checks, variant, loose=True), path) for variant in range(3))
+    confirmed = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
+    return list(_in_terms_of_plan(problem for problem in first if (problem.path, problem.rule) in confirmed))
 
 
-def _found(text: str, path: Path) -> list[Problem]:
+def _lint_findings(text: str, path: Path) -> list[Problem]:
     """Findings of the lint, all treated as errors."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
@@ -264,7 +264,7 @@ def _without_joints(checks: Fragments) -> Fragments:
     return Fragments(measures=measures, events=events, expect=expect)
 
 
-def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
+def _rest_faults(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     """Yield the name and the reason for each expectation that holds if nothing happens, whatever the bodies are.
 
     An expectation that a measure returns to its rest value is allowed if another one requires the same measure to
@@ -273,7 +273,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     from text2sim.lint.script.outcomes import bound_of
 
     case = loaded.case
-    kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
+    kept = {one for name in plan.keeps for one in numbered_copies(name, case.actions.expect)}
     holding, active = {}, set()
     for name, expect in case.actions.expect.items():
         if expect.on is not None:
@@ -327,7 +327,7 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
     from text2sim.lint.script.outcomes import bound_of
 
     facts, found = Facts(resolve_case(loaded)), {}
-    for name in (one for written in names for one in numbered(written, loaded.case.actions.expect)):
+    for name in (one for written in names for one in numbered_copies(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
         if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue

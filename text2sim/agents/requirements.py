@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.models.exchange import Image, ModelError, StoppedError
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -65,9 +65,9 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
 
     try:
         question = render("apart_ask", request=text, found="")
-        found = chat.ask("reader", system_prompt(reader), question, typed(Apart, some), images).requirements
-        question = render("apart_ask", request=text, found=rows(found))
-        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed(Missing), images).missing
+        found = chat.ask("reader", system_prompt(reader), question, typed_parser(Apart, some), images).requirements
+        question = render("apart_ask", request=text, found=requirement_rows(found))
+        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed_parser(Missing), images).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
@@ -84,12 +84,12 @@ def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str,
     return apart()
 
 
-def rows(requirements: Requirements) -> str:
+def requirement_rows(requirements: Requirements) -> str:
     """Return one line for each requirement."""
     return "\n".join(f"- `{name}` ({one.importance}): {one.what}" for name, one in requirements.items())
 
 
-def score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
+def weighted_score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
     """Return the score, 0 to 100: the mean of the marks (0, 1/2, 1), weighted by importance."""
     whole = sum(one.importance for one in requirements.values())
     return round(100 * sum(one.importance * marks.get(name, 0.0) for name, one in requirements.items()) / whole, 1)

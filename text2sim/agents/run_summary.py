@@ -68,7 +68,7 @@ def _without_series(part: str) -> str:
     return "\n".join(row.partition("; over time ")[0] for row in part.split("\n"))
 
 
-def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
+def judgement_text(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
     """Describe the Critic's judgement of an attempt, and the fate of each of its patches.
 
     Args:
@@ -106,7 +106,7 @@ def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
     return "\n".join(rows)
 
 
-def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
+def citable_items(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
     """Return the citable items of a run's evidence.
 
     Args:
@@ -234,12 +234,12 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
 def _works(energy: Mapping[str, Any]) -> list[str]:
     """Work of motors and controls, and the motors' work up to the maximum of the energy."""
     works = energy.get("works") or {}
-    told = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
-    told += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
-    told = sorted((row for row in told if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
-    if not told:
+    works_listed = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
+    works_listed += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
+    works_listed = sorted((row for row in works_listed if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
+    if not works_listed:
         return []
-    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in told[:MAX_MINOR_ROWS])
+    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in works_listed[:MAX_MINOR_ROWS])
     until = f"; motors until then {_g(energy['work_until_max'])} J" if works.get("motors") else ""
     return [f"work in all: {rows}{until}"]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import language
-from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_in, section_faults
-from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_for_owner, section_faults
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.page_selection import COPIES, DEFORMABLE_KINDS, FIELD_CONTROLS
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
@@ -60,7 +60,7 @@ def write_section(
         left: Sentence with the attempts and time left.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
-    pages = reading(section, plan)
+    pages = writer_pages(section, plan)
     question = render(
         "draft",
         section=section,
@@ -122,7 +122,7 @@ def change_section(
         event=plan.event,
         shared=plan.shared,
         params=yaml_text({"params": mapping(case, "params")}),
-        names=names_in(case, without=section),
+        names=names_for_owner(case, section=section),
         current=_section_text(section, current),
         derived=derived,
         cards=cards,
@@ -130,12 +130,12 @@ def change_section(
         keep=keep,
         left=left,
         instruction=instruction,
-        pages=language.named(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
+        pages=language.named_reference(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
         if isinstance(data, dict) and "refer" in data:
-            answer: Refer = typed(Refer)(data["refer"])
+            answer: Refer = typed_parser(Refer)(data["refer"])
             if answer.section == section:
                 raise Wrong(["/refer/section: that is your own section"])
             return answer
@@ -199,12 +199,12 @@ def plan_for(section: str, plan: CasePlan) -> str:
     return yaml_text({key: row for key, row in data.items() if row})
 
 
-def reading(section: str, plan: CasePlan) -> str:
+def writer_pages(section: str, plan: CasePlan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     # Shared notes mention forces and motions that others write, so the Action Writer's kinds come from its brief alone.
     kinds = _kinds_for(section, plan, brief if section == "actions" else " ".join([brief, *plan.shared]))
-    pages = language.pages(section, kinds)
+    pages = language.reference_pages(section, kinds)
     if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
         pages += "\n\nPrefabs\n\n" + language.prefabs(only=used)
     return pages
@@ -213,9 +213,9 @@ def reading(section: str, plan: CasePlan) -> str:
 def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     """Kinds that a Writer will need: those of its own bodies, and those that its brief names."""
     if section not in ("scene", "bodies"):
-        said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
+        mentioned = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
-        found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
+        found = given | language.kinds_in(mentioned - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
         if not given & (DEFORMABLE_KINDS | {"pbd"}):
             found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.asset_intake.mechanism_check import MechanismReport, Subject, report_of, resolved
+from text2sim.asset_intake.mechanism_check import MechanismReport, Subject, report_of, resolve_subject
 from text2sim.asset_intake.tiny_case import BODY, TrialOutcome, run_trial, tiny_case
 from text2sim.assets.manifest import Control, Motor
 from text2sim.spec_schema.errors import AssetError
@@ -85,7 +85,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
         MachineError: if this machine cannot run the engine.
     """
     subject = Subject.of(what, folder)
-    report = report_of(resolved(subject))
+    report = report_of(resolve_subject(subject))
     driven = [n for n, one in report.control.items() if one.kind != "ball" and n.isidentifier() and n.isascii()]
     driven = driven[:MAX_JOINTS]
     if not driven:

@@ -10,7 +10,15 @@ import numpy as np
 from text2sim.assets.mesh_intake import Up
 from text2sim.assets.mesh_output import mesh_bytes, suffix_for
 from text2sim.assets.mesh_report import faults
-from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
+from text2sim.assets.mesh_steps import (
+    decimate,
+    fill_holes,
+    orient,
+    repair_non_manifold,
+    without_debris,
+    without_duplicates,
+    wrap,
+)
 from text2sim.assets.surface import TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
@@ -99,7 +107,7 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
     surface = _closed(surface, goal, done)
     surface = _simpler(surface, goal.triangles, done)
     if goal.wrap and not surface.watertight:
-        surface = wrapped(surface, FINENESS)
+        surface = wrap(surface, FINENESS)
         done.append("wrapped a closed skin, without pictures, around it, as it could not be closed otherwise")
         surface = _simpler(surface, goal.triangles, done)
     surface = _scaled(surface, goal, done)
@@ -109,7 +117,7 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
 
 def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     before = len(surface.vertices), len(surface.faces)
-    surface = without_doubles(welded(surface, MERGE_DISTANCE * surface.diagonal))
+    surface = without_duplicates(welded(surface, MERGE_DISTANCE * surface.diagonal))
     if not len(surface.faces):
         raise AssetError("has no triangles with an area")
     merged, dropped = before[0] - len(surface.vertices), before[1] - len(surface.faces)
@@ -124,18 +132,18 @@ def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triang
 
 
 def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
-    surface, turned = oriented(surface)
+    surface, turned = orient(surface)
     if surface.edge_counts[0] and not surface.flat:
-        surface, added = filled(surface, goal.holes, 1.0 if goal.openings else MIN_OPENING)
+        surface, added = fill_holes(surface, goal.holes, 1.0 if goal.openings else MIN_OPENING)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
     if surface.edge_counts[1]:
         knots = surface.edge_counts[1]
-        better = unknotted(surface, goal.holes)
+        better = repair_non_manifold(surface, goal.holes)
         if better is not surface:
             surface = better
             done.append(f"repaired {_count(knots, 'edge')} with more than two triangles")
-    surface, again = oriented(surface)
+    surface, again = orient(surface)
     if turned or again:
         done.append(f"turned {_count(max(turned, again), 'triangle')} to face outwards")
     return surface
@@ -143,7 +151,7 @@ def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
 
 def _simpler(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
     count = len(surface.faces)
-    fewer = decimated(surface, most)
+    fewer = decimate(surface, most)
     if len(fewer.faces) < count:
         done.append(f"simplified from {count:,} to {len(fewer.faces):,} triangles")
     return fewer

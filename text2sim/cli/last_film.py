@@ -50,7 +50,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
-    from text2sim.runtime.trouble import told
+    from text2sim.runtime.trouble import internal_error_message
     from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import Text2SimError
 
@@ -81,7 +81,7 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     except OSError as error:
         why = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
     except Exception as error:  # a failed film must not hide the result of the loop
-        why = told(error)
+        why = internal_error_message(error)
     preview = run / "video.mp4"
     return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
 

@@ -122,7 +122,7 @@ class _Terminal:
     def trouble(self, words: str, problem: "Problem | None") -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
-    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
+    def done(self, live_run: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
         from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
         from text2sim.watching.page_text import timing
@@ -133,7 +133,7 @@ class _Terminal:
                 self._say(f"  {MARKS[ok]:<4}  {name}  {words}")
         score = f", {sum(ok is True for ok, _, _ in rows)} of {len(rows)} expectations came true" if rows else ""
         none = f"; nothing to show: {no_scene}" if no_scene else ""
-        self._say(f"{timing(take)}; {take.state.replace('_', ' ')}{score}{none}")
+        self._say(f"{timing(live_run)}; {live_run.state.replace('_', ' ')}{score}{none}")
 
     def _say(self, words: str, to: Any = None) -> None:
         from text2sim.cli.output import say

@@ -26,7 +26,9 @@ class _Member:
 
     def __init__(self, number: int, folder: Path, inbox: "queue.Queue[Any]", *, warm: bool) -> None:
         self.name = f"worker {number + 1}"
-        self._start = lambda: Child(self.name, MODULE, [str(home), *["warm"] * warm], self.log, inbox, secrets=True)
+        self._start = lambda: Child(
+            self.name, MODULE, [str(home), *["warm"] * warm], self.log, inbox, whole_environment=True
+        )
         home = folder / f"worker_{number + 1}"
         home.mkdir(parents=True, exist_ok=True)
         self.log: Path = home / "worker.log"
@@ -97,7 +99,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                 member.child.send(cancel=0)
                 member.child.end()
             until = monotonic() + SHUTDOWN_TIME
-            while monotonic() < until and stop.count < 2 and not all(member.child.gone for member in members):
+            while monotonic() < until and stop.count < 2 and not all(member.child.has_ended for member in members):
                 sleep(POLL_INTERVAL)
             for member in members:
                 member.child.kill()

@@ -154,9 +154,9 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         ]
         done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
-            said = done.stderr.decode().replace(folder, "").strip()
+            complaint = done.stderr.decode().replace(folder, "").strip()
             # An error of the operating system, such as a full disk, is no bug of ours.
-            raise MachineError(f"{folder}: {said}") if "(os error" in said else TemplateBug(said)
+            raise MachineError(f"{folder}: {complaint}") if "(os error" in complaint else TemplateBug(complaint)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
 

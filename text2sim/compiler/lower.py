@@ -290,10 +290,10 @@ class Lowering:
         # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
-        said = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
+        gives_torques = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
         return EntityPlan(
             copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface,
-            material_options=self._torques(model.material) if said else {},
+            material_options=self._torques(model.material) if gives_torques else {},
         )  # fmt: skip
 
     def held_joints(self) -> dict[str, set[str]]:

@@ -104,9 +104,9 @@ class BareAgent:
         why, accepted = "its attempts are spent", False
         allowed = self._allowance
         limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
-        told = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
+        facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", letter("agent", **told)),
+            Message("system", letter("agent", **facts)),
             Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
         ]
         try:
@@ -115,12 +115,12 @@ class BareAgent:
                     if len(self._trials) >= allowed.attempts:
                         break
                     reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-MAX_RESENT_MESSAGES:]])
-                    told, images, done = self._act(reply, stop)
+                    facts, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
                         break
                     messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
-                    messages += [Message("assistant", reply), Message("user", told, images)]
+                    messages += [Message("assistant", reply), Message("user", facts, images)]
         except BudgetSpent as error:
             why = str(error)
         return self._result(name, why, accepted)
@@ -130,7 +130,7 @@ class BareAgent:
         blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
         if blocks and blocks[-1].closed:
             trial = self._run(blocks[-1].text, stop)
-            return self._told(trial), self._pictures(trial), False
+            return self._describe_trial(trial), self._pictures(trial), False
         if blocks:
             return "The block of Python is not closed: send the program again, whole.", (), False
         try:
@@ -166,7 +166,7 @@ class BareAgent:
         self._trials.append(trial)
         return trial
 
-    def _told(self, trial: ProgramTrial) -> str:
+    def _describe_trial(self, trial: ProgramTrial) -> str:
         log = read_text(trial.folder / LOG).replace(str(trial.folder), ".")
         film = "film.mp4 is there" if trial.film else "there is no film.mp4"
         try:

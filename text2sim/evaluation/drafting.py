@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.conversation import Conversation, typed
+from text2sim.agents.conversation import Conversation, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.roles import quoted
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.evaluation.judging import judge_endpoint
 from text2sim.evaluation.letters import letter
-from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, complete
+from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, check_complete
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.whole_files import write_atomically
@@ -32,7 +32,7 @@ def draft(chat: Conversation, prompt: Prompt) -> Prompt:
     if prompt.requirements is not None:
         return prompt
     question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
-    answer: RequirementDraft = chat.ask("drafter", letter("draft"), question, typed(RequirementDraft))
+    answer: RequirementDraft = chat.ask("drafter", letter("draft"), question, typed_parser(RequirementDraft))
     return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
 
 
@@ -78,7 +78,7 @@ def draft_missing(suite: Suite, document: Document, model: str, folder: Path) ->
         SpecError: If requirements are missing and no model is given.
     """
     if not model:
-        complete(suite, document)
+        check_complete(suite, document)
         return suite
     prompts = {}
     for name, prompt in suite.prompts.items():

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
-from text2sim.agents.facts import claim_faults, found
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.facts import claim_faults, compute_facts
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import UnfitFileError, read_plain
 from text2sim.agents.replies import Answer, Claim
@@ -108,8 +108,8 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultEx
 
     question = letter("check_ask", prompt=prompt, program=shown.program)
     try:
-        answer: FactClaims = chat().ask("checker", letter("check"), question, typed(FactClaims, check))
-        for fact in found(answer.facts, shown.loaded, run):
+        answer: FactClaims = chat().ask("checker", letter("check"), question, typed_parser(FactClaims, check))
+        for fact in compute_facts(answer.facts, shown.loaded, run):
             (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:
         raise

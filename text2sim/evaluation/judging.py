@@ -14,10 +14,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never
+from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never_stop
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
@@ -60,8 +60,8 @@ class Turn:
     @property
     def code(self) -> str:
         """Its anonymous name, which reveals neither the method nor other judgements of the same film."""
-        said = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
-        return f"{self.prompt}-{self.kind}-{sha256(said.encode()).hexdigest()[:8]}"
+        seed_text = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
+        return f"{self.prompt}-{self.kind}-{sha256(seed_text.encode()).hexdigest()[:8]}"
 
     @property
     def place(self) -> Path:
@@ -102,7 +102,7 @@ class Judging:
     repeats: int = 3
     """Number of judgements of each kind by each judge."""
     budget: Budget = field(default_factory=Budget)
-    stop: Callable[[], bool] = never
+    stop: Callable[[], bool] = never_stop
 
     def __post_init__(self) -> None:
         names = [method.name for method in self.methods]
@@ -160,9 +160,9 @@ class Judging:
             row = self._judged(turn, prompt, made, shown)
             write_json(self.out / turn.place / JUDGEMENT_FILE, asdict(row))
             rows.append(row)
-            said = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
+            result = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
             who = f"{turn.kind} {turn.repeat} of {self.repeats} by judge {turn.judge}"
-            tell(f"{name}, {method.name}: {who}: {said}")
+            tell(f"{name}, {method.name}: {who}: {result}")
         return rows
 
     def _judged(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
@@ -200,7 +200,9 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
             raise Wrong(wrong)
 
     question = letter("physical_ask", prompt=prompt, shown=shown)
-    reply: PhysicalReply = chat.ask("physical", letter("physical"), question, typed(PhysicalReply, check), images)
+    reply: PhysicalReply = chat.ask(
+        "physical", letter("physical"), question, typed_parser(PhysicalReply, check), images
+    )
     keyframed = shown.motion is not None and shown.motion.mainly_keyframed
     score = physical_score(prompt, reply, usable=shown.frames is not None, keyframed=keyframed)
     times = list(shown.frames.times) if shown.frames else []
@@ -213,7 +215,7 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
 def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit) -> Judgement:
     assert shown.frames is not None
     question = letter("visual_ask", prompt=prompt, frames=shown.frames)
-    reply: VisualReply = chat.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)
+    reply: VisualReply = chat.ask("visual", letter("visual"), question, typed_parser(VisualReply), shown.frames.images)
     seen = {"times": list(shown.frames.times)}
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 

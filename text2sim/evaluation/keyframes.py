@@ -161,8 +161,8 @@ def _is_free(recording: RecordedCase, target: RecordedTarget) -> bool:
     if target.soft is not None or len(target.links) != 1 or states.links[target.root].mass <= 0:
         return False
     joints = [joint for joint in states.joints if joint.link == target.root and joint.kind != "free"]
-    told = recording.contacts.recorded and not states.deformables
-    return told and not joints and not _acted_on(case, body_of(target.copy))
+    contacts_known = recording.contacts.recorded and not states.deformables
+    return contacts_known and not joints and not _acted_on(case, body_of(target.copy))
 
 
 def _acted_on(case: "Case", body: str) -> bool:

@@ -112,8 +112,8 @@ class PromptResult:
 
     def path(self, name: Literal["film", "program", "run", "log"]) -> Path | None:
         """Return the path of a part of the result; None if it is missing or outside of the folder."""
-        said = getattr(self.result, name)
-        found = self.folder / said if said else None
+        path = getattr(self.result, name)
+        found = self.folder / path if path else None
         if found is None or not found.resolve().is_relative_to(self.folder.resolve()):
             return None
         return found if (found.is_dir() if name == "run" else found.is_file()) else None

@@ -126,10 +126,12 @@ def physical_score(
     return PhysicalScore(parts, faithfulness, reply.aesthetics, penalty, caps, total)
 
 
-def _violated(prohibitions: Mapping[str, Prohibition], said: Mapping[str, Violation]) -> float:
+def _violated(prohibitions: Mapping[str, Prohibition], violations: Mapping[str, Violation]) -> float:
     """Weighted fraction of the prohibitions that are violated; 0 if there are none."""
     whole = sum(one.weight for one in prohibitions.values())
-    bad = sum(one.weight for name, one in prohibitions.items() if name in said and said[name].violated != "no")
+    bad = sum(
+        one.weight for name, one in prohibitions.items() if name in violations and violations[name].violated != "no"
+    )
     return bad / whole if whole else 0.0
 
 

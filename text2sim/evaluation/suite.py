@@ -81,7 +81,7 @@ class Prompt(Model):
 
     def digest(self) -> str:
         """Return the SHA-256 of prompt, requirements and prohibitions, which judgements depend on."""
-        return _sha(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
+        return _digest(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
 
 
 class Suite(Model):
@@ -96,11 +96,11 @@ class Suite(Model):
 
     def digest(self) -> str:
         """Return the SHA-256 of all prompts, requirements and prohibitions."""
-        return _sha({name: one.digest() for name, one in self.prompts.items()})
+        return _digest({name: one.digest() for name, one in self.prompts.items()})
 
     def prompts_digest(self) -> str:
         """Return the SHA-256 of the prompts alone, which methods see."""
-        return _sha({name: one.prompt for name, one in self.prompts.items()})
+        return _digest({name: one.prompt for name, one in self.prompts.items()})
 
 
 def read_suite(path: Path) -> tuple[Suite, Document]:
@@ -118,7 +118,7 @@ def read_suite(path: Path) -> tuple[Suite, Document]:
     return suite, document
 
 
-def complete(suite: Suite, document: Document) -> None:
+def check_complete(suite: Suite, document: Document) -> None:
     """Check that every prompt of a suite has requirements.
 
     Raises:
@@ -141,12 +141,12 @@ def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem
         document: Source document of the first.
     """
     found = []
-    for (name, mine), (its, theirs) in product(one.prompts.items(), other.prompts.items()):
-        if _same(_plain(mine.source.title), _plain(theirs.source.title), SAME_TITLE):
-            message = f"`{other.name}` uses this source, too, for `{its}`: {theirs.source.title}"
+    for (name, prompt), (other_name, other_prompt) in product(one.prompts.items(), other.prompts.items()):
+        if _are_similar(_normalised(prompt.source.title), _normalised(other_prompt.source.title), SAME_TITLE):
+            message = f"`{other.name}` uses this source, too, for `{other_name}`: {other_prompt.source.title}"
             place: tuple[str, ...] = ("prompts", name, "source", "title")
-        elif _same(_plain(mine.prompt), _plain(theirs.prompt), SAME_PROMPT):
-            message = f"`{other.name}` asks for the same in `{its}`"
+        elif _are_similar(_normalised(prompt.prompt), _normalised(other_prompt.prompt), SAME_PROMPT):
+            message = f"`{other.name}` asks for the same in `{other_name}`"
             place = ("prompts", name, "prompt")
         else:
             continue
@@ -154,7 +154,7 @@ def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem
     return found
 
 
-def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
+def select_prompts(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
     """Return the prompts with these names; all, if none is named.
 
     Raises:
@@ -171,18 +171,20 @@ def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
     return {name: one for name, one in suite.prompts.items() if not wanted or name in wanted}
 
 
-def _same(one: str, other: str, from_: float) -> bool:
+def _are_similar(one: str, other: str, threshold: float) -> bool:
     """Whether two texts are similar; the quick bounds of difflib come first, because there are many pairs."""
     if one == other or (min(len(one), len(other)) > 12 and (one in other or other in one)):
         return True
     matcher = SequenceMatcher(None, one, other, autojunk=False)
-    return matcher.real_quick_ratio() >= from_ and matcher.quick_ratio() >= from_ and matcher.ratio() >= from_
+    return (
+        matcher.real_quick_ratio() >= threshold and matcher.quick_ratio() >= threshold and matcher.ratio() >= threshold
+    )
 
 
-def _plain(text: str) -> str:
+def _normalised(text: str) -> str:
     """Letters and digits of a text, without case and accents."""
     return re.sub(r"[\W_]+", "", unicodedata.normalize("NFKD", text).casefold())
 
 
-def _sha(data: Any) -> str:
+def _digest(data: Any) -> str:
     return sha256(json.dumps(data, sort_keys=True, ensure_ascii=True, allow_nan=False).encode()).hexdigest()

@@ -197,10 +197,10 @@ def _requirements(row: Judgement, suite: Suite) -> list[Row]:
         words = {"requirement": name, "what": one.what, "weight": one.importance}
         found.append(head | words | {"mark": mark["mark"], "evidence": mark["evidence"]})
     for name, one in prompt.prohibitions.items():
-        said = violations.get(name) or {"violated": "no", "evidence": ""}
+        violation = violations.get(name) or {"violated": "no", "evidence": ""}
         words = {"requirement": f"never.{name}", "what": one.what, "weight": one.weight}
-        mark = {"no": 1.0, "yes": 0.0, "severely": 0.0}[said["violated"]]
-        found.append(head | words | {"mark": mark, "evidence": said["evidence"]})
+        mark = {"no": 1.0, "yes": 0.0, "severely": 0.0}[violation["violated"]]
+        found.append(head | words | {"mark": mark, "evidence": violation["evidence"]})
     return found
 
 

@@ -94,7 +94,7 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
     if body.kind != "cloth":
         raise DeformationError(f"{body.body} is {body.kind}, not cloth")
     points, start = body.points, body.rest
-    chosen = sampled(len(points), body.count)
+    chosen = sampled_frames(len(points), body.count)
     depth = np.full(len(chosen), np.nan)
     for row, frame in enumerate(chosen):
         x = points[frame].astype(float)
@@ -109,7 +109,7 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
     return np.interp(np.arange(len(points)), chosen, depth) if len(chosen) else np.zeros(0)
 
 
-def sampled(frames: int, points: int) -> Array:
+def sampled_frames(frames: int, points: int) -> Array:
     """Return the indices of the frames to evaluate: all, or evenly fewer for many points, always including the last."""
     step = max(1, int(np.ceil(frames * points / IN_TREES)))
     chosen = np.arange(0, frames, step)

@@ -57,13 +57,13 @@ def gone_through(recording: RecordedCase) -> list[str]:
         if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
-    said = [_said(recording, *row) for row in rows[:MAX_LISTED_PAIRS]]
-    return said + (
+    sentences = [_sentence(recording, *row) for row in rows[:MAX_LISTED_PAIRS]]
+    return sentences + (
         [f"{len(rows) - MAX_LISTED_PAIRS} more pairs of bodies do the same"] if len(rows) > MAX_LISTED_PAIRS else []
     )
 
 
-def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
+def _sentence(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
     if not frame:
         return f"`{mover}` {what} `{other}` from the start"
     advice = "more substeps, or less difference in mass and size, would prevent it"

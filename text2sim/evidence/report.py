@@ -8,14 +8,14 @@ import numpy as np
 from text2sim.evidence.contact_sheet import write_contact_sheet
 from text2sim.evidence.diagnostics import energy_series
 from text2sim.evidence.evidence import STOPPED_STATES
-from text2sim.evidence.expectations import counted_from, moment
+from text2sim.evidence.expectations import moment, shifted_to
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, PlotBound, PlotLine, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events, read_evidence, read_measures, read_text
 from text2sim.recording.states import Array
-from text2sim.runtime.outcome import clean, read_end
+from text2sim.runtime.outcome import printable, read_end
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.case import Case
@@ -85,7 +85,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "sheet": data_uri(write_contact_sheet(run_dir), "image/png"),
         "plots": _plots(run_dir, case, evidence, declared),
         "case_text": read_text(run_dir / "case.yaml"),
-        "log": clean(read_end(run_dir / "log.txt", limit=LOG_TAIL)),
+        "log": printable(read_end(run_dir / "log.txt", limit=LOG_TAIL)),
     }
 
 
@@ -164,7 +164,7 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
         started = evidence.get("events", {}).get(expect.on, {}).get("first")
         if started is None:
             return None
-        expect = counted_from(expect, started)
+        expect = shifted_to(expect, started)
     if expect.at is not None:
         start = end = moment(expect.at, time)
     else:

@@ -74,7 +74,7 @@ def first_torn(torn: Array, times: Array) -> dict[str, float]:
 
 
 def _worst(
-    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], said: dict[str, Any],
+    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], context: dict[str, Any],
     time: Array, where: list[str] | None = None,
 ) -> None:  # fmt: skip
     """Record the worst of values (F,), unless another copy's is worse."""
@@ -82,7 +82,7 @@ def _worst(
         badness = np.where(np.isfinite(values), bad(values), -np.inf)
     at = int(np.argmax(badness))
     if np.isfinite(badness[at]) and (name not in rows or badness[at] > bad(np.array(rows[name]["value"]))):
-        rows[name] = {"value": float(values[at]), "at": float(time[at]), **said}
+        rows[name] = {"value": float(values[at]), "at": float(time[at]), **context}
         if where is not None and where[at]:
             rows[name]["in"] = where[at]
 

@@ -107,15 +107,15 @@ def _volume(recording: RecordedCase, measure: measures.Volume) -> Array:
 
 def _stretch(recording: RecordedCase, measure: measures.Stretch) -> Array:
     """Length of edges over their length in the first frame: largest, smallest, mean, or 99th percentile of all."""
-    return spread([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
+    return reduce_to_frames([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
 
 
 def _strain(recording: RecordedCase, measure: measures.Strain) -> Array:
     """sqrt(2/3 E':E') of the Green-Lagrange strain E: largest, smallest, mean, or 99th percentile of all elements."""
-    return spread([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
+    return reduce_to_frames([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
 
 
-def spread(values: Sequence[Array], stat: str) -> Array:
+def reduce_to_frames(values: Sequence[Array], stat: str) -> Array:
     """Reduce values (F, n) to one per frame, shape (F,)."""
     if stat in ("max", "min"):
         each = [getattr(rows, stat)(axis=1) for rows in values]

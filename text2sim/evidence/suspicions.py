@@ -45,8 +45,8 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
             seen = row.get(quantity)
             if seen is not None and is_bad(seen["value"], row, spacing.get(name, np.inf)):
                 values = {"where": seen.get("in", ""), "solver": row["solver"], "mm": 1e3 * seen["value"]}
-                said = words.format(value=seen["value"], percent=100 * seen["value"], **values)
-                rows.append(f"`{seen['copy']}` {said} at {seen.get('since', seen['at']):.3g} s")
+                message = words.format(value=seen["value"], percent=100 * seen["value"], **values)
+                rows.append(f"`{seen['copy']}` {message} at {seen.get('since', seen['at']):.3g} s")
     return rows + _beyond_the_grid(recording)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from text2sim.exchange.files import put, save_picture, workplace
 from text2sim.exchange.glb import Glb
 from text2sim.exchange.materials import ExportMaterial
-from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keyframe_rows
 from text2sim.exchange.viewing import Track, camera_tracks
 from text2sim.spec_schema.errors import RunError
 
@@ -195,7 +195,7 @@ class _Writer:
         turned = _unit(np.roll(quat, -1, axis=1))
         for path, values in (("translation", pos), ("rotation", turned)):
             if (values != values[0]).any():
-                kept = keys(values)
+                kept = keyframe_rows(values)
                 self._channel(number, path, times[kept], values[kept])
 
     def _channel(self, number: int, path: str, times: Array, values: Array) -> None:

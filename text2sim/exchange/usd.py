@@ -13,7 +13,7 @@ from text2sim import __version__
 from text2sim.exchange.files import put, workplace
 from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.openusd import openusd
-from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keyframe_rows
 from text2sim.exchange.usd_lights import add_lights
 from text2sim.exchange.usd_materials import UsdMaterials
 from text2sim.exchange.viewing import Track, camera_tracks
@@ -267,7 +267,7 @@ class _Writer:
         # Written to the layer, because a stage recomposes after every value.
         layer, path = self._stage.GetRootLayer(), attribute.GetPath()
         with self._usd.Sdf.ChangeBlock():
-            for k in keys(values):
+            for k in keyframe_rows(values):
                 layer.SetTimeSample(path, codes[k], made_of(rows[k]))
 
     def _body_path(self, body: str, held: bool) -> str:

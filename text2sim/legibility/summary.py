@@ -55,15 +55,15 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
         moments: Events of the run, the first time of each.
     """
     film, last = watcher.recording.film, watcher.recording.last
-    taken = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:MAX_FILMS]}
+    pictures = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:MAX_FILMS]}
     rows = {
         name: watcher.rows(found, SAMPLED_PICTURES if name == MAIN else PICTURES_OF_OTHER_FILMS)
-        for name, found in taken.items()
+        for name, found in pictures.items()
     }
     remarks = [
-        *_about_film(watcher, taken[MAIN], rows[MAIN], last),
-        *_about_bodies(watcher, taken[MAIN], rows[MAIN]),
-        *_about_moments(watcher, taken[MAIN], moments[:MAX_EVENTS]),
+        *_about_film(watcher, pictures[MAIN], rows[MAIN], last),
+        *_about_bodies(watcher, pictures[MAIN], rows[MAIN]),
+        *_about_moments(watcher, pictures[MAIN], moments[:MAX_EVENTS]),
     ]
     return {
         "films": {name: _film(watcher, found) for name, found in rows.items()},
@@ -104,7 +104,7 @@ def _body(rows: list[Row], name: str) -> dict[str, Any]:
     }
 
 
-def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: float) -> list[str]:
+def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: float) -> list[str]:
     """Say what is wrong with all of it: an empty picture, an end that comes before the end."""
     found = []
     span = median(row["span"] for row in rows)
@@ -113,15 +113,15 @@ def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: flo
             f"all bodies together span {_percent(span)} of the picture in most pictures: the camera can be "
             f"{0.8 / span:.1f} times as near, or go along"
         )
-    end, latest = taken[-1].t, max(frame.t for frame in taken)
-    if taken[-1].again and latest - end > taken[-1].speed:
+    end, latest = pictures[-1].t, max(frame.t for frame in pictures)
+    if pictures[-1].again and latest - end > pictures[-1].speed:
         found.append(f"the film ends with a replay, at {end:.2f} s: what came of it, at {latest:.2f} s, is not its end")
     elif last - end > CUT_OFF * last and watcher.moves_between(end, last):
         found.append(f"the film ends at {end:.2f} s of {last:.2f} s: is the final state in it?")
     return found
 
 
-def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
+def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> list[str]:
     found = []
     removed = {body_of(copy) for copy in watcher.recording.states.removed}
     for name in watcher.moving:
@@ -131,16 +131,16 @@ def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list
             found.append(f"`{name}` is in no picture")
             continue
         if not numbers["seen"]:
-            found.append(f"`{name}` is in the picture and never seen: {_behind(watcher, taken, rows, name)}")
+            found.append(f"`{name}` is in the picture and never seen: {_behind(watcher, pictures, rows, name)}")
             continue
         if numbers["share"]["max"] < SMALL_SHARE:
             found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
         if mine[0] is not None and mine[-1] is None and name not in removed:
-            found.append(f"`{name}` leaves the picture at {_last_seen(watcher, taken, rows, name):.2f} s")
+            found.append(f"`{name}` leaves the picture at {_last_seen(watcher, pictures, rows, name):.2f} s")
         elif median(row["inside"] for row in there) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
         if median(row["hidden"] or 0.0 for row in there) > HIDDEN_SHARE:
-            found.append(f"`{name}` is hidden in most pictures: {_behind(watcher, taken, rows, name)}")
+            found.append(f"`{name}` is hidden in most pictures: {_behind(watcher, pictures, rows, name)}")
         if (
             numbers["contrast"] is not None
             and numbers["contrast"] < FAINT_CONTRAST
@@ -154,10 +154,10 @@ def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list
     return found
 
 
-def _about_moments(watcher: Watcher, taken: list[Frame], moments: Sequence[Moment]) -> list[str]:
+def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Moment]) -> list[str]:
     found = []
     for moment in moments:
-        frame = nearest_frame(taken, moment.t)
+        frame = nearest_frame(pictures, moment.t)
         if frame is None:
             found.append(f"event `{moment.name}` at {moment.t:.2f} s is not in the film")
             continue
@@ -173,10 +173,10 @@ def _about_moments(watcher: Watcher, taken: list[Frame], moments: Sequence[Momen
     return found
 
 
-def _behind(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> str:
+def _behind(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
     """Say what hides a body where most of it is hidden."""
     worst = max((row for row in rows if name in row["bodies"]), key=lambda row: row["bodies"][name]["hidden"] or 0.0)
-    frame = next(frame for frame in taken if frame.k == worst["frame"])
+    frame = next(frame for frame in pictures if frame.k == worst["frame"])
     sight, names = watcher.sight(frame), watcher.recorded.names
     k = names.index(name)
     return f"{_percent(sight.hidden[k])}{_who(sight, names, k)} at {frame.t:.2f} s"
@@ -187,20 +187,20 @@ def _who(sight: Sight, names: list[str], thing: int) -> str:
     return f" behind `{hider}`" if hider is not None else ""
 
 
-def _last_seen(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> float:
+def _last_seen(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> float:
     """Return when a body leaves the picture for good [s], by halving between the pictures that were looked at."""
     k = watcher.recorded.names.index(name)
     there = [row["frame"] for row in rows if name in row["bodies"]]
     gone = [row["frame"] for row in rows if row["frame"] > there[-1]]
-    numbers = [frame.k for frame in taken]
+    numbers = [frame.k for frame in pictures]
     low, high = numbers.index(there[-1]), numbers.index(gone[0])
     while high - low > 1:
         middle = (low + high) // 2
-        if watcher.sight(taken[middle]).inside[k]:
+        if watcher.sight(pictures[middle]).inside[k]:
             low = middle
         else:
             high = middle
-    return taken[high].t
+    return pictures[high].t
 
 
 def _percent(part: float) -> str:

@@ -9,7 +9,7 @@ from time import monotonic
 from text2sim.mcp_server.answers import ToolAnswer, refusal
 from text2sim.runtime.progress import PHASES, OnProgress, Progress
 from text2sim.runtime.stop import Stop
-from text2sim.runtime.trouble import told
+from text2sim.runtime.trouble import internal_error_message
 from text2sim.spec_schema.errors import RunError
 
 MAX_REMEMBERED_JOBS = 20
@@ -138,6 +138,6 @@ def _work(job: BackgroundRun, work: Work) -> None:
     try:
         job.answer = work(listen, job.stop)
     except Exception as error:
-        job.answer = refusal(told(error))
+        job.answer = refusal(internal_error_message(error))
     finally:
         job.over.set()

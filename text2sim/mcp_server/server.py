@@ -23,7 +23,7 @@ from text2sim.mcp_server.answers import ToolAnswer, problem_rows, refusal
 from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.stop import SIGNALS
-from text2sim.runtime.trouble import told
+from text2sim.runtime.trouble import internal_error_message
 from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -283,7 +283,7 @@ async def _tried(call: Callable[[], T]) -> T | ToolAnswer:
     except (Text2SimError, OSError) as error:
         return refusal(reason(error))
     except Exception as error:
-        return refusal(told(error))
+        return refusal(internal_error_message(error))
 
 
 async def _answered(call: Callable[[], ToolAnswer]) -> CallToolResult:

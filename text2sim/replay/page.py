@@ -84,7 +84,7 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
     scenery = Scenery(folder, detailed=False)
     blob, notes = Blob(), list[str]()
     pictures = Pictures(notes)
-    links, rows, taken = pack_links(scenery, blob, notes)
+    links, rows, frames = pack_links(scenery, blob, notes)
     center, radius = _room(scenery)
     contents: dict[str, Any] = {
         "center": center,
@@ -95,7 +95,7 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
         "links": links,
         **pack_shapes(scenery, blob, pictures, rows, notes),
         "figures": pack_figures(scenery, blob, pictures, notes),
-        "contacts": pack_contacts(folder, scenery, taken, blob, notes),
+        "contacts": pack_contacts(folder, scenery, frames, blob, notes),
         "cameras": pack_cameras(scenery, blob),
         **pack_findings(folder, case, blob, notes),
         "pictures": pictures.uris,

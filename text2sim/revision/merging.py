@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.revision.repository import run_git_status
 from text2sim.spec_schema.changes.amendment import identical
 from text2sim.spec_schema.changes.diff import NOTHING
-from text2sim.spec_schema.changes.merge_text import MergedText, merge_texts, unmarked
+from text2sim.spec_schema.changes.merge_text import MergedText, merge_texts, split_at_markers
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
@@ -91,7 +91,7 @@ def _marked(merged: MergedText, marker: int, remarks: list[str]) -> MergeResult:
 
 def _sides(merged: MergedText) -> tuple[str, ...]:
     """The texts that result from resolving all conflicts in favour of one side."""
-    return (unmarked(merged.text) or ()) if merged.conflicts else (merged.text,)
+    return (split_at_markers(merged.text) or ()) if merged.conflicts else (merged.text,)
 
 
 # --- incompatible changes -------------------------------------------------------------------------------------

@@ -98,7 +98,7 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-def mortal(command: Sequence[str]) -> tuple[str, ...]:
+def dying_with_parent(command: Sequence[str]) -> tuple[str, ...]:
     """Return a command, which begins with the path of a program, so that it dies with us, if the system can do that."""
     if sys.platform != "linux":
         return tuple(command)
@@ -142,7 +142,7 @@ def run_child(
     kernel_cache.unlock()
     with log.open("ab", buffering=0) as sink:
         process = subprocess.Popen(
-            mortal(command),
+            dying_with_parent(command),
             cwd=folder,
             env=child_environment(os.environ),
             stdin=subprocess.DEVNULL,

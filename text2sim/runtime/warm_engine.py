@@ -129,11 +129,11 @@ class Engine:
         """
         assert self._child is not None
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
-        self.job = Job(order, limit, worked=self._child.worked())
+        self.job = Job(order, limit, worked=self._child.processor_time())
         self._child.send(order=order, program=str(program), out=str(out))
 
     @property
-    def said(self) -> str:
+    def problem(self) -> str:
         """Output since its last order."""
         return read_end(self._log, self._log_begin)
 
@@ -155,7 +155,7 @@ class Engine:
             self._ready, self._deaths = True, 0
         elif "phase" in data and self.job is not None and data["order"] == self.job.order:
             self.job.begun, self.job.phase, self.job.since = True, data["phase"], monotonic()
-            self.job.worked = child.worked()
+            self.job.worked = child.processor_time()
             self._lost = 0
         elif "state" in data and self.job is not None and data["order"] == self.job.order:
             result = self._finish(data)
@@ -199,12 +199,12 @@ class Engine:
         """Return whether the process exceeded a limit [s] of processor time, or far exceeded it in wall time."""
         assert self._child is not None
         wall = monotonic() - since
-        return wall > EXTRA_WALL_TIME * limit or (wall > limit and self._child.worked() - worked > limit)
+        return wall > EXTRA_WALL_TIME * limit or (wall > limit and self._child.processor_time() - worked > limit)
 
     @property
     def ended(self) -> bool:
         """Whether all its processes have ended."""
-        return all(child.gone for child in self._children)
+        return all(child.has_ended for child in self._children)
 
     def end(self) -> None:
         """Let all its processes end by themselves."""

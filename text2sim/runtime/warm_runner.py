@@ -10,7 +10,7 @@ from typing import Any
 from text2sim.compiler.provenance import provenance
 from text2sim.runtime.child import ChildExit, Limits, default_memory
 from text2sim.runtime.outcome import EXIT_DIVERGED, Outcome
-from text2sim.runtime.program import Finished, Relay, run_program
+from text2sim.runtime.program import Finished, ProgressRelay, run_program
 from text2sim.runtime.progress import Clock
 from text2sim.runtime.stop import Stop
 from text2sim.runtime.warm_engine import Engine
@@ -76,19 +76,19 @@ class WarmRunner:
 
     def _simulate(self, folder: Path, limits: Limits, stop: Stop, clock: Clock) -> Finished:
         engine, program = self._engine, folder / "program"
-        relay = Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
+        relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits.timeout)
         engine.limit, engine.peak = limits.memory or default_memory(), 0
         clock.enter("start")
         begun = monotonic()
         with stop.gently():
             result = self._carry_out(program, folder, limits.timeout, stop, clock, relay)
         relay.poll()
-        text = engine.said
+        text = engine.problem
         with (folder / "log.txt").open("a", encoding="utf-8") as log:
             log.write(text)
         state, message = result["state"], result.get("message", "")
-        if state == "timeout" and relay.hopeless:
-            message = relay.hopeless
+        if state == "timeout" and relay.hopeless_because:
+            message = relay.hopeless_because
         blame = provenance(program, result.get("traceback", "")) if state == "failed" else None
         ended = ChildExit(
             "stopped" if state == "interrupted" else "ended",
@@ -97,7 +97,7 @@ class WarmRunner:
         return Finished(Outcome(state, relay.simulated, message), ended, blame, "")
 
     def _carry_out(
-        self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: Relay
+        self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: ProgressRelay
     ) -> dict[str, Any]:
         """Let the engine simulate a program, and return its result.
 

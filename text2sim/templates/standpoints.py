@@ -48,31 +48,31 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     """
     auto, frame = film["auto"], camera["frame"]
     aspect = film["resolution"][0] / film["resolution"][1]
-    looks = _moments(times, tracks)
-    clouds = [states.bounds(auto["moving"], float(t)) for t in looks]
+    moments = _moments(times, tracks)
+    clouds = [states.bounds(auto["moving"], float(t)) for t in moments]
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
-    standing = states.bounds(auto["statics"], float(looks[0])) if auto["statics"] else np.zeros((0, 3))
+    standing = states.bounds(auto["statics"], float(moments[0])) if auto["statics"] else np.zeros((0, 3))
     shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
     points = np.concatenate([shown, standing])
     if not len(points):
         return camera
-    sights = _Sights(film, states, looks)
-    ways = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
-    best, score = camera, -math.inf
-    for direction, habit in _directions(frame["direction"], free=auto["turn_lights"]):
+    sights = _Sights(film, states, moments)
+    displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
+    best, best_score = camera, -math.inf
+    for direction, cost in _directions(frame["direction"], free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
         view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
-        filled = float(np.mean([_filled(view, cloud, aspect) for cloud in clouds if len(cloud)]))
-        hidden, apart = sights.told(way, float(np.linalg.norm(view.pos - view.look_at)))
-        found = (
+        filled = float(np.mean([_filled_share(view, cloud, aspect) for cloud in clouds if len(cloud)]))
+        hidden, contrast = sights.visibility(way, float(np.linalg.norm(view.pos - view.look_at)))
+        total = (
             FILLED_WEIGHT * filled
             - HIDDEN_WEIGHT * hidden
-            + CONTRAST_WEIGHT * apart
-            + MOTION_WEIGHT * _across(ways, view)
+            + CONTRAST_WEIGHT * contrast
+            + MOTION_WEIGHT * _motion_across(displacements, view)
         )
-        found += BROAD_SIDE_WEIGHT * sights.broad(way) - habit
-        if found > score:
-            best, score = tried, found
+        total += BROAD_SIDE_WEIGHT * sights.broad(way) - cost
+        if total > best_score:
+            best, best_score = tried, total
     return best
 
 
@@ -84,17 +84,20 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     return np.interp(np.linspace(0, 1, FRAMING_MOMENTS), np.append(0.0, np.cumsum(share)), times)
 
 
-def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
-    x, y, z = (float(c) for c in given)
-    above = math.degrees(math.atan2(z, math.hypot(x, y)))
-    losses = np.interp(above, sorted(ELEVATIONS), [ELEVATIONS[elevation] for elevation in sorted(ELEVATIONS)])
-    found = [((x, y, z), float(losses))]
-    for elevation, loss in ELEVATIONS.items():
+def _directions(derived: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
+    """Directions to the camera, and the score that each costs: the derived one, and if `free` all candidates."""
+    x, y, z = (float(c) for c in derived)
+    derived_elevation = math.degrees(math.atan2(z, math.hypot(x, y)))
+    elevations = sorted(ELEVATIONS)
+    directions = [
+        ((x, y, z), float(np.interp(derived_elevation, elevations, [ELEVATIONS[angle] for angle in elevations])))
+    ]
+    for elevation, cost in ELEVATIONS.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, turn = math.radians(elevation), math.radians(azimuth)
-            way = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
-            found.append((way, loss + UNUSUAL_COST * k + BEHIND_COST * (way[1] > 0.1)))
-    return found if free else found[:1]
+            direction = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
+            directions.append((direction, cost + UNUSUAL_COST * k + BEHIND_COST * (direction[1] > 0.1)))
+    return directions if free else directions[:1]
 
 
 class _Sights:
@@ -103,10 +106,10 @@ class _Sights:
     Args:
         film: Constants of `render.py`.
         states: Recorded states, see `playback.States`.
-        looks: Moments [s].
+        moments: Sampled times [s].
     """
 
-    def __init__(self, film: dict, states: Any, looks: np.ndarray):
+    def __init__(self, film: dict, states: Any, moments: np.ndarray):
         auto = film["auto"]
         every = states.boxes([*auto["moving"], *auto["standing"]])
         names = [name.split("[")[0] for name in every.names]
@@ -114,59 +117,53 @@ class _Sights:
         self._body = np.array([self._bodies[name] for name in names], int)
         self._color, self._solid = every.color, every.solid & ~np.isin(names, auto["clear"])
         moves = np.flatnonzero(np.isin(names, auto["moving"]))
-        cost = (
-            OCCLUSION_MOMENTS
-            * POINTS_PER_BODY
-            * len(AZIMUTHS)
-            * len(ELEVATIONS)
-            * max(len(names), 1)
-            * max(len(moves), 1)
-        )
-        self._mine = moves[:: max(1, math.ceil(cost / MAX_SIGHT_TESTS))]
-        chosen = looks[np.unique(np.linspace(0, len(looks) - 1, OCCLUSION_MOMENTS).round().astype(int))]
+        directions = len(AZIMUTHS) * len(ELEVATIONS)
+        tests = OCCLUSION_MOMENTS * POINTS_PER_BODY * directions * max(len(names), 1) * max(len(moves), 1)
+        self._sampled = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        chosen = moments[np.unique(np.linspace(0, len(moments) - 1, OCCLUSION_MOMENTS).round().astype(int))]
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
 
-    def told(self, way: np.ndarray, away: float) -> tuple[float, float]:
+    def visibility(self, way: np.ndarray, distance: float) -> tuple[float, float]:
         """Return the hidden share of moving bodies as seen by a camera, and their contrast, each 0 to 1.
 
         Args:
             way: Unit vector towards the camera.
-            away: Distance of the camera [m].
+            distance: Distance of the camera [m].
         """
-        mine, hidden, apart = self._mine, [], []
-        if not len(mine):
+        sampled, hidden, contrasts = self._sampled, [], []
+        if not len(sampled):
             return 0.0, 1.0
-        same = self._body[mine][:, None] == self._body[None]
+        same = self._body[sampled][:, None] == self._body[None]
         for centers, axes, half in self._placed:
             for spot in np.linspace(-0.7, 0.7, POINTS_PER_BODY):
-                points = centers[mine] + spot * np.einsum("nij,nj->ni", axes[mine], half[mine])
-                ahead = np.where(same | ~self._solid, np.inf, _entered(points, way, centers, axes, half))
-                hidden.append((ahead < away).any(axis=1))
-                behind = np.where(same, np.inf, _entered(points, -way, centers, axes, half))
+                points = centers[sampled] + spot * np.einsum("nij,nj->ni", axes[sampled], half[sampled])
+                ahead = np.where(same | ~self._solid, np.inf, _entry_distances(points, way, centers, axes, half))
+                hidden.append((ahead < distance).any(axis=1))
+                behind = np.where(same, np.inf, _entry_distances(points, -way, centers, axes, half))
                 k = behind.argmin(axis=1)
                 nothing = np.isinf(behind[np.arange(len(k)), k])
                 colors = np.where(nothing[:, None], self._background, self._color[k])
-                far = np.linalg.norm(colors - self._color[mine], axis=1) / math.sqrt(3)
-                apart.append(np.clip(far / MAX_USEFUL_CONTRAST, 0, 1))
-        return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(apart, axis=0))
+                far = np.linalg.norm(colors - self._color[sampled], axis=1) / math.sqrt(3)
+                contrasts.append(np.clip(far / MAX_USEFUL_CONTRAST, 0, 1))
+        return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(contrasts, axis=0))
 
     def broad(self, way: np.ndarray) -> float:
         """Return how much of their broad sides the bodies show, 0 to 1; `way` points to the camera."""
-        _, axes, half = (array[self._mine] for array in self._placed[0])
+        _, axes, half = (array[self._sampled] for array in self._placed[0])
         faces = np.stack([half[:, 1] * half[:, 2], half[:, 0] * half[:, 2], half[:, 0] * half[:, 1]], axis=1)
         seen = (np.abs(np.einsum("nij,i->nj", axes, way)) * faces).sum(axis=1)
         return self._mean(seen / np.maximum(np.linalg.norm(faces, axis=1), 1e-12)) if len(seen) else 1.0
 
     def _mean(self, values: np.ndarray) -> float:
         """Mean over bodies, with the copies of each averaged first: one ball counts as much as a wall of bricks."""
-        bodies = self._body[self._mine]
+        bodies = self._body[self._sampled]
         counts = np.bincount(bodies)
         sums = np.bincount(bodies, values)
         return float((sums[counts > 0] / counts[counts > 0]).mean())
 
 
-def _entered(
+def _entry_distances(
     points: np.ndarray, way: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
 ) -> np.ndarray:
     """Return the distance [m] at which rays from points enter boxes, inf if they miss, shape (points, boxes)."""
@@ -178,15 +175,15 @@ def _entered(
     return np.where((last > np.maximum(first, 0.0)) & (first > 1e-4), first, np.inf)
 
 
-def _across(ways: np.ndarray, view: View) -> float:
+def _motion_across(displacements: np.ndarray, view: View) -> float:
     """Share of all motion that goes across the picture, 0 to 1."""
     ahead = (view.look_at - view.pos) / np.linalg.norm(view.look_at - view.pos)
-    whole = np.linalg.norm(ways, axis=1).sum()
-    across = np.linalg.norm(ways - np.outer(ways @ ahead, ahead), axis=1).sum()
+    whole = np.linalg.norm(displacements, axis=1).sum()
+    across = np.linalg.norm(displacements - np.outer(displacements @ ahead, ahead), axis=1).sum()
     return float(across / whole) if whole > 1e-9 else 1.0
 
 
-def _filled(view: View, cloud: np.ndarray, aspect: float) -> float:
+def _filled_share(view: View, cloud: np.ndarray, aspect: float) -> float:
     """Size of the subjects: square root of the share of the picture that a box around most of them fills."""
     places = np.clip(project(view, cloud, aspect)[:, :2], -1, 1)
     wide, tall = np.diff(np.percentile(places, (4, 96), axis=0), axis=0)[0] / 2

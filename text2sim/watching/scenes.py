@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str, str]
-"""Number of the take, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
+"""Number of the live run, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
 MIN_PAUSE = 0.3
 """Smallest time [s] between scenes during a simulation."""
 MIN_PAUSE_FACTOR = 3.0
@@ -69,7 +69,7 @@ class Scenes:
 
     def _work(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene
-        from text2sim.runtime.trouble import told
+        from text2sim.runtime.trouble import internal_error_message
 
         begun, scene, message = monotonic(), b"", ""
         try:
@@ -78,5 +78,5 @@ class Scenes:
         except RunError as error:
             message = str(error)
         except Exception as error:
-            message = told(error)
+            message = internal_error_message(error)
         self._inbox.put(Packed(key, whole, scene, message, monotonic() - begun))

@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from text2sim.agents.models.endpoint import Endpoint, never
+from text2sim.agents.models.endpoint import Endpoint, never_stop
 from text2sim.agents.models.exchange import ModelRequest, Reply
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 
@@ -41,7 +41,7 @@ class CallLog:
                 self._known.setdefault(*found)
 
     def ask(
-        self, endpoint: Endpoint, request: ModelRequest, stop: Callable[[], bool] = never, *, attempt: int = 0
+        self, endpoint: Endpoint, request: ModelRequest, stop: Callable[[], bool] = never_stop, *, attempt: int = 0
     ) -> Reply:
         """Return the reply to a request; the model is called only if the reply is not stored.
 
@@ -83,8 +83,8 @@ class CallLog:
 
     def _record(self, key: str, request: ModelRequest, reply: Reply, attempt: int) -> str:
         data: dict[str, Any] = {"key": key, "digest": request.digest(), "number": request.number, "attempt": attempt}
-        told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in REPLY_FIELDS}}
-        return json.dumps(data | {"free": reply.free} | told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        record = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in REPLY_FIELDS}}
+        return json.dumps(data | {"free": reply.free} | record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def _write(self, request: ModelRequest, record: str) -> None:
         with self._lock:

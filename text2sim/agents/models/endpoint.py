@@ -51,7 +51,7 @@ class Endpoint(Protocol):
         ...
 
 
-def never() -> bool:
+def never_stop() -> bool:
     """Return False: the `stop` of callers that never give up."""
     return False
 

@@ -81,12 +81,12 @@ class LiteLLMEndpoint:
                 if schema and status_of(error) == 400 and _is_about_schema(error):
                     schema, tried = False, tried - 1  # the model supports schemas, but not all keywords of this one
                     continue
-                told = model_error(self._who, error)
-                if not told.retryable or tried >= self._tries:
+                failure = model_error(self._who, error)
+                if not failure.retryable or tried >= self._tries:
                     tries = f" (after {tried} tries)" if tried > 1 else ""
-                    raise ModelError(f"{told}{tries}", retryable=told.retryable) from None
+                    raise ModelError(f"{failure}{tries}", retryable=failure.retryable) from None
                 asked = wait_asked(error)
-            self._pause(tried, asked, told, stop)
+            self._pause(tried, asked, failure, stop)
 
     def _arguments(self, request: ModelRequest, schema: bool) -> dict[str, Any]:
         arguments: dict[str, Any] = {
@@ -167,11 +167,11 @@ class LiteLLMEndpoint:
         cost = None if self._url is not None or estimated else _cost(response, self._model)
         return Reply(text, sent, came, cost, seconds, self.name, estimated=estimated, truncated=reason == "length")
 
-    def _pause(self, tried: int, asked: float | None, told: ModelError, stop: Callable[[], bool]) -> None:
+    def _pause(self, tried: int, asked: float | None, failure: ModelError, stop: Callable[[], bool]) -> None:
         wait = self._first_wait * 2 ** (tried - 1) * random.uniform(0.75, 1.25)
         if asked is not None:
             if asked > LONGEST_WAIT:
-                raise ModelError(f"{told}; it asks to wait {asked:.0f} s", retryable=True)
+                raise ModelError(f"{failure}; it asks to wait {asked:.0f} s", retryable=True)
             wait = asked + random.uniform(0, 0.1 * self._first_wait)
         end = time.monotonic() + min(wait, LONGEST_WAIT)
         while (left := end - time.monotonic()) > 0:

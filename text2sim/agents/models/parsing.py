@@ -75,8 +75,8 @@ def read_reply(text: str) -> Parsed:
     _bound_expressions(source, block.line)
     text, lost = rejoined(source.text)
     if lost:
-        told = f"`{lost[0][1][:60]}` has no value: in {{…}} a comma ends a value; quote text that has one"
-        raise _error(told, "no-value", lost[0][0] + 1)
+        message = f"`{lost[0][1][:60]}` has no value: in {{…}} a comma ends a value; quote text that has one"
+        raise _error(message, "no-value", lost[0][0] + 1)
     source = Source(text, FILE)
     try:
         data = parse_document(check_source(source)).data

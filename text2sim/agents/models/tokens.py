@@ -67,7 +67,7 @@ class Beginnings:
     def __init__(self) -> None:
         self._sent: dict[str, list[str]] = {}
 
-    def again(self, model: str, request: ModelRequest) -> int:
+    def cached_tokens(self, model: str, request: ModelRequest) -> int:
         """Return the tokens of a request's prefix that this model has seen before; remember the request."""
         text = ""
         for message in request.messages:
@@ -75,13 +75,13 @@ class Beginnings:
             if message.images:
                 break
         earlier = self._sent.setdefault(model, [])
-        shared = text[: max((alike(text, other) for other in earlier), default=0)]
+        shared = text[: max((common_prefix_length(text, other) for other in earlier), default=0)]
         earlier.append(text)
         tokens = text_tokens(shared) if len(shared) >= CACHED_FROM else 0
         return tokens // CACHED_STEP * CACHED_STEP if tokens >= CACHED_FROM else 0
 
 
-def alike(one: str, other: str) -> int:
+def common_prefix_length(one: str, other: str) -> int:
     """Return the length of the common prefix of two texts [characters], by bisection, which is fast in Python."""
     low, high = 0, min(len(one), len(other))
     while low < high:

@@ -191,9 +191,9 @@ class _Placer:
     def _laid(self, spot: CopySpot) -> CopySpot:
         if getattr(spot.model, "along", None) is None:
             return spot
-        from text2sim.compiler.placing.rope_path import laid  # needs arrays, which most cases do without
+        from text2sim.compiler.placing.rope_path import lay_rope  # needs arrays, which most cases do without
 
-        model = laid(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
+        model = lay_rope(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
         return spot._replace(model=model)
 
     def _find(self, selector: str, key: str) -> list[CopySpot]:

@@ -123,7 +123,7 @@ class _Path:
         return np.array(found)
 
 
-def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
+def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
     """Return a rope with `along` as the places [m] of its joints and its length, in its own frame.
 
     Args:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.answer_cache import cached, meets, packed, unpacked
 from text2sim.assets.confined import confined
 from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
-from text2sim.compiler.shapes.meshpaint import MeshPaint, read_both
+from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -60,7 +60,7 @@ def _key(file: str, folder: Path) -> Key:
 
 @lru_cache(maxsize=4)
 def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
-    return confined(read_both, *key[:2])
+    return confined(read_mesh_and_paint, *key[:2])
 
 
 @lru_cache(maxsize=64)
@@ -96,20 +96,20 @@ def _paint(key: Key) -> list[MeshPaint]:
     path = key[0]
     content = path.read_bytes()
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES or any(word in content for word in REFERRING_WORDS):
-        return _told(key)
+        return _read_paints(key)
 
     def ask() -> dict[str, Any]:
         return {"parts": [
             [packed(one.vertices), packed(one.faces), packed(one.normals), None if one.uvs is None else packed(one.uvs),
-             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _told(key)
+             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _read_paints(key)
         ]}  # fmt: skip
 
     found = [_part(row) for row in cached((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
     parts = [one for one in found if one is not None]
-    return parts if len(parts) == len(found) else _told(key)
+    return parts if len(parts) == len(found) else _read_paints(key)
 
 
-def _told(key: Key) -> list[MeshPaint]:
+def _read_paints(key: Key) -> list[MeshPaint]:
     found = _both(key)[1]
     if isinstance(found, str):
         raise AssetError(found)

@@ -43,7 +43,7 @@ _NONE: Tensor = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NOTHING = Inertial(0.0, (0.0, 0.0, 0.0), _NONE)
 
 
-def together(inertials: Iterable[Inertial]) -> Inertial:
+def combined_inertial(inertials: Iterable[Inertial]) -> Inertial:
     """Return several inertials of one frame as one."""
     inertials = list(inertials)
     if len(inertials) == 1:

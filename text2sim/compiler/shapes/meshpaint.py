@@ -39,7 +39,7 @@ class MeshPaint:
     """Colour, each channel in 0..1; None where the file gives none."""
 
 
-def read_both(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
+def read_mesh_and_paint(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
     """Read shape and looks of a file without limits of time and memory; for looks that cannot be read, say why.
 
     Raises:
@@ -64,10 +64,10 @@ def read_paint(path: Path, root: Path) -> list[MeshPaint]:
         # The shape can be used without a material that is missing or outside the case's folder.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
     with foreign():
-        return _parts(scene, path)
+        return _read_parts(scene, path)
 
 
-def _parts(scene: Any, path: Path) -> list[MeshPaint]:
+def _read_parts(scene: Any, path: Path) -> list[MeshPaint]:
     import numpy as np
     import trimesh
 
@@ -76,7 +76,7 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
         uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES and _least_patches(mesh) <= MAX_SMOOTH_PATCHES:
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES and _count_min_patches(mesh) <= MAX_SMOOTH_PATCHES:
             mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
         normals = np.asarray(mesh.vertex_normals, float)
         vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
@@ -84,7 +84,7 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
     return parts
 
 
-def _least_patches(mesh: Any) -> int:
+def _count_min_patches(mesh: Any) -> int:
     """Return the least number of smooth patches of a surface: its triangles, less the smooth edges that join them."""
     return len(mesh.faces) - int((mesh.face_adjacency_angles < MAX_SMOOTH_ANGLE).sum())
 

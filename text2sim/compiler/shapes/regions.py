@@ -40,7 +40,7 @@ def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     apart = _distances(region, vertices)
     found = np.flatnonzero(apart <= 0.0)
     if len(found) == 0:
-        raise RegionError(empty(float(apart.min())))
+        raise RegionError(empty_region_message(float(apart.min())))
     return found
 
 
@@ -62,7 +62,7 @@ def region_middle(region: BodyRegion, skin: SurfaceSkin) -> Vec:
         # A small ball may lie between the points, and still meet the surface.
         point, apart = skin.nearest(region.sphere.center)
         if apart > region.sphere.radius:
-            raise RegionError(empty(apart - region.sphere.radius))
+            raise RegionError(empty_region_message(apart - region.sphere.radius))
         points, areas = np.vstack([points, point]), np.append(areas, 0.0)
     found = region_points(region, points)
     if not region.sides:
@@ -104,7 +104,7 @@ def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     return np.sqrt(missing)
 
 
-def empty(away: float) -> str:
+def empty_region_message(away: float) -> str:
     """Say that nothing lies in a region, and how far away [m] the body is."""
     length = f"{away:.3g} m" if away >= 0.1 else f"{away * 1000:.3g} mm"
     return f"nothing of it lies in this region; the nearest point of it is {length} away"

@@ -61,10 +61,10 @@ def file_surface(
     uvs, seams = None, 0
     if mesh.closed:
         if coarsen:
-            vertices, faces = evened(vertices, faces, edge)
+            vertices, faces = remesh_evenly(vertices, faces, edge)
     else:
         uvs, seams = _places(shape.file, folder, mesh.vertices)
-    vertices, faces, uvs = divided(vertices, faces, edge, uvs)
+    vertices, faces, uvs = split_long_edges(vertices, faces, edge, uvs)
     if len(faces) > most:
         raise AssetError(
             f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most {most:,} "
@@ -73,7 +73,7 @@ def file_surface(
     return vertices, faces.astype(np.int32), uvs, seams
 
 
-def divided(
+def split_long_edges(
     vertices: "np.ndarray", faces: "np.ndarray", edge: float, uvs: "np.ndarray | None" = None
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
     """Halve edges until none is longer than 4/3 of `edge`; the surface keeps its form and stays closed.
@@ -131,7 +131,7 @@ def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np
     return np.concatenate(found)
 
 
-def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
+def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
     """Give a closed surface triangles of one size, if its own are smaller than wanted or have sharp angles.
 
     Where that would open or fold the surface, it is left as it is.

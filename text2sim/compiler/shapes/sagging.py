@@ -19,7 +19,7 @@ A_FOLD = 40
 """The same of each fold, at least."""
 
 
-def arc(span: float, sag: float) -> float:
+def parabola_length(span: float, sag: float) -> float:
     """Return the length [m] of a parabola `z = -sag (1 - (2 x / span)^2)` between its ends."""
     slope = 4 * sag / span
     return span / 2 * (sqrt(1 + slope**2) + (asinh(slope) / slope if slope > 1e-6 else 1.0))
@@ -32,7 +32,9 @@ def span_of(sheet: Sheet) -> float:
         return length
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (middle, high) if (arc(middle, sheet.sag) if middle > 0 else -inf) < length else (low, middle)
+        low, high = (
+            (middle, high) if (parabola_length(middle, sheet.sag) if middle > 0 else -inf) < length else (low, middle)
+        )
     return high
 
 
@@ -70,7 +72,7 @@ def _curve(sheet: Sheet) -> list[tuple[float, float]]:
     return [(-r, -left), *turn, (r, -right)]
 
 
-def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
+def points_along_sheet(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     """Return `count + 1` points (x, z) [m], evenly spaced along the sheet from its left edge to its right one."""
     if not is_bent(sheet):
         return [((k / count - 0.5) * sheet.size[0], 0.0) for k in range(count + 1)]
@@ -97,7 +99,7 @@ def is_bent(sheet: Sheet) -> bool:
 def _outline(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] between which a sheet is nearly straight."""
     if sheet.over is None:
-        return along(sheet, 8 * sheet.folds or (SHEET_BOXES if sheet.sag else 1))
+        return points_along_sheet(sheet, 8 * sheet.folds or (SHEET_BOXES if sheet.sag else 1))
     first, *turn, last = _curve(sheet)
     return [first, *turn[:: CURVE_STEPS // SHEET_BOXES], turn[-1], last]
 

@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
-from text2sim.compiler.shapes.sagging import along
+from text2sim.compiler.shapes.sagging import points_along_sheet
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -124,7 +124,7 @@ def _joined(
     """
     import numpy as np
 
-    from text2sim.compiler.shapes.remesh import divided, evened
+    from text2sim.compiler.shapes.remesh import remesh_evenly, split_long_edges
     from text2sim.compiler.shapes.sculpting import sculpted
 
     if isinstance(shape, Sculpt):
@@ -138,8 +138,8 @@ def _joined(
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     refuse_many(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2), edge)
     if coarsen:
-        vertices, faces = evened(vertices, faces, edge)
-    vertices, faces, _ = divided(vertices, faces, edge)
+        vertices, faces = remesh_evenly(vertices, faces, edge)
+    vertices, faces, _ = split_long_edges(vertices, faces, edge)
     if len(faces) > most:
         raise AssetError(f"makes {len(faces):,} triangles; at most {most:,} are possible: take a larger `cell`")
     return vertices, faces.astype(np.int32)
@@ -237,7 +237,7 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
     nx, ny = (max(1, round(side / edge)) for side in sheet.size)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
     uvs = np.stack([u.ravel(), v.ravel()], axis=1)
-    curve = np.tile(along(sheet, nx), (ny + 1, 1))
+    curve = np.tile(points_along_sheet(sheet, nx), (ny + 1, 1))
     vertices = np.column_stack([curve[:, 0], (uvs[:, 1] - 0.5) * sheet.size[1], curve[:, 1]])
     return vertices, grid_faces(nx, ny), uvs
 

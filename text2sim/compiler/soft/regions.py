@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.regions import FLATNESS, RegionError, empty
+from text2sim.compiler.shapes.regions import FLATNESS, RegionError, empty_region_message
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.sagging import end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
@@ -65,4 +65,4 @@ def _check_reach(first: Vec, last: Vec, radius: float, low: Vec, high: Vec) -> N
     gaps = [max(a - d, c - b, 0.0) for a, b, c, d in zip(first, last, low, high, strict=True)]
     away = sum(gap * gap for gap in gaps) ** 0.5 - radius
     if away > 0.0:
-        raise RegionError(empty(away))
+        raise RegionError(empty_region_message(away))

@@ -65,10 +65,10 @@ def speed_limit(
     most = SPEED_FACTOR * sum(given.values()) + SPEED_MARGIN
     if most >= MAX_SPEED:
         return MAX_SPEED, "as in every scene"
-    said = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
+    listed = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
     return float(
         f"{most:.2g}"
-    ), f"{SPEED_FACTOR:g} times what the scene gives ({said or 'nothing'} m/s), and {SPEED_MARGIN:g} m/s"
+    ), f"{SPEED_FACTOR:g} times what the scene gives ({listed or 'nothing'} m/s), and {SPEED_MARGIN:g} m/s"
 
 
 def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:

@@ -7,7 +7,7 @@ from itertools import combinations, islice
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross, vector_dot
-from text2sim.compiler.slopes import tilted
+from text2sim.compiler.slopes import tilted_copies
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
@@ -80,7 +80,7 @@ def _leaning(facts: Facts) -> Iterator[Problem]:
     if facts.settings.cone != "pyramidal":
         return
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
-    leaning = list(islice(tilted(free, facts.case.scene.gravity), MAX_BODIES))
+    leaning = list(islice(tilted_copies(free, facts.case.scene.gravity), MAX_BODIES))
     gaps = Gaps(facts)
     for a, b in combinations(leaning, 2):
         if gaps.between(a, b, MAX_RESTING_GAP) < MAX_RESTING_GAP:

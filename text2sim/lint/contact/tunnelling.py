@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.passing import Pass, grip, hardest, width
+from text2sim.lint.contact.passing import Pass, hardest, stopping_time, width
 from text2sim.lint.contact.sweeping import sweeping
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
@@ -34,7 +34,7 @@ def _text(facts: Facts, row: Pass, count: int) -> str:
     h = facts.substep
     text = (
         f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)} and moves "
-        f"{length(row.speed * grip(facts))} before the contact holds it (substep {h:.3g} s, timeconst "
+        f"{length(row.speed * stopping_time(facts))} before the contact holds it (substep {h:.3g} s, timeconst "
         f"{settings.timeconst:.3g} s), but is past its middle after {length(row.room)}: it may pass through; "
     )
     # Substeps of this length, and a timeconst of two of them, stop it in time.
@@ -63,13 +63,13 @@ def _flying(facts: Facts) -> Iterator[Pass]:
             room = width(parts, ground.up)
         else:
             speed, room = hardest(parts, meeting.part, meeting.velocity)
-        if speed * grip(facts) > room:
+        if speed * stopping_time(facts) > room:
             yield Pass(copy, other, speed, room, _blame(facts, copy))
 
 
 def _fastest(facts: Facts) -> list[Copy]:
     """Return the free bodies that may become fast enough to pass anything, the fastest first."""
-    gravity, tau, scene = facts.case.scene.gravity, grip(facts), facts.case.scene
+    gravity, tau, scene = facts.case.scene.gravity, stopping_time(facts), facts.case.scene
     pull = math.hypot(*gravity)
     lowest = _lowest(facts)
     found = []
@@ -101,7 +101,7 @@ def _lowest(facts: Facts) -> float:
 def _blame(facts: Facts, copy: Copy) -> Path:
     """Return the path of the control that gives a body its speed; else of the pose that puts it so high."""
     rows = [row for row in facts.rows.velocities if row.entity == copy.name]
-    return ("actions", "controls", rows[0].control) if rows else facts.first_said(copy.body, "pose", "place", "repeat")
+    return ("actions", "controls", rows[0].control) if rows else facts.first_given(copy.body, "pose", "place", "repeat")
 
 
 RULES = (

@@ -85,7 +85,7 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
-def taken(facts: Facts) -> dict[str, list[Frame]]:
+def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
     return facts.once(_taken)
 
@@ -99,13 +99,13 @@ def _taken(facts: Facts) -> dict[str, list[Frame]]:
     return found
 
 
-def some(pictures: list[Frame], most: int) -> list[Frame]:
+def spread_evenly(pictures: list[Frame], most: int) -> list[Frame]:
     """Return pictures spread evenly from the first to the last."""
     last = len(pictures) - 1
     return [pictures[round(k * last / max(most - 1, 1))] for k in range(most)] if last >= most else pictures
 
 
-def films(facts: Facts, name: str, t: float) -> bool:
+def films_at(facts: Facts, name: str, t: float) -> bool:
     """Return whether a camera takes pictures around a time [s].
 
     Args:
@@ -114,7 +114,7 @@ def films(facts: Facts, name: str, t: float) -> bool:
         t: Time of the simulation [s].
     """
     step = facts.plan.render["speed"] / facts.plan.render["fps"]
-    times = [frame.t for frame in taken(facts)[name]]
+    times = [frame.t for frame in pictures_taken(facts)[name]]
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 

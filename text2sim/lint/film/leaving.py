@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.case_cameras import shots
 from text2sim.lint.film.subjects import drawn, subjects
-from text2sim.lint.film.unseen_subjects import blamed
+from text2sim.lint.film.unseen_subjects import camera_to_blame
 from text2sim.lint.film.ways import SAMPLED_MOMENTS, offset_of, way_seen
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
@@ -66,7 +66,7 @@ def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
-    return facts.problem("leaves-picture", blamed(facts, views), text, key=True)
+    return facts.problem("leaves-picture", camera_to_blame(facts, views), text, key=True)
 
 
 RULES = (

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import ShotView, shot, taken
+from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
 from text2sim.lint.film.ways import comes_in
@@ -27,7 +27,7 @@ def _views(facts: Facts) -> list[ShotView]:
     """Return the author's cameras that film the start; none if the camera is derived."""
     return [
         shot(facts, name, 0.0)
-        for name, pictures in taken(facts).items()
+        for name, pictures in pictures_taken(facts).items()
         if pictures and pictures[0].t <= MAX_FILM_START
     ]
 
@@ -38,7 +38,7 @@ def _share_inside(shot: ShotView, balls: Balls) -> float:
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
 
-def blamed(facts: Facts, views: list[ShotView]) -> Path:
+def camera_to_blame(facts: Facts, views: list[ShotView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
@@ -61,7 +61,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             why = hidden_behind(facts, seeing, name)
         if why:
             text = f"{_none(views)} `{name}`, a subject of the script, at the start: {why}"
-            yield facts.problem("unseen-subject", blamed(facts, views), text, key=True)
+            yield facts.problem("unseen-subject", camera_to_blame(facts, views), text, key=True)
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:

@@ -12,7 +12,7 @@ from math import cos, inf, sin
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Weld
-from text2sim.compiler.shapes.inertials import Inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
@@ -53,7 +53,7 @@ def lifts(motor: Powered) -> Iterator[Lift]:
             holder = link or tree.roots[0].name
             if not any(one.link.name == holder for one in beyond):
                 continue
-            inertial = together(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
+            inertial = combined_inertial(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
             joint = next(one for one in beyond if any(name == swing.name for name, _ in one.link.all_joints()))
             yield from _lifts(motor, joint, inertial, weld, min(until, facts.case.scene.duration), other)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
@@ -65,8 +65,8 @@ class Mechanics:
         if getattr(model, "links", None) is not None and not isinstance(model.links, int):
             return ("bodies", body, "links", swing.name, "joint", *keys)
         if getattr(model, "file", None) is not None:
-            said = keys_for(swing.name, model.joints)
-            return ("bodies", body, "joints", said[-1], *keys) if said else ("bodies", body)
+            joint_keys = keys_for(swing.name, model.joints)
+            return ("bodies", body, "joints", joint_keys[-1], *keys) if joint_keys else ("bodies", body)
         return ("bodies", body)
 
     def label(self, swing: LoadedJoint) -> str:
@@ -170,7 +170,7 @@ class Mechanics:
             if other == copy.name and (link or main) in beyond
             for inertial in masses
         ]
-        inertial = together([links.totals[standing.link.name], *loads])
+        inertial = combined_inertial([links.totals[standing.link.name], *loads])
         axis = quat_rotate(standing.quat, joint.axis)
         anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
         inertia = 0.0
@@ -213,7 +213,7 @@ class _Links:
             self.standing, self.of_joint, self.totals = {}, {}, {}
             rho = self.rho or 0.0
             parts = self.facts.parts(copy) if rho else []
-            self.whole = together(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
+            self.whole = combined_inertial(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
             return
         found = tree_links(tree, copy.pos, copy.quat)
         self.standing = {one.link.name: one for one in found}
@@ -221,8 +221,8 @@ class _Links:
         self.totals = {}
         for link in reversed(tree.links()):  # children first
             own = link.inertial.at(self.standing[link.name].pos, self.standing[link.name].quat)
-            self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
-        self.whole = together(self.totals[root.name] for root in tree.roots)
+            self.totals[link.name] = combined_inertial([own, *(self.totals[child.name] for child in link.children)])
+        self.whole = combined_inertial(self.totals[root.name] for root in tree.roots)
 
     def beyond(self, name: str) -> set[str]:
         """Return the names of a link and of all links beyond it."""

@@ -49,7 +49,7 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
         thin = min((facts.thinnest(copy) for copy in kinds_of(facts, name) if facts.free(copy)), default=math.inf)
         if thin < MIN_SIZE:
             text = f"`{name}` has a piece of {length(thin)}: the engine fails below 0.02 mm; is the size in metres?"
-            yield facts.problem("too-small", facts.first_said(name, "shape"), text, key=True, severity="error")
+            yield facts.problem("too-small", facts.first_given(name, "shape"), text, key=True, severity="error")
         elif facts.own_contact and sag > MAX_WALL_SUNK_SHARE * thin and scene.contact.timeconst is None:
             longest = float(at_most(math.sqrt(MAX_WALL_SUNK_SHARE * thin / (SAG_FACTOR * math.hypot(*scene.gravity)))))
             text = (
@@ -62,7 +62,7 @@ def _too_small(facts: Facts) -> Iterator[Problem]:
             else:
                 text += "; simulate such small bodies in a scene of their own, at a larger scale"
             severity = "error" if sag > SUNK_ERROR_SHARE * thin else None
-            yield facts.problem("too-small", facts.first_said(name, "shape"), text, key=True, severity=severity)
+            yield facts.problem("too-small", facts.first_given(name, "shape"), text, key=True, severity=severity)
 
 
 def _too_large(facts: Facts) -> Iterator[Problem]:
@@ -80,7 +80,7 @@ def _too_large(facts: Facts) -> Iterator[Problem]:
                 text += f", and the largest moving body is {length(largest)}"
             text += f"; is its size in metres ({size:.4g} mm are {size / 1000:.4g} m)?"
             severity = "error" if size > VAST_BODY else None
-            yield facts.problem("huge-body", facts.first_said(name, "shape"), text, key=True, severity=severity)
+            yield facts.problem("huge-body", facts.first_given(name, "shape"), text, key=True, severity=severity)
             break
 
 
@@ -111,7 +111,7 @@ def _too_heavy(facts: Facts) -> Iterator[Problem]:
                 f"it at any timeconst, and it is {length(thin)} thick; make it lighter or larger"
             )
             severity = "error" if SINKING_PER_MASS * mass > SUNK_ERROR_SHARE * thin else None
-            yield facts.problem("too-heavy", facts.first_said(name, "material"), text, key=True, severity=severity)
+            yield facts.problem("too-heavy", facts.first_given(name, "material"), text, key=True, severity=severity)
             break
 
 
@@ -128,7 +128,7 @@ def _far_away(facts: Facts) -> Iterator[Problem]:
                 "build the scene around the origin"
             )
             severity = "error" if grain > MAX_SUNK_SHARE * thin else None
-            where = facts.first_said(name, "pose", "place", "repeat")
+            where = facts.first_given(name, "pose", "place", "repeat")
             yield facts.problem("far-away", where, text, key=True, severity=severity)
 
 

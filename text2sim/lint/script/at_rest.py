@@ -16,10 +16,10 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.gap_bounds import gap, height
+from text2sim.lint.script.gap_bounds import height, min_gap
 from text2sim.lint.script.measure_bounds import JOINT_MEASURES, subjects, values_of
 from text2sim.lint.script.outcomes import bound_of
-from text2sim.lint.script.start_values import resting
+from text2sim.lint.script.start_values import value_at_rest
 from text2sim.lint.script.targets import targets_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
@@ -115,7 +115,7 @@ def _measure(facts: Facts, expect: Expect) -> bool:
     if measure.kind in JOINT_MEASURES:
         value = values.start
     else:
-        value = resting(facts, measure, targets)
+        value = value_at_rest(facts, measure, targets)
     if value is None:
         return False
     bound = bound_of(expect, facts.case.scene.duration)
@@ -128,7 +128,7 @@ def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
     first, second = (targets_of(facts).select(selector) for selector in between)
     if len(first) * len(second) > MAX_PAIRS:
         return True
-    return any(gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
+    return any(min_gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
 
 
 _BALL = """\

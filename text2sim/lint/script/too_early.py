@@ -13,7 +13,7 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.gap_bounds import gap
+from text2sim.lint.script.gap_bounds import min_gap
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.outcomes import bound_of, field_of
 from text2sim.lint.script.start_values import depth_inside
@@ -89,7 +89,7 @@ def _gap(facts: Facts, a: StartTarget, b: StartTarget) -> float:
     """Return the least distance [m] that one of two bodies has to move before they touch."""
     if a.copy.name == b.copy.name:
         return 0.0
-    return gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)
+    return min_gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)
 
 
 _BALL = """\

@@ -77,7 +77,7 @@ def _blame(facts: Facts, body: SoftBody, copy: Copy) -> tuple[str | int, ...]:
     for row in facts.rows.velocities:
         if row.entity in names:
             return ("actions", "controls", row.control)
-    return facts.first_said(
+    return facts.first_given(
         body.body if soft_facts(facts).comes_down_on(body.copy, copy) else copy.body, "place", "pose"
     )
 

@@ -21,7 +21,7 @@ RIGID_SUBSTEP_TIME = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
 """Wall time [s] of a substep with rigid bodies, and per moving link; measured with few and with hundreds of bodies."""
 
 
-def expected(facts: Facts) -> float:
+def expected_wall_time(facts: Facts) -> float:
     """Return the wall time [s] of a run on two cores, within a factor of three; 0 under ipc, where it is not known.
 
     Starting the engine, and compiling kernels for the first scene of its kind, take another minute or more.

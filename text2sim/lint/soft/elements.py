@@ -43,7 +43,7 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
             f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; with `cell: "
             f"{thin / MIN_ELEMENTS:.2g}` it is {ONE_ELEMENT_ERROR * MIN_ELEMENTS**-1.5:.0%}"
         )
-        where = facts.first_said(body.body, "cell", "shape")
+        where = facts.first_given(body.body, "cell", "shape")
         yield facts.problem("too-few-elements", where, text, key=True)
 
 

@@ -44,7 +44,7 @@ def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
             "in its ipc coupler, and otherwise every point becomes nan without an error; leave scene.contact.model "
             "out, set it to ipc (needs a CUDA device), or use `solver: pbd`"
         )
-        yield facts.problem("cloth-without-ipc", facts.first_said(name, "solver"), text, key=True)
+        yield facts.problem("cloth-without-ipc", facts.first_given(name, "solver"), text, key=True)
 
 
 def _frozen(facts: Facts) -> Iterator[Problem]:
@@ -62,7 +62,7 @@ def _frozen(facts: Facts) -> Iterator[Problem]:
             + ("give it `solver: fem`, or " if facts.case.bodies[name].kind == "soft" else "")
             + "use only bodies for contact model particle"
         )
-        yield facts.problem("mpm-stands-still", facts.first_said(name, "solver"), text, key=True)
+        yield facts.problem("mpm-stands-still", facts.first_given(name, "solver"), text, key=True)
 
 
 def _no_contact(facts: Facts) -> Iterator[Problem]:
@@ -116,11 +116,11 @@ def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family:
     text = f"`{body.name}` and `{other.name}` {'have' if sure else 'may meet, but have'} no contact: "
     text += f"under contact model {model} {what} and {whom} pass through each other"
     text = text.replace(f"{what} and each other pass", f"{what} pass")
-    said = facts.case.scene.contact.model is not None
-    if not said and model in ("sap", "ipc"):
+    is_given = facts.case.scene.contact.model is not None
+    if not is_given and model in ("sap", "ipc"):
         needs = next(b for b in soft.bodies if b.solver == ("fem" if model == "sap" else "ipc"))
         text += f" (the model is {model} because `{needs.name}` has solver {needs.solver})"
-    where = facts.first_said(body.body, "solver")
+    where = facts.first_given(body.body, "solver")
     severity = "error" if sure else "warning"
     return facts.problem(
         "no-contact", where, f"{text}; {_remedy(soft, body, family, pair)}", key=True, severity=severity

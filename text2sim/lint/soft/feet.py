@@ -38,7 +38,7 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
             f"the mpm grid ({length(soft.cell)}), which feels it at a few nodes: it tips over or sinks in; make the "
             f"foot {length(MIN_FOOT_CELLS * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / MIN_FOOT_CELLS)}"
         )
-        yield facts.problem("narrow-foot", facts.first_said(copy.body, "shape"), text, key=True)
+        yield facts.problem("narrow-foot", facts.first_given(copy.body, "shape"), text, key=True)
 
 
 RULES = (

@@ -32,7 +32,7 @@ def _sharp_folds(facts: Facts) -> Iterator[Problem]:
             f"flies apart; take at most {int(sheet.folds * radius / (MIN_FOLD_CELLS * cell))} folds, a smaller "
             f"`fullness`, or `cell` {at_most(radius / MIN_FOLD_CELLS)}"
         )
-        yield facts.problem("sharp-folds", facts.first_said(body.body, "shape"), text, key=True)
+        yield facts.problem("sharp-folds", facts.first_given(body.body, "shape"), text, key=True)
 
 
 RULES = (

@@ -46,7 +46,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
     )
     where = next(
         (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.value_at(path) is not None),
-        facts.first_said(body.body, "material"),
+        facts.first_given(body.body, "material"),
     )
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
 
@@ -73,7 +73,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
             )
         severity = "error" if cells < (1.0 if body.model.kind == "soft" else MIN_THICKNESS_CELLS) else None
         where = (
-            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_said(body.body, "shape")
+            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_given(body.body, "shape")
         )
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
@@ -97,7 +97,7 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
             f"their distance by {length(room - max(gap, 0.0))}"
         )
         keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        where = facts.first_said(b.body, *keys)
+        where = facts.first_given(b.body, *keys)
         yield facts.problem("soft-too-near", where, text, key=True)
 
 

@@ -52,7 +52,7 @@ def _clearance(facts: Facts) -> Iterator[Problem]:
         )
         if mover.body in facts.case.scene.statics:
             text += " (or set `material: {touch_soft: false}` if nothing should touch it)"
-        where = facts.first_said(mover.body, "place", "pose", "repeat")
+        where = facts.first_given(mover.body, "place", "pose", "repeat")
         yield facts.problem("ipc-clearance", where, text, key=True)
 
 
@@ -127,7 +127,7 @@ def _fine(facts: Facts) -> Iterator[Problem]:
             f"`{body.name}` is {length(thick)} thick and has triangles of {length(edge)}: its points touch their "
             f"neighbours at the start; use `cell: {4 * thick:.2g}` or more, or a thinner cloth"
         )
-        yield facts.problem("ipc-too-fine", facts.first_said(body.body, "cell", "material"), text, key=True)
+        yield facts.problem("ipc-too-fine", facts.first_given(body.body, "cell", "material"), text, key=True)
 
 
 _TOWEL = "  towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}\n"

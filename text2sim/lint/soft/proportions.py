@@ -87,7 +87,7 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
                 f"`{body.name}` is {length(side)} long and has {grain} {length(edge)} apart: {side / edge:.2g} of them "
                 f"in a row make stiff plates that do not fold; use `cell: {side / 25:.2g}`"
             )
-        yield facts.problem("coarse-cloth", facts.first_said(body.body, "cell", "shape"), text, key=True)
+        yield facts.problem("coarse-cloth", facts.first_given(body.body, "cell", "shape"), text, key=True)
 
 
 _JELLY = """\

@@ -22,7 +22,7 @@ def _floor(facts: Facts) -> Iterator[Problem]:
     level = [ground for ground in facts.planes if ground.up[2] > MIN_UPRIGHT_COSINE]
     highest = max((ground.level for ground in level), default=0.0)
     for ground in facts.planes:
-        where = facts.first_said(ground.copy.body, "pose", "place", "shape")
+        where = facts.first_given(ground.copy.body, "pose", "place", "shape")
         if ground.up[2] <= MIN_UPRIGHT_COSINE:
             text = (
                 f"`{ground.copy.name}` is not level: contact model sap has one level floor and no other plane; replace "
@@ -58,7 +58,7 @@ def _crash(facts: Facts) -> Iterator[Problem]:
             "process crashes in the first step; move one, or use place"
         )
         mover = a if b.body in facts.case.scene.statics else b
-        yield facts.problem("sap-overlap", facts.first_said(mover.body, "place", "pose", "repeat"), text, key=True)
+        yield facts.problem("sap-overlap", facts.first_given(mover.body, "place", "pose", "repeat"), text, key=True)
 
 
 def _left_out(facts: Facts) -> Iterator[Problem]:

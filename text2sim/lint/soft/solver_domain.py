@@ -91,7 +91,7 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     ways = travel(facts.rows, controls, facts.placed, masses, gravity, case.scene.duration)
     around = surroundings(facts.placed, ways, facts.folder)
     for solver, (space, pad) in spaces.items():
-        said = getattr(case.scene, solver).bounds is not None
+        is_given = getattr(case.scene, solver).bounds is not None
         seen = set()
         for body in soft.of(solver):
             if body.body in seen or _beyond(body.box, (space.low, space.high), pad):
@@ -112,9 +112,9 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
                 f"`{body.name}` may move {length(away)} beyond the {side} side of the bounds of {solver} "
                 f"({vector(space.low)} to {vector(space.high)}) by its fall and by the script, but there is an "
                 "invisible wall; "
-                + ("leave the bounds out, or make them larger" if said else _WIDER.format(solver=solver))
+                + ("leave the bounds out, or make them larger" if is_given else _WIDER.format(solver=solver))
             )
-            where = ("scene", solver, "bounds") if said else facts.where(body.body)
+            where = ("scene", solver, "bounds") if is_given else facts.where(body.body)
             yield facts.problem("leaves-bounds", where, text, key=True)
 
 

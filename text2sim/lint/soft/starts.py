@@ -47,7 +47,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
             f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {way}"
         )
         text += f" by {length(depth)}" if way else " out of it"
-        yield facts.problem("soft-inside", facts.first_said(body.body, "place", "pose", "repeat"), text, key=True)
+        yield facts.problem("soft-inside", facts.first_given(body.body, "place", "pose", "repeat"), text, key=True)
 
 
 _CONSEQUENCES = {
@@ -110,7 +110,7 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
         text = f"`{a.name}` and `{b.name}` {how}{more}: {then}; move one of them"
         keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
         severity = "error" if a.solver == "fem" else None
-        yield facts.problem("soft-in-soft", facts.first_said(b.body, *keys), text, key=True, severity=severity)
+        yield facts.problem("soft-in-soft", facts.first_given(b.body, *keys), text, key=True, severity=severity)
 
 
 RULES = (

@@ -43,7 +43,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
             "`material: {touch_soft: false}`"
         )
         severity = "error" if wanted == LOADED_WALL_CELLS and cells < LEAKING_WALL_CELLS else None
-        yield facts.problem("thin-wall", facts.first_said(copy.body, "shape"), text, key=True, severity=severity)
+        yield facts.problem("thin-wall", facts.first_given(copy.body, "shape"), text, key=True, severity=severity)
 
 
 def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
@@ -74,7 +74,7 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
             f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; use a radius of "
             f"{length(MIN_NECK_CELLS * soft.cell)}, or `scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
         )
-        yield facts.problem("narrow-opening", facts.first_said(copy.body, "shape"), text, key=True)
+        yield facts.problem("narrow-opening", facts.first_given(copy.body, "shape"), text, key=True)
 
 
 def _leaks(facts: Facts) -> Iterator[Problem]:
@@ -92,7 +92,7 @@ def _leaks(facts: Facts) -> Iterator[Problem]:
             f"cells of the mpm grid: about {share} % of a dam of 12 cells leaked within a second; leave `soft_reach` "
             f"out, or use {length(HOLDING_CELLS * soft.cell)}, with which nothing leaked"
         )
-        yield facts.problem("leaks", facts.first_said(copy.body, "material"), text, key=True)
+        yield facts.problem("leaks", facts.first_given(copy.body, "material"), text, key=True)
 
 
 def free_by(copy: Copy, soft: SoftFacts) -> float:

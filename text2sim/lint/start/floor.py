@@ -52,7 +52,7 @@ def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count:
     text += f"; {how} by {length(depth)}, or use `place: {{on: {ground.copy.name}}}`"
     severity = "error" if free and (whole or most) else None
     return facts.problem(
-        "under-floor", facts.first_said(copy.body, "pose", "place", "repeat"), text, key=True, severity=severity
+        "under-floor", facts.first_given(copy.body, "pose", "place", "repeat"), text, key=True, severity=severity
     )
 
 
@@ -72,7 +72,7 @@ def _floor_ends(facts: Facts) -> Iterator[Problem]:
                 f"`{ground.copy.name}`, which ends {ground.half:g} m from its centre; use "
                 f"`shape: {{kind: plane, size: {math.ceil(size / 10) * 10:g}}}`"
             )
-            yield facts.problem("floor-ends", facts.first_said(name, "pose", "place", "repeat"), text, key=True)
+            yield facts.problem("floor-ends", facts.first_given(name, "pose", "place", "repeat"), text, key=True)
 
 
 def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:

@@ -162,8 +162,8 @@ def _named(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
 def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
     """Return the path of the value that places the first copy."""
     if a.body == b.body:
-        return facts.first_said(a.body, "repeat", "place", "pose")
-    return facts.first_said(a.body, "place", "pose", "repeat")
+        return facts.first_given(a.body, "repeat", "place", "pose")
+    return facts.first_given(a.body, "place", "pose", "repeat")
 
 
 def _way(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
