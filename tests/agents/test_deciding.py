@@ -202,12 +202,12 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
-    monkeypatch.setattr(made, "_decided", lambda *given, **more: decision)
+    monkeypatch.setattr(made, "_decide", lambda *given, **more: decision)
     monkeypatch.setattr(
-        made.workshop, "routed", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
+        made.workshop, "follow_routes", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
     )
     attempt = Attempt(1, CASE, "first version")
-    examined = made._doubted(attempt, examine(CASE, path), ["it asks for little"])
+    examined = made._settle_doubts(attempt, examine(CASE, path), ["it asks for little"])
     assert not examined.errors
     assert made.agreement.names == (("low",) if needed else ("low", "fast"))
     assert ("fast:" in attempt.text) is not needed
@@ -229,7 +229,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     assert DURATION_RULE in {rule.id for rule in RULES}
     guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=DURATION_RULE)
     for pace in (0.0, 2.5):
-        made._told.clear()
+        made._known_warnings.clear()
         made.mending._warned.clear()
         made.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
         examined = examine(CASE, path)
@@ -290,11 +290,11 @@ def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
     made.made = [Attempt(1, CASE, "first version", pace=pace)]
     told: list[list[str]] = []
     give_up = Decision(action="give_up", why="x")
-    made._decided = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
+    made._decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
     examined = examine(CASE, made.path)
     examined.seconds = 300.0
     for _ in range(2):
-        made._doubted(Attempt(2, CASE, "x"), examined, [])
+        made._settle_doubts(Attempt(2, CASE, "x"), examined, [])
     assert len(told) == asked
     assert not asked or "estimated at 5 minutes (within a factor of three) of the 8 that are left" in told[0][0]
 

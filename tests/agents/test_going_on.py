@@ -35,7 +35,7 @@ def stub(drafts: list[Any], plans: list[Any], **more: Any) -> Any:
     )
     loop = SimpleNamespace(
         agreement=SimpleNamespace(planned_anew=False, plan=plan, names=()),
-        workshop=SimpleNamespace(drafted=lambda: taken(drafts), referred=[]),
+        workshop=SimpleNamespace(draft_sections=lambda: taken(drafts), referred=[]),
         request=SimpleNamespace(text="a ball"), _planned_anew=planned, asked=asked, plan=plan, **more,
     )  # fmt: skip
     return loop
@@ -43,7 +43,7 @@ def stub(drafts: list[Any], plans: list[Any], **more: Any) -> Any:
 
 def test_what_cannot_be_written_is_planned_in_a_simpler_way() -> None:
     loop = stub([RoleFailed("bodies", ["/bodies/ball: no shape"]), SECTIONS], [SimpleNamespace(possible="yes")])
-    assert "ball" in AgentLoop._drafted(loop)
+    assert "ball" in AgentLoop._draft_sections(loop)
     assert "the bodies gave no usable answer" in loop.asked[0]
     assert "simpler" in loop.asked[0]
 
@@ -51,11 +51,11 @@ def test_what_cannot_be_written_is_planned_in_a_simpler_way() -> None:
 def test_the_end_of_two_plans_says_all_reasons() -> None:
     failed = [RoleFailed("bodies", ["/bodies/ball: no shape"]), RoleFailed("planner", ["/event: missing"])]
     with pytest.raises(RoleFailed) as raised:
-        AgentLoop._drafted(stub(failed[:1], failed[1:]))
+        AgentLoop._draft_sections(stub(failed[:1], failed[1:]))
     assert "no shape" in raised.value.reasons[0]
     assert "/event: missing" in raised.value.reasons[1]
     with pytest.raises(RoleFailed):
-        AgentLoop._drafted(stub([failed[0], failed[0]], [SimpleNamespace(possible="yes")]))
+        AgentLoop._draft_sections(stub([failed[0], failed[0]], [SimpleNamespace(possible="yes")]))
 
 
 def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:

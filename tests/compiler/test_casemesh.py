@@ -26,7 +26,7 @@ def reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def forget() -> None:
-    for memory in (casemesh._both, casemesh._mesh, casemesh._paint):
+    for memory in (casemesh._read_mesh_and_paint, casemesh._mesh, casemesh._paint):
         memory.cache_clear()
 
 

@@ -269,7 +269,7 @@ class Attempts:
             text += f"\n\n{examined.derived}"
         if warnings := [p for p in examined.warnings if p.rule != DURATION_RULE]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
-                f"- {p.path}: {p.message} [{p.rule}]{_meant(examined.intended.get((p.rule, p.path)))}"
+                f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
                 for p in warnings[:10]
             )
         if result.problem is not None:
@@ -381,7 +381,7 @@ def copy_input(file: Path, folder: Path) -> Path:
     return target
 
 
-def _meant(why: str | None) -> str:
+def _intended_note(why: str | None) -> str:
     return "" if why is None else f" (meant, as its owner says{f': {why}' if why else ''})"
 
 

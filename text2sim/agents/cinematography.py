@@ -121,21 +121,21 @@ class Cinematography:
         """
         if not self._chat.vision("viewer"):
             return None
-        self._tried = [self._judged("as_it_is", text, self._sheet(text))]
+        self._tried = [self._judge_still("as_it_is", text, self._sheet(text))]
         try:
             for round_ in range(MAX_ROUNDS):
-                if self._best().marks.total >= GOOD_ENOUGH_MARK:
+                if self._best_so_far().marks.total >= GOOD_ENOUGH_MARK:
                     break
-                for name, tried in self._proposed(self._best(), first=round_ == 0).items():
+                for name, tried in self._proposed(self._best_so_far(), first=round_ == 0).items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
-                        self._tried.append(self._judged(name, tried, sheet))
+                        self._tried.append(self._judge_still(name, tried, sheet))
         except StoppedError:
             raise
         except Text2SimError as error:  # earlier judgements count
             self._emit("treatments_failed", why=str(error))
-        return self._best()
+        return self._best_so_far()
 
-    def _best(self) -> FilmedTreatment:
+    def _best_so_far(self) -> FilmedTreatment:
         return max(self._tried, key=lambda one: one.marks.total)
 
     # --- proposals ------------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ class Cinematography:
         question = render(
             "treat_ask",
             request=self._request,
-            case=yaml_text(_shown(best.text)),
+            case=yaml_text(_appearance_of(best.text)),
             recorded=recorded_text(_recording(self._run, load_text(best.text, self._path))),
             best=best.name,
             marks=yaml_text(
@@ -218,7 +218,7 @@ class Cinematography:
             self._emit("treatments_failed", why=f"{name}: {error}")
             return None
 
-    def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
+    def _judge_still(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
         marks: Marks = self._chat.ask(
@@ -337,7 +337,7 @@ def _recording(run: Path, loaded: LoadedCase) -> Any:
     return read_recording(run, plan_case(loaded))
 
 
-def _shown(text: str) -> dict[str, Any]:
+def _appearance_of(text: str) -> dict[str, Any]:
     """The parts of a case that define its appearance: `render` and looks."""
     data = data_of(text)
     scene = data.get("scene") or {}

@@ -130,7 +130,7 @@ class Conversation:
             reply = self.reply(role, messages)
             try:
                 data = read_reply(reply)[0]
-                if more is not None and looks < MAX_PAGE_REQUESTS and (names := _wanted(data)):
+                if more is not None and looks < MAX_PAGE_REQUESTS and (names := _requested_pages(data)):
                     looks += 1
                     messages += [Message("assistant", _echo(reply)), Message("user", more(names) + ANSWER_NOW)]
                     continue
@@ -197,7 +197,7 @@ def typed_parser(model: type[BaseModel], check: Callable[[Any], None] | None = N
 ANSWER_NOW = "\n\nNow answer the question above."
 
 
-def _wanted(data: Any) -> list[str]:
+def _requested_pages(data: Any) -> list[str]:
     """Names of the pages that an answer asks for; empty for any other answer."""
     names = data.get("read") if isinstance(data, dict) and len(data) == 1 else None
     if isinstance(names, str):

@@ -113,13 +113,13 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
     except PatchError as error:
         return [str(error)]
     except RefusedPatch as refused:
-        return [format_problem(problem) for problem in _worst(refused.problems)]
+        return [format_problem(problem) for problem in _most_severe(refused.problems)]
     except SpecError as error:
-        return [format_problem(problem) for problem in _worst(error.problems)]
+        return [format_problem(problem) for problem in _most_severe(error.problems)]
     return contract.breaches(load_text(revision.text, path))
 
 
-def _worst(problems: Sequence[Problem]) -> list[Problem]:
+def _most_severe(problems: Sequence[Problem]) -> list[Problem]:
     return [problem for problem in problems if problem.severity == "error"][:4]
 
 
@@ -137,7 +137,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches else ""
-    question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)
+    question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
     try:
         more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
     except RoleFailed:
@@ -151,7 +151,7 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
     )
 
 
-def _stated(critique: Critique) -> dict[str, object]:
+def _critique_as_data(critique: Critique) -> dict[str, object]:
     return critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
 
 
@@ -180,7 +180,8 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         else:
             patches.append(patch)
     failures = [
-        failure.model_copy(update={"cites": _known(failure.cites, exhibit) or ["run"]}) for failure in critique.failures
+        failure.model_copy(update={"cites": _known_cites(failure.cites, exhibit) or ["run"]})
+        for failure in critique.failures
     ]
     failure_text = " ".join(failure.what for failure in failures)
     cited = {cite for failure in failures for cite in failure.cites}
@@ -194,7 +195,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         if name not in failure_text and not set(row.cites) & cited:
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
-            failures.append(Failure(what=what, cites=_known(row.cites, exhibit) or ["run"], section=section))
+            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=section))
     for name in request.requirements:
         if name not in critique.requirements:
             what = f"not marked: {request.requirements[name].what}"
@@ -226,5 +227,5 @@ def decision_to_film(critique: Mapping[str, Any] | None) -> Decision | None:
     return Decision(action="repair", why=critique["summary"] or patches[0]["why"], take=[*range(1, len(patches) + 1)])
 
 
-def _known(cites: Sequence[str], exhibit: Exhibit) -> list[str]:
+def _known_cites(cites: Sequence[str], exhibit: Exhibit) -> list[str]:
     return [cite for cite in cites if cite.split("[")[0].strip() in exhibit.cites]

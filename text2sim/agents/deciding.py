@@ -164,16 +164,16 @@ def decision_faults(
         f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
     ]
     wrong += foreign_operations(decision.patch) + _check_faults(decision, agreement)
-    if not (work and (set(work) - {"plan"} or _does(decision))):
+    if not (work and (set(work) - {"plan"} or _changes_anything(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
     patches = (report.critique or {}).get("patches", ())
-    return wrong or _tried(decision, agreement, case, path, [patches[k - 1] for k in decision.take])
+    return wrong or _problems_introduced(decision, agreement, case, path, [patches[k - 1] for k in decision.take])
 
 
-def _does(decision: Decision) -> bool:
+def _changes_anything(decision: Decision) -> bool:
     """Whether a change of the plan also changes the case or creates work for a Writer."""
     plan = decision.plan
     return plan is not None and bool(
@@ -236,7 +236,7 @@ def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
     return list(getattr(checks, part).items())
 
 
-def _tried(
+def _problems_introduced(
     decision: Decision, agreement: Agreement, case: str, path: Path, taken: Sequence[Mapping[str, Any]]
 ) -> list[str]:
     """Problems that a decision would introduce and that no Writer could fix.
@@ -277,16 +277,16 @@ def _reported(report: AttemptReport) -> str:
     parts = []
     if report.problems:
         parts.append(
-            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _listed(report.problems)
+            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _bullets(report.problems)
         )
     if report.doubts:
         parts.append(
             "It has not been run yet: the check has doubts about it. Fix what is true of them (`restate`, `plan`, "
             "`params`, `routes`); if something is intended, say so (`waive` the rule, or `plan: {keeps: […]}`):\n\n"
-            + _listed(report.doubts)
+            + _bullets(report.doubts)
         )
     if report.referred:
-        parts.append("Writers refer to you:\n\n" + _listed(report.referred))
+        parts.append("Writers refer to you:\n\n" + _bullets(report.referred))
     if report.evidence:
         parts.append("# Evidence\n\n" + to_decide_by(report.evidence))
     if report.critique is not None:
@@ -298,7 +298,7 @@ def _reported(report: AttemptReport) -> str:
     return "\n\n".join(parts)
 
 
-def _listed(lines: Sequence[str]) -> str:
+def _bullets(lines: Sequence[str]) -> str:
     return "\n".join(f"- {line}" for line in lines)
 
 

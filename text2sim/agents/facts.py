@@ -149,7 +149,7 @@ def _color(
     copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
     if not copies:
         raise ValueError(f"there is no `{claim.color}`")
-    drawn = [_worn(copy, wanted.part) for copy in copies]
+    drawn = [_colors_of(copy, wanted.part) for copy in copies]
     if not all(drawn):
         return None, f"the colours of `{claim.color}` come from its file"
     names = sorted({color_name(color) for colors in drawn for color in colors})
@@ -157,7 +157,7 @@ def _color(
     return ok, f"`{claim.color}` is {', '.join(names[:4])}, wanted {claim.like}"
 
 
-def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
+def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
     """Colours of a copy, or of one of its parts or links; empty if the case does not define them."""
     from text2sim.compiler.looks import looks_of, rgba_of
 
@@ -186,19 +186,19 @@ def matches_color(color: tuple[float, ...], word: str) -> bool:
     here = oklab(color)
     if dist(here, oklab(rgb(word))) < COLOR_DISTANCE:
         return True
-    near = _nearest(color)
+    near = _color_distances(color)
     mine = near.get(word.lower())
     return mine is not None and mine <= min(near.values()) + COLOR_MARGIN
 
 
 def color_name(color: tuple[float, ...]) -> str:
     """Return a colour's everyday name and its hex code."""
-    near = _nearest(color)
+    near = _color_distances(color)
     digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
     return f"{min(near, key=lambda term: near[term])} (#{digits})"
 
 
-def _nearest(color: tuple[float, ...]) -> dict[str, float]:
+def _color_distances(color: tuple[float, ...]) -> dict[str, float]:
     """Distance of a colour to each everyday colour word."""
     from text2sim.compiler.looks import oklab
 
@@ -209,7 +209,9 @@ def _nearest(color: tuple[float, ...]) -> dict[str, float]:
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
-def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> FactAnswer:
+def _is_seen(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether the main film shows a body."""
     (body,) = claim.bodies
     films = (evidence.get("legibility") or {}).get("films") or {}
@@ -255,7 +257,7 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     return log.occurrences["touch"]
 
 
-def _touched(
+def _has_touched(
     claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
 ) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
@@ -275,7 +277,7 @@ def _touched(
     return True, sentence
 
 
-def _moved(
+def _has_moved(
     claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
 ) -> FactAnswer:
     """Whether a body moves after another has touched it, and hardly before."""
@@ -298,9 +300,9 @@ def _moved(
 _FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], FactAnswer]] = {
     "count": _count,
     "color": _color,
-    "seen": _seen,
-    "moved": _moved,
-    "touched": _touched,
+    "seen": _is_seen,
+    "moved": _has_moved,
+    "touched": _has_touched,
 }
 """Function for each sort of fact (`FACTS` in `replies`)."""
 

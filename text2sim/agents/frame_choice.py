@@ -51,7 +51,7 @@ class Shown:
     @property
     def reasons(self) -> list[str]:
         """Captions of its moments, with the time of those that the frame does not match exactly."""
-        rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.reason]
+        rows = [(one, abs(self.frame.t - one.t) > _min_interval(self.frame) / 2) for one in self.moments if one.reason]
         return [f"{one.reason} at {one.t:.2f} s" if apart else one.reason for one, apart in rows]
 
     @property
@@ -68,7 +68,7 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         actions: The `actions` section of the case.
     """
     last = float(evidence["time"]["reached"])
-    decided = list(_decided(evidence, actions))
+    decided = list(_deciding_moments(evidence, actions))
     yield from decided
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
@@ -99,7 +99,7 @@ def _frames_around(moments: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
         yield FrameMoment(row.t + EVENT_OFFSET, f"after {row.reason}", row.bodies)
 
 
-def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
+def _deciding_moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     """Yield the moments that decide expectations: failed ones first, measures before events."""
     rows = []
     for name, found in (evidence.get("expect") or {}).items():
@@ -135,25 +135,25 @@ def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], co
     """
     found: list[Shown] = []
     for frame in (pictures[0], pictures[-1]) if pictures else ():
-        if not _near(found, frame):
+        if not _similar_frame(found, frame):
             found.append(Shown(frame))
-    for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_between(found, pictures), count), (wanted, count)):
+    for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_middles_of_gaps(found, pictures), count), (wanted, count)):
         for moment in place:
             frame = nearest_frame(pictures, moment.t)
             if frame is None:
                 continue
-            same = _near(found, frame)
+            same = _similar_frame(found, frame)
             if same is None and len(found) < limit:
                 found.append(same := Shown(frame))
             if same is not None and moment not in same.moments:
                 same.moments.append(moment)
     for k in spread(len(pictures), 2 * count):
-        if len(found) < count and not _near(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
+        if len(found) < count and not _similar_frame(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
             found.append(Shown(pictures[k]))
     return sorted(found, key=lambda one: one.frame.k)
 
 
-def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
+def _middles_of_gaps(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
     """Yield the middles of the longest spans without a chosen frame."""
     for _ in range(MAX_GAP_FRAMES):
         frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
@@ -163,16 +163,16 @@ def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[Fr
             yield FrameMoment(pictures[first + longest // 2].t)
 
 
-def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
+def _similar_frame(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
     """A chosen frame that shows the same as a frame, or is less than `film` frames away; None without one."""
     for one in found:
-        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _apart(frame)
+        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _min_interval(frame)
         if same or abs(one.frame.k - frame.k) < film:
             return one
     return None
 
 
-def _apart(frame: "Frame") -> float:
+def _min_interval(frame: "Frame") -> float:
     """Simulated time within which other frames show the same [s]."""
     return MIN_INTERVAL * min(1.0, max(frame.speed, MIN_SPEED_FACTOR))
 

@@ -29,7 +29,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     """
     names: list[str] = []
     for file in files:
-        name = _name(file, [*names, *_there(case)])
+        name = _name(file, [*names, *_existing_names(case)])
         try:
             add(case, file, name, licence=licence, source="user")
         except (AssetError, SpecError) as error:
@@ -69,10 +69,10 @@ def probe_joints(case: Path, names: Sequence[str], emit: Emit) -> None:
 def describe_assets(case: Path, names: Sequence[str]) -> tuple[str, ...]:
     """Describe the assets: what they are, how to use them, and their controls."""
     assets = read_manifest(case).assets
-    return tuple(_words(assets[name]) + _drawn(case, assets[name]) for name in names)
+    return tuple(_asset_in_words(assets[name]) + _describe_drawing(case, assets[name]) for name in names)
 
 
-def _words(asset: Asset) -> str:
+def _asset_in_words(asset: Asset) -> str:
     size = " x ".join(f"{side:.3g}" for side in asset.size) + " m" if asset.size else ""
     notes = f" Notes: {'; '.join(asset.notes)}." if asset.notes else ""
     licence = f" Licence: {asset.licence}." if asset.licence else ""
@@ -95,7 +95,7 @@ def _words(asset: Asset) -> str:
     )
 
 
-def _drawn(case: Path, asset: Asset) -> str:
+def _describe_drawing(case: Path, asset: Asset) -> str:
     """Describe the outlines in a drawing; empty for a photograph or a drawing of many pieces."""
     if asset.kind != "texture":
         return ""
@@ -130,7 +130,7 @@ def describe_joint(name: str, one: Control) -> str:
     return f"`{name}` ({one.kind}{span}{motor}{moved})"
 
 
-def _there(case: Path) -> list[str]:
+def _existing_names(case: Path) -> list[str]:
     """Names of the case's existing assets, which are never replaced."""
     folder = case / FOLDER
     lying = [path.stem for path in folder.iterdir()] if folder.is_dir() else []

@@ -84,7 +84,7 @@ class AgentLoop:
             return LoopOutcome("impossible", plan.why, plan=plan)
         if self.prewarm:
             self.attempts.runner.start()
-        return self.work(self._drafted(), "first version")
+        return self.work(self._draft_sections(), "first version")
 
     def require(self, requirements: dict[str, Requirement]) -> None:
         """Record the requirements, before anything is built."""
@@ -123,7 +123,7 @@ class AgentLoop:
             attempt.changes = revising.change_lines(before, text) if before is not None else []
             self.made.append(attempt)
             self.chat.attempt = attempt.number
-            report = self._try(attempt)
+            report = self._try_attempt(attempt)
             if attempt.accepted:
                 if self.style:
                     self._styled(attempt)
@@ -136,7 +136,7 @@ class AgentLoop:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
                 return self.outcome("spent", f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s")
-            decision = self._decided(attempt, report)
+            decision = self._decide(attempt, report)
             before = attempt.text
             if decision.action == "plan_anew":
                 try:
@@ -144,11 +144,11 @@ class AgentLoop:
                 except RoleFailed as failed:  # keep the present plan
                     self.agreement.planned_anew = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
-                    decision = self._decided(attempt, report)
+                    decision = self._decide(attempt, report)
                 else:
                     if plan.possible == "no":
                         return self.outcome("gave_up", plan.why)
-                    text, cause = self._drafted(), f"planned anew: {decision.why}"
+                    text, cause = self._draft_sections(), f"planned anew: {decision.why}"
                     continue
             if decision.action == "give_up":
                 return self.outcome("gave_up", decision.why)
@@ -185,7 +185,7 @@ class AgentLoop:
 
     # --- first version ----------------------------------------------------------------------------------------
 
-    def _drafted(self) -> str:
+    def _draft_sections(self) -> str:
         """Have the sections written; if a Writer fails, have a simpler plan made, once."""
         try:
             sections = self.workshop.draft_sections()
@@ -204,7 +204,7 @@ class AgentLoop:
 
     # --- one attempt ------------------------------------------------------------------------------------------
 
-    def _try(self, attempt: Attempt) -> AttemptReport:
+    def _try_attempt(self, attempt: Attempt) -> AttemptReport:
         """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
         examined, problems = self.mending.check(attempt)
@@ -256,9 +256,9 @@ class AgentLoop:
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
         known = {DURATION_RULE} if any(one.pace for one in self.made) else set()
-        return self._doubted(attempt, *self.mending.consider_warnings(attempt, examined, known))
+        return self._settle_doubts(attempt, *self.mending.consider_warnings(attempt, examined, known))
 
-    def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
+    def _settle_doubts(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
         """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
         plan = self.agreement.plan
@@ -270,7 +270,7 @@ class AgentLoop:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
         rules = frozenset(problem.rule for problem in examined.warnings)
-        decision = self._decided(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
+        decision = self._decide(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
             return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
@@ -298,7 +298,7 @@ class AgentLoop:
 
     # --- decisions --------------------------------------------------------------------------------------------
 
-    def _decided(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
+    def _decide(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         plan = self.agreement.plan

@@ -56,7 +56,7 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     rows, note = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
     if not rows:
         preview()
-        rows, note = list(_filmed(run)) or list(_kept(run)), _left_out(run)
+        rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
         rows, note = list(_traced(run, inf)), TRACED_NOTE
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
@@ -97,18 +97,18 @@ def _filmed(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        shown = {one.frame.k: one for one in choose_frames(_wanted(run, evidence), pictures, MAX_FRAMES)}
+        shown = {one.frame.k: one for one in choose_frames(_moments_to_show(run, evidence), pictures, MAX_FRAMES)}
         eye = _eye(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
                 if k in shown:
                     whole = picture.to_image()
-                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close(eye, shown[k], whole)
+                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close_up(eye, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: use the preview
 
 
-def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
+def _moments_to_show(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     """Moments worth showing; the case need not be readable."""
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
@@ -142,7 +142,7 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
         return None
 
 
-def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
+def _close_up(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     """A close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
     import numpy as np
 
@@ -169,7 +169,7 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     return picture.crop((round(x - half), round(y - high), round(x + half), round(y + high)))
 
 
-def _kept(run: Path) -> Iterator[Row]:
+def _preview_frames(run: Path) -> Iterator[Row]:
     """Yield the frames stored by the preview."""
     from text2sim.evidence.visibility import read_samples
 
@@ -208,7 +208,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         return
     eye = _eye(run)
     for one, picture in zip(shown, pictures, strict=True):
-        yield one.frame.camera, _caption(one), picture, _close(eye, one, picture)
+        yield one.frame.camera, _caption(one), picture, _close_up(eye, one, picture)
 
 
 def _left_out(run: Path) -> str:
@@ -235,6 +235,6 @@ def _unshown(look: dict[str, Any]) -> str:
 def moments_of(run: Path) -> list[FrameMoment]:
     """Return the moments of a run that are worth showing; empty without evidence."""
     try:
-        return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))
+        return _moments_to_show(run, json.loads((run / "evidence.json").read_text("utf-8")))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return []

@@ -76,7 +76,7 @@ def make_plan(
         inputs=[*request.inputs, *([BLIND_NOTE] if request.images and not chat.vision("planner") else [])],
         requirements=requirement_rows(request.requirements),
         minutes=request.minutes,
-        tried=_tried(tried),
+        tried=_tried_plan_text(tried),
     )
     system = system_prompt(
         PLANNER,
@@ -91,7 +91,7 @@ def make_plan(
     return chat.ask("planner", system, question, read, request.images, more=more, rounds=MAX_PLAN_ANSWERS)
 
 
-def _tried(tried: TriedPlan | None) -> str:
+def _tried_plan_text(tried: TriedPlan | None) -> str:
     if tried is None:
         return ""
     expect = yaml_text({"says": tried.plan.says, "checks": {"expect": tried.first.expect}})

@@ -49,7 +49,7 @@ def evidence_text(
             _table("## Measures", _measures(folder, evidence["measures"])),
             _table("## Events", _events(evidence["events"])),
             _table("## Diagnostics", _diagnostics(evidence)),
-            _table("## What the cameras saw", [*([f"- {pictured}"] if pictured else []), *_seen(evidence)]),
+            _table("## What the cameras saw", [*([f"- {pictured}"] if pictured else []), *_visibility_rows(evidence)]),
         ]
     else:
         parts.append("Nothing was recorded.")
@@ -130,7 +130,11 @@ def _outcome(record: Mapping[str, Any]) -> str:
     reached = f"{record.get('time', 0):.3g} of {record.get('duration', 0):g} s simulated"
     message = f": {record['message']}" if record.get("message") else ""
     if seconds := (record.get("timings") or {}).get("simulate"):
-        reached += f", {_g(seconds / record['time'])} s of wall time per simulated second" if record.get("time") else ""
+        reached += (
+            f", {_short_number(seconds / record['time'])} s of wall time per simulated second"
+            if record.get("time")
+            else ""
+        )
     return f"Run: {record.get('state')}, {reached}{message}"
 
 
@@ -150,12 +154,14 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
         if row.get("problem"):
             rows.append(f"- `{name}`: {row['problem']}")
             continue
-        low, high = (f"{_g(row[end])} at {_g(row[f'{end}_at'])} s" for end in ("min", "max"))
+        low, high = (f"{_short_number(row[end])} at {_short_number(row[f'{end}_at'])} s" for end in ("min", "max"))
         text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
         times, values = series.get("t") or series.get("time") or [], series.get(name) or []
         if len(times) > QUOTED_TIMES and len(values) == len(times):
             picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
-            text += "; over time " + ", ".join(f"{_g(times[k])} s: {_g(values[k])}" for k in picked)
+            text += "; over time " + ", ".join(
+                f"{_short_number(times[k])} s: {_short_number(values[k])}" for k in picked
+            )
         rows.append(text)
     return rows
 
@@ -168,10 +174,10 @@ def _series(file: Path) -> dict[str, list[float | None]]:
         return {}
     if not table:
         return {}
-    return {name: [_real(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
+    return {name: [_parse_number(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
 
 
-def _real(text: str) -> float | None:
+def _parse_number(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
@@ -181,7 +187,11 @@ def _real(text: str) -> float | None:
 def _events(events: Mapping[str, Data]) -> list[str]:
     rows = []
     for name, row in events.items():
-        when = f"first at {_g(row['first'])} s, last at {_g(row['last'])} s" if row.get("count") else "never"
+        when = (
+            f"first at {_short_number(row['first'])} s, last at {_short_number(row['last'])} s"
+            if row.get("count")
+            else "never"
+        )
         rows.append(
             f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else "")
         )
@@ -193,15 +203,18 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     energy = evidence.get("energy")
     if energy:
         rows.append(
-            f"- energy: {_g(energy['start'])} J first, at most {_g(energy['max'])} J at {_g(energy['max_at'])} s, "
-            f"{_g(energy['end'])} J at the end"
-            + "".join(f"; {row}" for row in _works(energy))
+            f"- energy: {_short_number(energy['start'])} J first, at most {_short_number(energy['max'])} J at "
+            f"{_short_number(energy['max_at'])} s, {_short_number(energy['end'])} J at the end"
+            + "".join(f"; {row}" for row in _work_rows(energy))
             + "".join(f"; not counted: {row}" for row in energy.get("not_counted") or ())
         )
     deepest = evidence.get("penetration") or {}
     if (deepest.get("value") or 0.0) > IGNORED_OVERLAP:
         between = " and ".join(f"`{name}`" for name in deepest["between"])
-        rows.append(f"- penetration: at most {_g(deepest['value'])} m, {between}, at {_g(deepest['time'])} s")
+        rows.append(
+            f"- penetration: at most {_short_number(deepest['value'])} m, {between}, at "
+            f"{_short_number(deepest['time'])} s"
+        )
     over = [row for row in evidence.get("joint_limits") or () if row["by"] > IGNORED_OVERSHOOT[row["unit"]]]
     off = [row for row in evidence.get("off_path") or () if row["value"] > IGNORED_OVERSHOOT[row["unit"]]]
     for name, found in (
@@ -215,10 +228,13 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     for body, row in list((evidence.get("speeds") or {}).items())[:MAX_ROWS]:
         linear = (row or {}).get("linear") or {}
         if linear.get("max"):
-            rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
+            rows.append(
+                f"- speeds: `{body}` at most {_short_number(linear.get('max'))} m/s at "
+                f"{_short_number(linear.get('at'))} s"
+            )
     for body, row in list((evidence.get("deformables") or {}).items())[:MAX_ROWS]:
         told = [
-            f"{name} {_worst(one)}"
+            f"{name} {_worst_value(one)}"
             for name, one in row.items()
             if isinstance(one, dict) and one.get("value") and name != "against_bounds"
         ]
@@ -231,7 +247,7 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     return rows
 
 
-def _works(energy: Mapping[str, Any]) -> list[str]:
+def _work_rows(energy: Mapping[str, Any]) -> list[str]:
     """Work of motors and controls, and the motors' work up to the maximum of the energy."""
     works = energy.get("works") or {}
     works_listed = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
@@ -239,22 +255,25 @@ def _works(energy: Mapping[str, Any]) -> list[str]:
     works_listed = sorted((row for row in works_listed if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
     if not works_listed:
         return []
-    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in works_listed[:MAX_MINOR_ROWS])
-    until = f"; motors until then {_g(energy['work_until_max'])} J" if works.get("motors") else ""
+    rows = ", ".join(f"{what} `{name}` {_short_number(work)} J" for what, name, work in works_listed[:MAX_MINOR_ROWS])
+    until = f"; motors until then {_short_number(energy['work_until_max'])} J" if works.get("motors") else ""
     return [f"work in all: {rows}{until}"]
 
 
-def _worst(row: Mapping[str, Any]) -> str:
+def _worst_value(row: Mapping[str, Any]) -> str:
     """A worst value with its unit, place and time."""
     where = f" in `{row['in']}`" if row.get("in") else ""
-    return f"{_g(row['value'])} {row.get('unit') or ''}".rstrip() + f"{where} at {_g(row.get('at'))} s"
+    return (
+        f"{_short_number(row['value'])} {row.get('unit') or ''}".rstrip()
+        + f"{where} at {_short_number(row.get('at'))} s"
+    )
 
 
-def _seen(evidence: Mapping[str, Any]) -> list[str]:
+def _visibility_rows(evidence: Mapping[str, Any]) -> list[str]:
     rows = []
     for camera, row in (evidence.get("visibility") or {}).items():
         for body, seen in row["bodies"].items():
-            share = f"{100 * seen['largest']:.2g} % of the picture (at {_g(seen['at'])} s)"
+            share = f"{100 * seen['largest']:.2g} % of the picture (at {_short_number(seen['at'])} s)"
             often = f"seen in {seen['pictures']} of {row['pictures']} pictures"
             rows.append(f"- `{camera}`: `{body}` fills at most {share}, {often}")
         if row["never_seen"]:
@@ -299,5 +318,5 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _g(value: Any) -> str:
+def _short_number(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, int | float) else "-"

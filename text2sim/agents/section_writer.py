@@ -274,13 +274,13 @@ def _section_of(
         raise Wrong([f"/{section}: has to be a mapping"])
     if section in data and (others := sorted({*SECTIONS, *PLANNER_PARTS} & set(data) - {section})):
         raise Wrong([f"/{other}: not yours; `refer` what has to change there, or leave it out" for other in others])
-    inner = _own(section, inner, plan)
+    inner = _without_planned(section, inner, plan)
     if wrong := section_faults(section, inner, plan, path, prefabs):
         raise Wrong(wrong)
     return inner
 
 
-def _own(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
+def _without_planned(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
     """Remove the Planner's entries, which must not be changed."""
     if section != "actions":
         return data

@@ -156,17 +156,17 @@ def _case(subject: Subject, signals: list[_Signal], given: tuple[str, ...]) -> A
     scene = {"duration": duration, "dt": STEP, "gravity": [0, 0, 0]}
     actions = {
         "controls": {f"drive_{n}": _drive(signal) for n, signal in enumerate(signals)},
-        "measures": {f"joint_{n}": {"kind": "joint_position", "of": _of(s)} for n, s in enumerate(signals)},
+        "measures": {f"joint_{n}": {"kind": "joint_position", "of": _selector_of(s)} for n, s in enumerate(signals)},
     }
     return tiny_case(subject.folder, body, scene, actions=actions)
 
 
-def _of(signal: _Signal) -> str:
+def _selector_of(signal: _Signal) -> str:
     return f"{BODY}.{signal.joint}"
 
 
 def _drive(signal: _Signal) -> dict[str, Any]:
-    motor, drive = signal.motor, {"kind": "drive", "joint": _of(signal)}
+    motor, drive = signal.motor, {"kind": "drive", "joint": _selector_of(signal)}
     times = [signal.begin, signal.begin + JOINT_TIME / 2]
     if motor.stiffness > 0:
         values = [signal.start, signal.start + signal.target]

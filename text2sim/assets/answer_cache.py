@@ -138,7 +138,7 @@ def _keep(key: str, answer: dict[str, Any]) -> None:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
         os.replace(name, where / f"{key}.json")
-        _tidy(where)
+        _delete_old_entries(where)
 
 
 def folder() -> Path:
@@ -151,7 +151,7 @@ def folder() -> Path:
     return (Path(cache) if cache else Path.home() / ".cache") / "text2sim" / "models"
 
 
-def _tidy(where: Path) -> None:
+def _delete_old_entries(where: Path) -> None:
     rows = list(where.iterdir())
     if len(rows) > MAX_ANSWERS:
         for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MAX_ANSWERS]:

@@ -105,13 +105,13 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
         raise AssetError("has no extent: all its vertices are in one point")
     surface = _cleaned(surface, goal, done)
     surface = _closed(surface, goal, done)
-    surface = _simpler(surface, goal.triangles, done)
+    surface = _simplify(surface, goal.triangles, done)
     if goal.wrap and not surface.watertight:
         surface = wrap(surface, FINENESS)
         done.append("wrapped a closed skin, without pictures, around it, as it could not be closed otherwise")
-        surface = _simpler(surface, goal.triangles, done)
+        surface = _simplify(surface, goal.triangles, done)
     surface = _scaled(surface, goal, done)
-    surface = _moved(surface, goal.origin, done)
+    surface = _move_origin(surface, goal.origin, done)
     return Repaired(surface, tuple(done), tuple(faults(surface)))
 
 
@@ -149,7 +149,7 @@ def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
     return surface
 
 
-def _simpler(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
+def _simplify(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
     count = len(surface.faces)
     fewer = decimate(surface, most)
     if len(fewer.faces) < count:
@@ -170,7 +170,7 @@ def _scaled(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
     return surface.move(surface.vertices * factor)
 
 
-def _moved(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
+def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
     if origin == "keep":
         return surface
     used = surface.used

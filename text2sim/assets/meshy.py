@@ -103,7 +103,7 @@ class Meshy:
                 f"there is no {KEY_VARIABLE} in the environment; without a key, build the shape from the language's "
                 "own shapes"
             )
-        if not _trusted(base, base):
+        if not _is_trusted(base, base):
             raise AssetError(f"`{base[:80]}` is not an https address")
         self.base, self.budget, self.timeout, self.say = base.rstrip("/"), budget, timeout, say
         self._pause, self._clock, self._end = pause, clock, 0.0
@@ -132,7 +132,7 @@ class Meshy:
         """Wait for the task of a stage; start one if there is none."""
         task = order.tasks.get(stage)
         if task is not None and not task.id:
-            task.id = self._lost(client, stage, wanted, task)
+            task.id = self._find_lost_task(client, stage, wanted, task)
             if not task.id:
                 del order.tasks[stage]
                 task = None
@@ -141,7 +141,7 @@ class Meshy:
         self._ledger.write(key, order)
         found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
         if task.status != "SUCCEEDED":
-            reason = _words((found.get("task_error") or {}).get("message"))
+            reason = _printable_line((found.get("task_error") or {}).get("message"))
             because = f": {reason}" if reason else ""
             raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again to retry")
         return found
@@ -164,7 +164,9 @@ class Meshy:
         else:
             body |= {"preview_task_id": order.tasks["preview"].id, "enable_pbr": False}
         try:
-            answer = self._send(client, "POST", API_PATH, body, lambda: self._lost(client, stage, wanted, task))
+            answer = self._send(
+                client, "POST", API_PATH, body, lambda: self._find_lost_task(client, stage, wanted, task)
+            )
         except RunError:
             del order.tasks[stage]  # a refused task costs nothing
             self._ledger.write(key, order)
@@ -181,7 +183,7 @@ class Meshy:
             found = self._send(client, "GET", f"{API_PATH}/{task.id}", missing={"status": "EXPIRED"})
             status = str(found.get("status"))
             if status not in (*PENDING_STATES, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
-                raise RunError(f"Meshy reports an unknown status: {_words(status)[:40]}")
+                raise RunError(f"Meshy reports an unknown status: {_printable_line(status)[:40]}")
             credits = found.get("consumed_credits")
             if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING_STATES:
                 task.credits = credits
@@ -197,7 +199,7 @@ class Meshy:
             self._sleep(pause)
             pause = min(pause * 1.5, LONGEST_POLL)
 
-    def _lost(self, client: "httpx.Client", stage: Stage, wanted: Order3D, task: MeshyTask) -> str:
+    def _find_lost_task(self, client: "httpx.Client", stage: Stage, wanted: Order3D, task: MeshyTask) -> str:
         """Find the id of a task whose id was never received; empty if there is no such task."""
         found = self._send(client, "GET", f"{API_PATH}?page_num=1&page_size=50&sort_by=-created_at")
         rows, known = found.get("items", []), self._ledger.known()
@@ -262,7 +264,7 @@ class Meshy:
         import httpx
 
         url = (found.get("model_urls") or {}).get("glb")
-        if not isinstance(url, str) or not _trusted(url, self.base):
+        if not isinstance(url, str) or not _is_trusted(url, self.base):
             raise RunError("Meshy gives no .glb file that can be downloaded")
         for attempt in range(MAX_TRIES):
             try:
@@ -293,14 +295,14 @@ def _raise_if_refused(reply: "httpx.Response") -> None:
     if code == 402:
         raise RunError("the Meshy account does not have enough credits")
     if code < 500 and code != 429:
-        raise RunError(f"Meshy refuses ({code}): {_words(_plain(reply).get('message')) or 'without a reason'}")
+        raise RunError(f"Meshy refuses ({code}): {_printable_line(_plain(reply).get('message')) or 'without a reason'}")
 
 
 def _options(wanted: Order3D) -> dict[str, Any]:
     return {name: value for name, value in asdict(wanted).items() if name not in ("prompt", "refine")}
 
 
-def _trusted(url: str, base: str) -> bool:
+def _is_trusted(url: str, base: str) -> bool:
     """Whether an address is https, or on this machine like the base."""
     try:
         parts, home = urlsplit(url), urlsplit(base)
@@ -339,6 +341,6 @@ def _task_id(value: Any) -> str:
     return value
 
 
-def _words(value: Any) -> str:
+def _printable_line(value: Any) -> str:
     """Untrusted text as one short printable line."""
     return "".join(c if c.isprintable() else " " for c in value)[:200].strip() if isinstance(value, str) else ""

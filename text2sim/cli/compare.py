@@ -62,7 +62,9 @@ def _say(comparison: "RunComparison") -> None:
     it = comparison
     section("case", [(row["path"], [_text(value) for value in row["values"]]) for row in it.spec])
     section("expectations", [(row["name"], [_verdict(cell) for cell in row["cells"]]) for row in it.expectations])
-    section("measures at the end", [(_measure(row), [_last(cell) for cell in row["cells"]]) for row in it.measures])
+    section(
+        "measures at the end", [(_measure(row), [_last_value(cell) for cell in row["cells"]]) for row in it.measures]
+    )
     section("events, first time [s]", [(row["name"], [_first(cell) for cell in row["cells"]]) for row in it.events])
     section("runs", [(row["name"], [_text(value) for value in row["values"]]) for row in it.diagnostics])
     Console().print(table)
@@ -78,7 +80,7 @@ def _measure(row: dict[str, Any]) -> str:
     return f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]
 
 
-def _last(cell: dict[str, Any] | None) -> str:
+def _last_value(cell: dict[str, Any] | None) -> str:
     return _text(cell.get("last") if cell else None)
 
 

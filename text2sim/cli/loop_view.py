@@ -101,15 +101,15 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
         return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]
     if event == "answer_refused":
-        return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_short(what['reasons'][0])}"]
+        return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_shortened(what['reasons'][0])}"]
     if event == "attempt":
         return [
-            f"attempt {what['number']}: {_short(what['cause'])}",
-            *(f"  changed: {_short(row)}" for row in what["changes"][:6]),
+            f"attempt {what['number']}: {_shortened(what['cause'])}",
+            *(f"  changed: {_shortened(row)}" for row in what["changes"][:6]),
         ]
     if event in ("mending", "unsound"):
         word = "to fix" if event == "mending" else "cannot be run"
-        return [f"  {word}: {_short(row)}" for row in what["problems"][:6]]
+        return [f"  {word}: {_shortened(row)}" for row in what["problems"][:6]]
     if event == "running" and what.get("seconds", 0) >= LONG_RUN:
         return [f"  simulating: about {seconds(what['seconds'])} on two idle cores, within a factor of three"]
     if event == "ran":
@@ -117,20 +117,20 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         return [f"  run {what['state']}", *(f"    {marks[ok]:4}  {name}" for name, ok in what["expect"].items())]
     if event == "judged":
         rows = [f"  Critic: {what['verdict']}, {what['score']:g} of 100{', accepted' if what['accepted'] else ''}"]
-        return rows + [f"    {_short(row)}" for row in what["failures"][:5]]
+        return rows + [f"    {_shortened(row)}" for row in what["failures"][:5]]
     if event == "decided":
-        rows = [f"  Planner: {what['action']}: {_short(what['why'])}"]
+        rows = [f"  Planner: {what['action']}: {_shortened(what['why'])}"]
         rows += [f"    takes patch {k}" for k in what["take"]]
-        return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
+        return rows + [f"    {TITLES[section]}: {_shortened(text)}" for section, text in what["routes"].items()]
     if event == "viewed":
         marks = ", ".join(f"{name} {mark:g}" for name, mark in what["marks"].items())
         return [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]
     if event == "styled":
         return [f"  filmed as `{what['treatment']}`, {what['total']:g} of 100"]
     if event in ("not_styled", "treatments_failed"):
-        return [f"  film: {_short(what['why'])}"]
+        return [f"  film: {_shortened(what['why'])}"]
     if event == "restated":
-        return [f"  restated: {_short(what['what'])}"]
+        return [f"  restated: {_shortened(what['what'])}"]
     if event == "cards":
         return [f"  cards for the {TITLES.get(what['role'], what['role'])}: {', '.join(what['cards'])}"]
     return []
@@ -141,7 +141,7 @@ def say_outcome(session: "Session", outcome: "LoopOutcome") -> None:
     say("")
     say(f"{outcome.state.replace('_', ' ')}: {outcome.why}")
     for row in outcome.unresolved:
-        say(f"  unresolved: {_short(row)}")
+        say(f"  unresolved: {_shortened(row)}")
     table = session.account.table()
     wide = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
     say("")
@@ -155,6 +155,6 @@ def say_outcome(session: "Session", outcome: "LoopOutcome") -> None:
             say(f"report: {run / 'report.html'}")
 
 
-def _short(text: str) -> str:
+def _shortened(text: str) -> str:
     line = " ".join(str(text).split())
     return line if len(line) <= LONG else line[: LONG - 1] + "…"

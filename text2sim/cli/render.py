@@ -99,13 +99,13 @@ def render(
         if quality == "still" or frames_only or shard:
             raise typer.BadParameter("cannot be used with still, --frames-only, --shard", param_hint="'--beside'")
         other = Filming(choose(beside, runs).recording, quality, size=filming.size, fps=fps)
-        path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
+        path = _render_both(filming, other, camera, span, times, join=join, quiet=as_json)
         say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
         raise typer.Exit(exits.OK)
 
     def wanted(filming: "Filming") -> "list[Reel]":
         reels = filming.reels(camera, span, times)
-        return [_still(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
+        return [_still_reel(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
 
     whole, pictures, stop = span is None and times is None, quality == "still" or bool(frames_only), Stop()
     fit = Fitted(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
@@ -229,7 +229,7 @@ class Teller:
         return {name: round(value / max(self._traced, 1), 3) for name, value in self._sums.items()}
 
 
-def _both(
+def _render_both(
     left: "Filming",
     right: "Filming",
     camera: str,
@@ -269,7 +269,7 @@ def _part(filming: "Filming", reel: "Reel", *, whole: bool) -> str:
     return rate + ("" if whole else f"_{reel.frames[0].k}-{reel.frames[-1].k}")
 
 
-def _still(reel: "Reel", *, first: bool) -> "Reel":
+def _still_reel(reel: "Reel", *, first: bool) -> "Reel":
     """Reel of a single frame: the first, or the middle one."""
     from text2sim.rendering.film import Reel
 

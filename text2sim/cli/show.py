@@ -59,7 +59,7 @@ def show(
             row.blame(error)
     _print(row, resolution, found, None if no_png or not row.ok else target, overlay, as_json)
     if open_it and not no_png and row.ok:
-        _open(target)
+        _open_file(target)
     raise typer.Exit(row.exit)
 
 
@@ -98,7 +98,7 @@ def _print(
         say(shown(picture), to=sys.stderr)
 
 
-def _open(picture: Path) -> None:
+def _open_file(picture: Path) -> None:
     """Ask the desktop to show a file."""
     import subprocess
     import webbrowser

@@ -164,7 +164,7 @@ class _Table:
         heads = [f"{name} [{unit}]" if unit else name for name, unit in self.measures.items()]
         table = [["", "came true", *heads]]
         for row in self.rows:
-            values = [_shown(row["measures"].get(name)) for name in self.measures]
+            values = [_value_text(row["measures"].get(name)) for name in self.measures]
             table.append([row["label"], f"{row['came_true']}/{row['expected']}", *values])
         widths = [max(len(line[column]) for line in table) for column in range(len(table[0]))]
         for line in table:
@@ -175,5 +175,5 @@ class _Table:
             say("  ".join(cells).rstrip())
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return "-" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)

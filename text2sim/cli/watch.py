@@ -73,7 +73,7 @@ def watch(
             options = Options(timeout=timeout, memory=int(memory * 1e9))
             session = WatchSession(path, folder, lambda: _examine(path, overlay), state, _Terminal(), options)
             if browser:
-                _open(server.url)
+                _open_page(server.url)
             session.run(lambda: stop.count)
         finally:
             server.close()
@@ -148,7 +148,7 @@ def _folder_name(path: Path) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in name)[:60] or "case"
 
 
-def _open(url: str) -> None:
+def _open_page(url: str) -> None:
     """Open a page in a browser with a window; one in the terminal would interfere with the output."""
     import webbrowser
 

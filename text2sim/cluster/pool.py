@@ -77,7 +77,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                     for member in members:
                         member.child.send(cancel=0) if asked == 1 else member.child.kill()
                 for member in members:
-                    if member.job is None and waiting and _room(tasks, members, tasks[waiting[0]]):
+                    if member.job is None and waiting and _has_room(tasks, members, tasks[waiting[0]]):
                         number = waiting.popleft()
                         tries[number] += 1
                         member.begin(number, tasks[number])
@@ -86,7 +86,7 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                     member = next((member for member in members if member.child is news.child), None)
                     if member is None:
                         continue
-                    done = _heard(member, news.data, tasks, tries)
+                    done = _handle_message(member, news.data, tasks, tries)
                     if "died" in news.data and ended < len(tasks) and not stop.count:
                         member.restart()
                     if isinstance(done, Done):
@@ -105,7 +105,9 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                 member.child.kill()
 
 
-def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]) -> Done | int | None:
+def _handle_message(
+    member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]
+) -> Done | int | None:
     """The result of a worker's task, or the number of a task to retry; None if the message is about neither."""
     if member.job is None or not (data.get("order") == member.job[0] or "died" in data):
         return None
@@ -123,6 +125,6 @@ def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: 
     return Done(tasks[number], None, words, tries[number], seconds, member.name)
 
 
-def _room(tasks: Sequence[Task], members: Sequence[_Member], task: Task) -> bool:
+def _has_room(tasks: Sequence[Task], members: Sequence[_Member], task: Task) -> bool:
     running = [tasks[member.job[0]].needs.memory for member in members if member.job is not None]
     return not running or sum(running) + task.needs.memory <= default_memory()

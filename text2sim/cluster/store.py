@@ -71,7 +71,9 @@ class Store:
         if len(files) > MAX_FILES:
             raise RunError(f"{folder} has more than {MAX_FILES:,} files, the limit for a task")
         with ThreadPoolExecutor(MAX_TRANSFERS) as pool:
-            return dict(zip((name for name, _ in files), pool.map(self._put, (path for _, path in files)), strict=True))
+            return dict(
+                zip((name for name, _ in files), pool.map(self._upload, (path for _, path in files)), strict=True)
+            )
 
     def get_tree(self, tree: Tree, folder: Path) -> None:
         """Fetch files that a folder does not have yet, each atomically.
@@ -130,7 +132,7 @@ class Store:
         finally:
             part.unlink(missing_ok=True)
 
-    def _put(self, path: Path) -> str:
+    def _upload(self, path: Path) -> str:
         digest = sha256_of(path)
         target = self._blob(digest)
         with self._using():

@@ -58,7 +58,7 @@ class Explicit:
             KeyError: if there is none of that name.
         """
         path = ("bodies", name) if name in self.data["bodies"] else ("scene", "statics", name)
-        inner = _at(self.data, path)
+        inner = _get_at(self.data, path)
         for step in reversed(path):
             inner = {step: inner}
         return Explicit(inner, {key: text for key, text in self.comments.items() if key[: len(path)] == path})
@@ -75,7 +75,7 @@ def explicit(resolution: Resolution) -> Explicit:
     params = loaded.data.get("params") or {}
     for path, text in loaded.document.sites.items():
         if loaded.varies(path):
-            _put(found.data, path, folded(text, params))
+            _set_at(found.data, path, folded(text, params))
     _add_settings(found, resolution)
     add_soft(found.data, found.comments, resolution)
     _add_render(found, resolution)
@@ -101,8 +101,8 @@ def _plain(value: Any) -> Any:
     return escaped(value) if isinstance(value, str) else value
 
 
-def _put(data: Any, path: Path, value: Any) -> None:
-    _at(data, path[:-1])[path[-1]] = value
+def _set_at(data: Any, path: Path, value: Any) -> None:
+    _get_at(data, path[:-1])[path[-1]] = value
 
 
 def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
@@ -146,7 +146,7 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
             found.comments["scene", "dt"] = f"substeps, left out, are {settings.substeps:,}: {why}"
             continue
         if value is not None:
-            _put(scene, path, value)
+            _set_at(scene, path, value)
         if why is not None:
             found.comments["scene", *path] = f"derived: {why}"
     case = resolution.loaded.case
@@ -193,7 +193,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
         for name, model in models.items():
             copies = resolution.placed[name]
             root: Path = (*section, name)
-            data = _at(found.data, root)
+            data = _get_at(found.data, root)
             if model.place is None and model.pose is None:
                 data["pose"] = _plain(Pose())
             place = "place" if model.place is not None else "pose" if model.repeat is None else "repeat"
@@ -206,7 +206,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
 
 def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
     """Write out the finish, and the colour if the case gives none and no file may have one."""
-    look = _at(found.data, root)["look"]
+    look = _get_at(found.data, root)["look"]
     look["finish"] = finish_of_body(model)
     parts = getattr(copies[0].shape, "parts", {}).values() if copies else ()
     kinds = {getattr(part, "shape", part).kind for part in parts}
@@ -219,7 +219,7 @@ def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> No
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 
-def _at(data: Any, path: Path) -> Any:
+def _get_at(data: Any, path: Path) -> Any:
     for step in path:
         data = data[step]
     return data

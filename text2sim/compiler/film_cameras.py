@@ -80,7 +80,7 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
         if camera.frame is None:
             return plain | {"look_at": resolve_target(camera.look_at, scene)}
         frame = _frame(camera, scene) | {"fit": camera.radius is None}
-        return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
+        return _framed(plain | {"frame": frame}, _subject_balls(_names(camera.frame), scene), scene)
     assert isinstance(camera, Still)
     if camera.frame is None:
         return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, scene)}
@@ -89,7 +89,7 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
         plain |= {"pos": camera.from_}
     else:
         frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), scene)}
-    return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
+    return _framed(plain | {"frame": frame}, _subject_balls(_names(camera.frame), scene), scene)
 
 
 def derived_camera(scene: FilmedScene) -> dict[str, Any]:
@@ -219,7 +219,7 @@ def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> di
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
 
 
-def _shown(names: list[str], scene: FilmedScene) -> list[Ball]:
+def _subject_balls(names: list[str], scene: FilmedScene) -> list[Ball]:
     """Return balls around what a frame is to show, as known at the start, and around where it will fall."""
     moving = scene.around([name for name in names if name in scene.moving])
     return _to_the_ground(moving, scene) + scene.around([name for name in names if name not in scene.moving])

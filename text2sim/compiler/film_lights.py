@@ -122,7 +122,9 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     center, radius = extent(scene)
     lights = {name: _light(light, scene, center, radius) for name, light in render.lights.items()}
     if not lights:
-        lights = {name: _light(_turned(light, camera), scene, center, radius) for name, light in studio.lights.items()}
+        lights = {
+            name: _light(_turn_light(light, camera), scene, center, radius) for name, light in studio.lights.items()
+        }
     elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
         strength = render.ambient if render.ambient is not None else 0.16
         lights["ambient"] = _light(
@@ -191,7 +193,7 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
     }
 
 
-def _turned(light: Light, camera: dict[str, Any]) -> Light:
+def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
     """A studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light

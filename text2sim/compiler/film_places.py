@@ -92,7 +92,7 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
     if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
         return PLACES["meadow"]
     colors = _colors(scene)
-    pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _apart(k, colors))]
+    pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _contrast(k, colors))]
     if extent(scene)[1] < MAX_TABLE_RADIUS:
         pattern = "polished"
     return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
@@ -137,7 +137,7 @@ def _colors(scene: FilmedScene) -> dict[Vec, None]:
     return dict.fromkeys(map(oklab, colors))
 
 
-def _apart(k: int, colors: Collection[Vec]) -> float:
+def _contrast(k: int, colors: Collection[Vec]) -> float:
     """How well colours stand out against a floor and its wall."""
     if not colors:
         return -k

@@ -49,7 +49,7 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
-        return sum(any(_meets(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
+        return sum(any(_crosses(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
 
     return min(ways, key=hidden)
 
@@ -77,7 +77,7 @@ def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
     return [(piece, copy.pos, copy.quat) for piece in pieces(copy.shape, bodies.folder)]
 
 
-def _meets(standing: Standing, start: Vec, end: Vec) -> bool:
+def _crosses(standing: Standing, start: Vec, end: Vec) -> bool:
     """Whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))

@@ -91,7 +91,7 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
         stride: Greatest distance [m] between moments, unless that makes more than `MAX_POSES` of them.
     """
     if isinstance(motion, Spin):
-        yield from _turns(motion, duration)
+        yield from _spin_moments(motion, duration)
         return
     corners = _corners(motion, duration)
     total = sum(math.dist(a, b) for (_, a), (_, b) in pairwise(corners)) or 1.0
@@ -114,7 +114,7 @@ def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float
     return [(t, displacement(motion, t)) for t in times]
 
 
-def _turns(motion: Spin, duration: float) -> Iterator[Moment]:
+def _spin_moments(motion: Spin, duration: float) -> Iterator[Moment]:
     """Moments of a spin up to its largest angle either way, at most one turn each."""
     axis = vector_unit(motion.axis)
     low = high = angle = 0.0

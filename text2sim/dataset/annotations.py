@@ -209,7 +209,7 @@ class Annotator:
                 row["hidden"] = float(sight.hidden[k]) if sight.alone[k] >= MIN_PIXELS else None
                 row["inside"] = float(sight.inside[k])
             if "boxes" in wanted:
-                row["box"], row["whole_box"] = _box(ids == k), _around(points, now.view)
+                row["box"], row["whole_box"] = _box(ids == k), _bounding_box(points, now.view)
                 row |= self._box3d(thing["name"], points, now.frame.t)
             if "keypoints" in wanted:
                 triangle, corner = self._keys[k]
@@ -257,25 +257,25 @@ class PictureContacts:
                 "penetration": float(self._arrays["penetration"][k]),
                 "pixel": pixels[n].tolist() if np.isfinite(pixels[n]).all() else None,
             }
-            for n, k in enumerate(self._at(now.frame.t))
+            for n, k in enumerate(self._points_at(now.frame.t))
         ]
 
     def map(self, now: Seen) -> Array:
         """Return the sum of normal forces at each pixel [N], float16, shape (h, w)."""
         wide, tall = now.view.width, now.view.height
-        pixels, force = self._pixels(now), self._arrays["normal_force"][self._at(now.frame.t)]
+        pixels, force = self._pixels(now), self._arrays["normal_force"][self._points_at(now.frame.t)]
         inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < (wide, tall)).all(axis=1)
         column, row = pixels[inside].astype(int).T
         sums = np.bincount(row * wide + column, np.abs(force[inside]).astype(float), wide * tall)
         return np.minimum(sums, np.finfo(np.float16).max).reshape(tall, wide).astype(np.float16)
 
-    def _at(self, t: float) -> Array:
+    def _points_at(self, t: float) -> Array:
         step = round(t / self._states.dt)
         first, last = np.searchsorted(self._sorted, [step, step + 1])
         return self._order[first:last]
 
     def _pixels(self, now: Seen) -> Array:
-        return now.view.pixels(self._arrays["pos"][self._at(now.frame.t)].reshape(-1, 3))
+        return now.view.pixels(self._arrays["pos"][self._points_at(now.frame.t)].reshape(-1, 3))
 
 
 def _shares(now: Seen, pixels: Array, triangle: Array) -> Array:
@@ -335,7 +335,7 @@ def _box(mask: Array) -> list[int] | None:
     return [int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1]
 
 
-def _around(points: Array, view: PictureView) -> list[float] | None:
+def _bounding_box(points: Array, view: PictureView) -> list[float] | None:
     """Left, top, right, bottom [pixels] of a whole thing, with what is hidden or outside of the picture.
 
     None if some of it is behind the camera.

@@ -228,7 +228,7 @@ class Writer:
         with Path(self._asked.name).open(encoding="utf-8") as lines:
             rows = (json.loads(line) for line in lines)
             for row in balanced(rows, self._answers, self._recipe.seed):
-                self._put("questions", row.pop("split"), [row])
+                self._write_rows("questions", row.pop("split"), [row])
         Path(self._asked.name).unlink()
         for file in (*self._tables.values(), *self._shards.values(), *self._robots.values(), self._refused):
             file.close()
@@ -243,8 +243,8 @@ class Writer:
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
         if (form := robot_form(item)) is not None:
             self._robot(f"{split}-{item.row['source']}-{item.row['case']}", form).add(item)
-        self._put("items", split, [item.row])
-        self._put("frames", split, item.frames)
+        self._write_rows("items", split, [item.row])
+        self._write_rows("frames", split, item.frames)
         for row in item.questions:
             self._asked.write(json.dumps({"split": split, "case": item.row["case"], **row}) + "\n")
             group = split, item.row["case"], row["question"]
@@ -259,7 +259,7 @@ class Writer:
             self._robots[name, form] = RobotWriter(folder, form)
         return self._robots[name, form]
 
-    def _put(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
+    def _write_rows(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
         if (table, split) not in self._tables:
             path = self._folder / table / f"{split}-00000.parquet"
             self._tables[table, split] = TableWriter(path, table)

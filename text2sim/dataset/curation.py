@@ -37,7 +37,7 @@ def refusals(item: Item, limits: ItemLimits) -> list[str]:
         found.append(f"energy: {100 * gain:.2g} % without a source, more than {100 * limits.energy:g} %")
     if (depth := row["penetration"]) is not None and depth > limits.penetration:
         found.append(f"penetration: {1e3 * depth:.3g} mm, more than {1e3 * limits.penetration:g} mm")
-    if (seen := _seen(item)) < limits.seen:
+    if (seen := _median_filled_share(item)) < limits.seen:
         found.append(f"legibility: no moving body fills {limits.seen:g} of the picture in half of them ({seen:.2g})")
     pictures = decoded(item.folder / "film.mp4", (row["width"], row["height"]))
     if len(pictures) != row["frames"]:
@@ -55,7 +55,7 @@ def is_doubtful(row: dict[str, Any], limits: ItemLimits) -> bool:
     )
 
 
-def _seen(item: Item) -> float:
+def _median_filled_share(item: Item) -> float:
     """Median over the pictures of the share that the largest moving body fills."""
     still = {thing["instance"] for thing in item.row["things"] if thing["static"]}
     shares = [

@@ -27,7 +27,7 @@ def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
     waiting = [box_of([prop]) for prop in solid if prop.static]
     while True:
         size = max(float((high - low).max()), 1e-6)
-        shown = [box for box in waiting if not _large(box, size) and _near(box, (low, high), size)]
+        shown = [box for box in waiting if not _large(box, size) and _is_near(box, (low, high), size)]
         if not shown:
             break
         waiting = [box for box in waiting if not any(box is other for other in shown)]
@@ -47,7 +47,7 @@ def _large(box: tuple[np.ndarray, np.ndarray], size: float) -> bool:
     return longest > (LARGE_LEVEL_STATIC if sides[2] < FLATNESS * longest else LARGE_STATIC) * size
 
 
-def _near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarray], size: float) -> bool:
+def _is_near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarray], size: float) -> bool:
     around = MAX_SUBJECT_DISTANCE * max(size, float((box[1] - box[0]).max()))
     return bool((box[0] < shown[1] + around).all() and (box[1] > shown[0] - around).all())
 

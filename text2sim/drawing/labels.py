@@ -62,13 +62,13 @@ def place_labels(
         points = spots[key]
         if len(points):
             points = points[:: len(points) // SAMPLES + 1].astype(np.float32) + np.float32(0.5)
-            label = _best(key, text, width, height, points, filled, placed, taken)
+            label = _best_label(key, text, width, height, points, filled, placed, taken)
             if label is not None:
                 placed.append(label)
     return placed
 
 
-def _best(
+def _best_label(
     key: str,
     text: str,
     width: float,

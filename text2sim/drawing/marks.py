@@ -94,7 +94,9 @@ def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
     axis = quat_rotate(standing.quat, axis)
     if joint.kind == "slider" and joint.range is not None:
         low, high = joint.range
-    return JointMark(joint.kind, (_along(anchor, axis, min(low, 0.0)), _along(anchor, axis, max(high, 0.0))), body)
+    return JointMark(
+        joint.kind, (_end_of_axis(anchor, axis, min(low, 0.0)), _end_of_axis(anchor, axis, max(high, 0.0))), body
+    )
 
 
 def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMark]:
@@ -175,7 +177,7 @@ def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
     }
 
 
-def _along(point: Vec, axis: Vec, length: float) -> Vec:
+def _end_of_axis(point: Vec, axis: Vec, length: float) -> Vec:
     return (point[0] + length * axis[0], point[1] + length * axis[1], point[2] + length * axis[2])
 
 

@@ -88,7 +88,7 @@ class _Collector:
         if tree is not None:
             if getattr(copy.model, "file", None) is not None:
                 mechanism = self.resolution.lowering.mechanisms[copy.model.file, copy.model.base]
-                tree = _dressed(tree, mechanism, fine=self.fine)
+                tree = _with_visuals(tree, mechanism, fine=self.fine)
             self._tree(tree, copy, color, finish, static)
             return
         mount = getattr(copy.model, "mount", None)
@@ -167,7 +167,7 @@ class _Collector:
         clear = np.array([row[2][3] < 1.0 for row in rows], bool)
         parts = []
         for key, surface in surfaces.items():
-            corners, normals = _placed(surface, self.instances[key])
+            corners, normals = _place_instances(surface, self.instances[key])
             owner = np.repeat(np.array([one.prop for one in self.instances[key]], np.int32), len(surface.corners))
             own = colors[owner]
             if surface.colors is not None:
@@ -239,7 +239,7 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
     return {key: 2 * min(max(round(most * weight / 2), 4), 24) for key, weight in weights.items()}
 
 
-def _placed(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
+def _place_instances(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
     """Corners and normals of all instances of a surface."""
     scale = np.array([one.scale for one in instances])[:, None, :]
     turn = np.swapaxes(matrices(np.array([one.quat for one in instances])), 1, 2)
@@ -264,9 +264,9 @@ def matrices(quats: np.ndarray) -> np.ndarray:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
+def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
-    shapes = {link.name: (_seen(link), ()) for link in mechanism.links}
+    shapes = {link.name: (_visual_shapes(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
         from text2sim.drawing.robots import urdf_dress
 
@@ -279,6 +279,6 @@ def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name][0])
 
 
-def _seen(link: MechanismLink) -> tuple[TreeGeom, ...]:
+def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
     apart = any(not geom.touches for geom in link.geoms)
     return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))

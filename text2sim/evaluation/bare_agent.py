@@ -107,7 +107,7 @@ class BareAgent:
         facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
             Message("system", letter("agent", **facts)),
-            Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
+            Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
         ]
         try:
             with Stop() as stop:
@@ -185,7 +185,7 @@ class BareAgent:
         except RunError:
             return ()
 
-    def _dealt(self, prompt: str) -> str:
+    def _deal_cards(self, prompt: str) -> str:
         if not self._cards:
             return ""
         from text2sim.card_library.library import load_library

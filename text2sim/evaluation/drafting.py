@@ -54,13 +54,13 @@ def suite_text(suite: Suite) -> str:
         rows += ["", f"  {name}:", yaml_text(data, 4)]
         if needs is not None:
             rows.append("    requirements:")
-            rows += [f"      {kind}:\n{_listed(needs[kind], 8)}" for kind in CATEGORIES]
+            rows += [f"      {kind}:\n{_yaml_rows(needs[kind], 8)}" for kind in CATEGORIES]
         if prohibitions:
-            rows.append(f"    prohibitions:\n{_listed(prohibitions, 6)}")
+            rows.append(f"    prohibitions:\n{_yaml_rows(prohibitions, 6)}")
     return "\n".join(rows) + "\n"
 
 
-def _listed(rows: dict[str, Any], indent: int) -> str:
+def _yaml_rows(rows: dict[str, Any], indent: int) -> str:
     """One line of YAML per entry."""
     return "\n".join(yaml_text({name: row}, indent) for name, row in rows.items())
 

@@ -157,7 +157,7 @@ class Judging:
             bind_facts(lambda: self._chat(turn), prompt, shown, made)
         rows = []
         for turn in _turns(name, method.name, len(self.models), self.repeats):
-            row = self._judged(turn, prompt, made, shown)
+            row = self._judge_turn(turn, prompt, made, shown)
             write_json(self.out / turn.place / JUDGEMENT_FILE, asdict(row))
             rows.append(row)
             result = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
@@ -165,7 +165,7 @@ class Judging:
             tell(f"{name}, {method.name}: {who}: {result}")
         return rows
 
-    def _judged(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
+    def _judge_turn(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
             return Judgement(turn, prompt.digest(), state, 0.0 if state == "nothing" else None, why)
 

@@ -75,7 +75,7 @@ def motion_of(recording: RecordedCase) -> Motion:
     ways: dict[str, float] = {}
     given = _impulses(recording)
     for target in recording.names.loose:
-        moved, odd, worst = _unexplained(recording, target, given)
+        moved, odd, worst = _unexplained_motion(recording, target, given)
         ways[target.copy] = float(moved.sum())
         moving = moved > MAX_REST_DISPLACEMENT
         share = float(odd[moving].mean()) if moving.any() else 0.0
@@ -107,7 +107,7 @@ def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
     return impulse[:-1], size[:-1]
 
 
-def _unexplained(
+def _unexplained_motion(
     recording: RecordedCase, target: RecordedTarget, given: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[float, float]]:
     """Displacements [m] per frame, mask of the unexplained ones, (F-1,), and the largest jump [m] with its time [s]."""

@@ -32,20 +32,20 @@ THUMBNAIL = 300
 def write_report(tables: Tables, out: Path) -> Path:
     """Write the page; films are linked, everything else is embedded."""
     families: dict[str, list[str]] = {}
-    for name, prompt in _judged(tables):
+    for name, prompt in _judged_prompts(tables):
         families.setdefault(prompt.family, []).append(name)
     contents = {
         "it": tables, "paper": PAPER_RESULTS, "parts": PHYSICAL_WEIGHTS, "visual": VISUAL_WEIGHTS, "kinds": KINDS,
         "families": families,
         "bars": [(family, kind, _bars(tables, kind, names)) for family, names in families.items() for kind in KINDS],
-        "cases": [_case(tables, out, name, prompt) for name, prompt in _judged(tables)],
+        "cases": [_case(tables, out, name, prompt) for name, prompt in _judged_prompts(tables)],
         **films_script(),
     }  # fmt: skip
     write_atomically(out / REPORT, render_page("evaluation", "report.html.j2", contents))
     return out / REPORT
 
 
-def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
+def _judged_prompts(tables: Tables) -> list[tuple[str, Prompt]]:
     """Prompts with a judgement, sorted by family."""
     names = {row.turn.prompt for row in tables.judgements}
     found = [(name, prompt) for name, prompt in tables.suite.prompts.items() if name in names]

@@ -92,7 +92,7 @@ def _scores(rows: Sequence[Judgement], method: str, families: Mapping[str, str])
     own = [one for one in rows if one.turn.method == method]
     for kind in KINDS:
         scores = {prompt: value for (_, prompt), value in case_scores(own, kind).items()}
-        row |= _spelled(kind, estimate(list(scores.values())))
+        row |= _estimate_columns(kind, estimate(list(scores.values())))
         row[f"{kind}_sd_within"] = spread_within(rows, kind, method)
         for family in dict.fromkeys(families.values()):
             part = [value for prompt, value in scores.items() if families[prompt] == family]
@@ -121,7 +121,7 @@ def _differences(rows: Sequence[Judgement], methods: Sequence[str]) -> list[Row]
 _SPELLED = {"mean": "", "low": "_low", "high": "_high", "count": "_cases"}
 
 
-def _spelled(kind: Kind, value: Estimate | None) -> Row:
+def _estimate_columns(kind: Kind, value: Estimate | None) -> Row:
     row = asdict(value) if value is not None else dict.fromkeys(_SPELLED)
     return {f"{kind}{suffix}": row[name] for name, suffix in _SPELLED.items()}
 

@@ -33,11 +33,14 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
     area = np.linalg.norm(np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]), axis=1)
     cell = float(np.sqrt(area.mean()))  # leg of a right triangle of mean area
     plane = [k for k in range(3) if k != axis]
-    found = [_hidden(points[span][..., plane].astype(float) / cell, faces) for span in spans(points, 2 * len(faces))]
+    found = [
+        _count_hidden_cells(points[span][..., plane].astype(float) / cell, faces)
+        for span in spans(points, 2 * len(faces))
+    ]
     return np.concatenate(found) * cell**2
 
 
-def _hidden(points: Array, faces: Array) -> Array:
+def _count_hidden_cells(points: Array, faces: Array) -> Array:
     """Return the number of hidden cells in each frame, shape (F,), for points (F, n, 2) in units of cells."""
     frames = len(points)
     low = np.floor(points.min(axis=1))

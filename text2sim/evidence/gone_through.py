@@ -49,11 +49,11 @@ def gone_through(recording: RecordedCase) -> list[str]:
     movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in recording.names.loose]
     found: dict[frozenset[str], tuple[int, str, str, str]] = {}
     held = _held_together(recording)
-    for mover, other in _near(movers, pieces):
+    for mover, other in _pairs_in_reach(movers, pieces):
         names = frozenset(body_of(piece.target.copy) for piece in (mover, other))
         if names in held:
             continue
-        seen = _below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
+        seen = _first_below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
         if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
@@ -91,7 +91,7 @@ def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
             yield _Piece(target, solid, pos, turn, middle, box)
 
 
-def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
+def _pairs_in_reach(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
     """Yield pairs of pieces of different bodies where the first's centre enters the swept box of the second."""
     if not movers:
         return
@@ -112,7 +112,7 @@ def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
     return {frozenset(body_of(name) for name in (hold.body, hold.to)) for hold in holds}
 
 
-def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
+def _first_below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
     """Return the first frame with a centre below a ground, unless it came from the side, and how it got there."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds

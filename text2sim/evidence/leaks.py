@@ -36,7 +36,7 @@ def leaks(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, lis
         before = None
         for frame in range(frames):
             own = (body.points[frame].astype(float) - pos[frame]) @ turn[frame]
-            hit = _below(own, deep, size) if solid.kind == "plane" else _inside(solid, own, before, deep)
+            hit = _points_below(own, deep, size) if solid.kind == "plane" else _inside(solid, own, before, deep)
             new = hit[first[hit] > frame]
             first[new], through[new] = frame, number
             before = own
@@ -81,7 +81,7 @@ def _half_thickness(solid: LinkSolid) -> float:
     return max(0.0, -float(solid.distance(((low + high) / 2)[None])[0]))
 
 
-def _below(own: Array, deep: float, size: float) -> Array:
+def _points_below(own: Array, deep: float, size: float) -> Array:
     """Return the indices of points below a ground."""
     return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
 

@@ -174,7 +174,7 @@ def _angular_velocity(recording: RecordedCase, measure: Any, target: RecordedTar
     return turning[:, _COLUMN[measure.axis]]
 
 
-def _turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
+def _count_turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
     """Integral of w . a dt over 2 pi, by the trapezoidal rule; w is the engine's, so no turn is missed."""
     rate = _angular_velocity(recording, measure, target)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
@@ -224,7 +224,7 @@ _PER_TARGET: dict[str, Callable[[RecordedCase, Any, RecordedTarget], Array]] = {
     "speed": _speed,
     "angular_speed": _angular_speed,
     "angular_velocity": _angular_velocity,
-    "turns": _turns,
+    "turns": _count_turns,
     "displacement": _displacement,
     "tilt": _tilt,
 }
@@ -241,7 +241,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     """
     targets = recording.names.select(measure.of)
     frame = None if measure.frame is None else recording.names.select(measure.frame)[0].root
-    low, high = _reached(recording, targets, measure.axis, frame)
+    low, high = _reach_of_links(recording, targets, measure.axis, frame)
     origin, direction = axis_in(recording.states, measure.axis, frame)
     for number in soft_of(targets):
         body = recording.states.deformables[number]
@@ -255,7 +255,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _reached(
+def _reach_of_links(
     recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None = None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""

@@ -41,20 +41,20 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
             except DeformationError:
                 continue
             if values is not None:
-                _worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
-        _worst(
+                _record_worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
+        _record_worst(
             rows, "speed", states.soft_speed[:, body.index].astype(float), _large,
             {"unit": "m/s", "copy": body.body}, states.time,
         )  # fmt: skip
         depth, where = penetration(recording, thin)
-        _worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        _record_worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
         if body.kind == "soft" and body.solver == "mpm":
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
-            _worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
+            _record_worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
         if body.kind in LEAKING_KINDS:
             share, walls = leaks(recording, thin)
-            _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
+            _record_worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
     return found
 
 
@@ -73,7 +73,7 @@ def first_torn(torn: Array, times: Array) -> dict[str, float]:
     return {"since": float(times[off[0]])} if len(off) else {}
 
 
-def _worst(
+def _record_worst(
     rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], context: dict[str, Any],
     time: Array, where: list[str] | None = None,
 ) -> None:  # fmt: skip
@@ -111,7 +111,7 @@ def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
-def _against(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
+def _share_at_walls(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the fraction of points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
@@ -132,7 +132,7 @@ _QUANTITIES: tuple[
     ("strain", "", _strain, _large),
     ("inverted", "", lambda recording, body: deformation.inverted(body), _large),
     ("self_penetration", "m", _self_penetration, _large),
-    ("against_bounds", "", _against, _large),
+    ("against_bounds", "", _share_at_walls, _large),
 )
 """Name, unit, values over frames (None if a body has none), and a measure of how bad they are."""
 

@@ -108,7 +108,8 @@ class _Writer:
         else:
             node["children"] = [
                 self.glb.add(
-                    "nodes", {"translation": list(p.pos), "rotation": _turn(np.array(p.quat)), "mesh": self._mesh(p)}
+                    "nodes",
+                    {"translation": list(p.pos), "rotation": _gltf_quaternion(np.array(p.quat)), "mesh": self._mesh(p)},
                 )
                 for p in pieces
             ]
@@ -191,7 +192,7 @@ class _Writer:
     # --- writing ----------------------------------------------------------------------
 
     def _animate(self, number: int, node: dict[str, Any], times: Array, pos: Array, quat: Array) -> None:
-        node["translation"], node["rotation"] = pos[0].tolist(), _turn(quat[0])
+        node["translation"], node["rotation"] = pos[0].tolist(), _gltf_quaternion(quat[0])
         turned = _unit(np.roll(quat, -1, axis=1))
         for path, values in (("translation", pos), ("rotation", turned)):
             if (values != values[0]).any():
@@ -243,6 +244,6 @@ def _unit(vectors: Array) -> Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
 
 
-def _turn(quat: Array) -> list[float]:
+def _gltf_quaternion(quat: Array) -> list[float]:
     """An orientation (w, x, y, z) in the order of glTF."""
     return np.roll(_unit(quat), -1).tolist()

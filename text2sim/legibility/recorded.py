@@ -57,8 +57,8 @@ class Recorded:
     ):
         self.recording, self._budget, self._grains = recording, budget, grains
         self._name = str if copies else body_of
-        parts = [part for part in recording.parts if _shown(part.look)]
-        soft = [part for part in recording.soft if _shown(part.look)]
+        parts = [part for part in recording.parts if _is_visible(part.look)]
+        soft = [part for part in recording.soft if _is_visible(part.look)]
         self.pieces = [*parts, *soft]
         self.names = list(dict.fromkeys(self._name(piece.body) for piece in self.pieces))
         self._index = {name: k for k, name in enumerate(self.names)}
@@ -189,5 +189,5 @@ def coarse(vertices: Array, faces: Array, most: int) -> Array:
         cells = max(int(cells * 0.7), 2)
 
 
-def _shown(look: "SurfaceLook") -> bool:
+def _is_visible(look: "SurfaceLook") -> bool:
     return look.visible and look.opacity > 0

@@ -131,7 +131,7 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
             found.append(f"`{name}` is in no picture")
             continue
         if not numbers["seen"]:
-            found.append(f"`{name}` is in the picture and never seen: {_behind(watcher, pictures, rows, name)}")
+            found.append(f"`{name}` is in the picture and never seen: {_what_hides(watcher, pictures, rows, name)}")
             continue
         if numbers["share"]["max"] < SMALL_SHARE:
             found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
@@ -140,7 +140,7 @@ def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> l
         elif median(row["inside"] for row in there) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
         if median(row["hidden"] or 0.0 for row in there) > HIDDEN_SHARE:
-            found.append(f"`{name}` is hidden in most pictures: {_behind(watcher, pictures, rows, name)}")
+            found.append(f"`{name}` is hidden in most pictures: {_what_hides(watcher, pictures, rows, name)}")
         if (
             numbers["contrast"] is not None
             and numbers["contrast"] < FAINT_CONTRAST
@@ -169,20 +169,20 @@ def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Mo
             if not sight.inside[k]:
                 found.append(f"`{body}` is not in the picture {when}")
             elif sight.hidden[k] > HIDDEN_SHARE and sight.alone[k] >= MIN_PIXELS:
-                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_who(sight, names, k)} {when}")
+                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_name_of(sight, names, k)} {when}")
     return found
 
 
-def _behind(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
+def _what_hides(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
     """Say what hides a body where most of it is hidden."""
     worst = max((row for row in rows if name in row["bodies"]), key=lambda row: row["bodies"][name]["hidden"] or 0.0)
     frame = next(frame for frame in pictures if frame.k == worst["frame"])
     sight, names = watcher.sight(frame), watcher.recorded.names
     k = names.index(name)
-    return f"{_percent(sight.hidden[k])}{_who(sight, names, k)} at {frame.t:.2f} s"
+    return f"{_percent(sight.hidden[k])}{_name_of(sight, names, k)} at {frame.t:.2f} s"
 
 
-def _who(sight: Sight, names: list[str], thing: int) -> str:
+def _name_of(sight: Sight, names: list[str], thing: int) -> str:
     hider = next((names[other] for other, _ in sight.hiders(thing)), None)
     return f" behind `{hider}`" if hider is not None else ""
 

@@ -15,7 +15,7 @@ from text2sim.templates.playback import States
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MAX_PICTURES = 16
+MAX_SHEET_PICTURES = 16
 """Largest number of pictures on a sheet."""
 WIDTH_OF_FEW, WIDTH_OF_MANY = 640, 320
 """Width of a picture [pixels] if there are up to `MAX_FEW`, and if there are more."""
@@ -45,7 +45,7 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
     """
     folder = workspace.run_folder(run)
     reel, pictures = _pictures(folder, camera)
-    wanted = _chosen(pictures, times[:MAX_PICTURES], min(max(count, 1), MAX_PICTURES))
+    wanted = _chosen(pictures, times[:MAX_SHEET_PICTURES], min(max(count, 1), MAX_SHEET_PICTURES))
     film = _film(folder, reel)
     found = _decoded(film, wanted, WIDTH_OF_FEW if len(wanted) <= MAX_FEW else WIDTH_OF_MANY)
     if not found:

@@ -105,7 +105,7 @@ class Jobs:
             self._jobs[job.id] = job
             for old in list(self._jobs)[:-MAX_REMEMBERED_JOBS]:
                 del self._jobs[old]
-        Thread(target=_work, args=(job, work), name=job.id, daemon=True).start()
+        Thread(target=_run_job, args=(job, work), name=job.id, daemon=True).start()
         return job
 
     def find(self, id: str) -> BackgroundRun:
@@ -131,7 +131,7 @@ class Jobs:
                 job.over.wait(STOP_GRACE)
 
 
-def _work(job: BackgroundRun, work: Work) -> None:
+def _run_job(job: BackgroundRun, work: Work) -> None:
     def listen(progress: Progress) -> None:
         job.progress = progress
 

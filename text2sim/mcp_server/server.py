@@ -140,11 +140,15 @@ def _add_reading(server: MCPServer, workspace: Workspace) -> None:
         run: Run,
         times: Annotated[
             list[Annotated[float, Field(allow_inf_nan=False)]] | None,
-            Field(description="Simulated times [s]; up to 16.", max_length=frames.MAX_PICTURES),
+            Field(description="Simulated times [s]; up to 16.", max_length=frames.MAX_SHEET_PICTURES),
         ] = None,
         count: Annotated[
             int,
-            Field(description="Number of pictures, spread over the film, without times.", ge=1, le=frames.MAX_PICTURES),
+            Field(
+                description="Number of pictures, spread over the film, without times.",
+                ge=1,
+                le=frames.MAX_SHEET_PICTURES,
+            ),
         ] = 8,
         camera: Annotated[str, Field(description="Only pictures of this camera.", max_length=60)] = "",
     ) -> CallToolResult:

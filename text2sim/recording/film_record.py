@@ -121,7 +121,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         painted: dict[str, list[Paint]] = {}
         for body, _, worn in listed:
             painted.setdefault(body, []).append(tuple(worn["color"]))
-        dressed = {body: _dressed(colors, looks[body]) for body, colors in painted.items() if body in looks}
+        dressed = {body: _look_by_color(colors, looks[body]) for body, colors in painted.items() if body in looks}
         parts = [
             WornMesh(
                 body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
@@ -172,7 +172,7 @@ def _plan_anew(folder: Path) -> "Plan":
         ) from error
 
 
-def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
+def _look_by_color(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
     """Return the look that belongs to each recorded colour of a copy.
 
     A colour that the case still has gets its own look. One that has changed gets the nearest look that is left.

@@ -55,7 +55,7 @@ def write_replay(folder: Path, case: Case) -> Path:
         "why": sentence(str(why)),
         # Digests of our scripts, the only ones that the browser may run.
         "allowed": [base64.b64encode(sha256(text.encode()).digest()).decode() for text in scripts()],
-        "contents": _trusted(contents),
+        "contents": _mark_safe(contents),
         "blob": blob,
     }
     path = folder / NAME
@@ -85,7 +85,7 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
     blob, notes = Blob(), list[str]()
     pictures = Pictures(notes)
     links, rows, frames = pack_links(scenery, blob, notes)
-    center, radius = _room(scenery)
+    center, radius = _moving_space(scenery)
     contents: dict[str, Any] = {
         "center": center,
         "radius": radius,
@@ -113,7 +113,7 @@ def scripts() -> tuple[str, str]:
 
 def _page(values: dict[str, Any]) -> str:
     return render_page(
-        "replay", "replay.html.j2", {"nonce": "", "scripts": [_trusted(text) for text in scripts()], **values}
+        "replay", "replay.html.j2", {"nonce": "", "scripts": [_mark_safe(text) for text in scripts()], **values}
     )
 
 
@@ -131,13 +131,13 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _trusted(text: str) -> Any:
+def _mark_safe(text: str) -> Any:
     from markupsafe import Markup
 
     return Markup(text)
 
 
-def _room(scenery: Scenery) -> tuple[list[float], float]:
+def _moving_space(scenery: Scenery) -> tuple[list[float], float]:
     """Centre and radius [m] of the space of moving bodies, or of all bodies if none moves."""
     recording = scenery.recording
     moving = [body for body in recording.bodies if body not in recording.statics] or recording.bodies

@@ -46,11 +46,11 @@ def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int
                 numbers[piece.mesh] = len(meshes)
                 meshes.append(_packed(_reduced(scenery.mesh(piece.mesh), keep), blob))
             row: dict[str, Any] = {"mesh": numbers[piece.mesh], "body": link.body}
-            row |= _placed([*piece.pos], [*piece.quat])
+            row |= _pose_data([*piece.pos], [*piece.quat])
             if link.row in rows:
                 row["track"] = rows[link.row]
             else:
-                row["base"] = _placed(pos[link.row].tolist(), quat[link.row].tolist())
+                row["base"] = _pose_data(pos[link.row].tolist(), quat[link.row].tolist())
             pieces.append(row | surface_of(piece.material, pictures))
     return {"meshes": meshes, "pieces": pieces}
 
@@ -66,7 +66,7 @@ def surface_of(material: ExportMaterial, pictures: Pictures) -> dict[str, Any]:
     return row
 
 
-def _placed(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
+def _pose_data(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
     return {"pos": [round(x, 7) for x in pos], "quat": [round(x, 7) for x in quat]}
 
 

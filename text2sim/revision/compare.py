@@ -119,7 +119,7 @@ def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -
     was, now = (_evidence(folder) for folder in comparison.runs)
     for name in [name for name in was["measures"] if name in now["measures"]]:
         row, other = was["measures"][name], now["measures"][name]
-        values = {key: (_real(row.get(key)), _real(other.get(key))) for key in STATISTICS}
+        values = {key: (_as_number(row.get(key)), _as_number(other.get(key))) for key in STATISTICS}
         values = {key: pair for key, pair in values.items() if _differ(*pair)}
         if values:
             comparison.measured.append(MeasureChange(name, str(other.get("unit") or ""), values))
@@ -158,7 +158,7 @@ def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
     return read_evidence(folder) or {"measures": {}, "expect": {}}
 
 
-def _real(value: Any) -> float | None:
+def _as_number(value: Any) -> float | None:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 

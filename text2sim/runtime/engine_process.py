@@ -67,7 +67,7 @@ class Warm:
         program.start_engine(self._gs.cpu)
         if not self._started:
             self._started = True
-            self._gs.init = _again
+            self._gs.init = _reinitialise
 
     def forget(self, scene: Any | None) -> None:
         """Release a scene that was simulated, but not what makes the next one fast."""
@@ -81,7 +81,7 @@ class Warm:
         _empty_dispatchers()
 
 
-def _again(*, seed: int | None = None, **options: Any) -> None:
+def _reinitialise(*, seed: int | None = None, **options: Any) -> None:
     """Stand in for `gs.init`, which may be called once in a process: all programs give it the same options."""
     from genesis.utils.misc import set_random_seed
 

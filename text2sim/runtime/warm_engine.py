@@ -172,7 +172,7 @@ class Engine:
         now = monotonic()
         if self._child is None:
             return None
-        if not self._ready and self._over(START_LIMIT, self._started, 0.0):
+        if not self._ready and self._exceeds(START_LIMIT, self._started, 0.0):
             self._child.kill()
         if now >= self._memory_at:
             self._memory_at = now + MEMORY_POLL
@@ -191,11 +191,11 @@ class Engine:
         elif job.phase == "simulate" and now - job.since > job.limit:
             job.overdue = True
             self.cancel()
-        elif job.phase == "build" and self._over(BUILD_LIMIT, job.since, job.worked):
+        elif job.phase == "build" and self._exceeds(BUILD_LIMIT, job.since, job.worked):
             return self._kill("timeout", f"building the scene took longer than {BUILD_LIMIT:g} s")
         return None
 
-    def _over(self, limit: float, since: float, worked: float) -> bool:
+    def _exceeds(self, limit: float, since: float, worked: float) -> bool:
         """Return whether the process exceeded a limit [s] of processor time, or far exceeded it in wall time."""
         assert self._child is not None
         wall = monotonic() - since

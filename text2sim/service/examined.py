@@ -179,13 +179,13 @@ def find_cases(paths: Iterable[Path]) -> list[Path]:
     """Return the files or folders of cases; a folder that is not a case stands for all cases below it."""
     found: dict[Path, None] = {}
     for path in paths:
-        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, MAX_DEPTH))
+        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_folders_below(path, MAX_DEPTH))
         # A folder without cases is kept, so that reading it reports that.
         found |= dict.fromkeys(below or [path])
     return list(found)
 
 
-def _below(folder: Path, depth: int) -> Iterable[Path]:
+def _folders_below(folder: Path, depth: int) -> Iterable[Path]:
     try:
         entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
     except OSError:
@@ -197,4 +197,4 @@ def _below(folder: Path, depth: int) -> Iterable[Path]:
         if (path / CASE_FILE).is_file():
             yield path
         elif depth > 0:
-            yield from _below(path, depth - 1)
+            yield from _folders_below(path, depth - 1)

@@ -47,13 +47,13 @@ class Judge:
         """
         if self._busy is None and (self.judged is None or self.judged.key != key):
             self._busy = key
-            threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
+            threading.Thread(target=self._judge_run, args=(key, folder, case), name="judge", daemon=True).start()
 
     def receive(self, judged: JudgedTake) -> None:
         """Receive a result from the inbox."""
         self._busy, self.judged = None, judged
 
-    def _work(self, key: Key, folder: Path, case: "Case") -> None:
+    def _judge_run(self, key: Key, folder: Path, case: "Case") -> None:
         from text2sim.evidence.evidence import judge
         from text2sim.runtime.trouble import internal_error_message
         from text2sim.spec_schema.errors import RunError

@@ -57,7 +57,7 @@ class Scenes:
         if self._busy or (self.whole is not None and self.whole.key == key) or (not whole and monotonic() < self._due):
             return
         self._busy = True
-        threading.Thread(target=self._work, args=(key, folder, case, whole), name="scene", daemon=True).start()
+        threading.Thread(target=self._pack_scene, args=(key, folder, case, whole), name="scene", daemon=True).start()
 
     def receive(self, packed: Packed) -> None:
         """Receive a scene from the inbox."""
@@ -67,7 +67,7 @@ class Scenes:
         else:
             self._due = monotonic() + max(MIN_PAUSE, MIN_PAUSE_FACTOR * packed.seconds)
 
-    def _work(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
+    def _pack_scene(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene
         from text2sim.runtime.trouble import internal_error_message
 

@@ -209,12 +209,12 @@ class WatchSession:
         try:
             news = self._inbox.get(timeout=POLL_INTERVAL)
             while True:
-                self._hear(news)
+                self._handle(news)
                 news = self._inbox.get_nowait()
         except queue.Empty:
             pass
 
-    def _hear(self, news: Any) -> None:
+    def _handle(self, news: Any) -> None:
         if isinstance(news, JudgedTake):
             self.judge.receive(news)
             if self._live_run is not None and news.key[0] == self._live_run.number:
@@ -226,7 +226,7 @@ class WatchSession:
             self._show_scene(news)
         elif isinstance(news, News):
             before = self.engine.ready
-            self._after(self.engine.receive(news.child, news.data))
+            self._after_simulation(self.engine.receive(news.child, news.data))
             if self.engine.ready and not before:
                 self._listener.status("the engine has started")
             if "died" in news.data and self.engine.hopeless:
@@ -253,7 +253,7 @@ class WatchSession:
         self._state.show(stale=not self._valid)
 
     def _guard(self) -> None:
-        self._after(self.engine.guard())
+        self._after_simulation(self.engine.guard())
         live_run = self._live_run
         if live_run is None or not live_run.running or self._progress is None:
             if live_run is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
@@ -264,7 +264,7 @@ class WatchSession:
                 done = record["t"] / record["duration"]
                 self._state.show(words="simulating", tone="busy", progress=round(done, 3))
 
-    def _after(self, result: dict[str, Any] | None) -> None:
+    def _after_simulation(self, result: dict[str, Any] | None) -> None:
         """Handle the end of a simulation."""
         live_run = self._live_run
         if result is None or live_run is None or result["order"] != live_run.number:

@@ -184,11 +184,11 @@ class Account:
 
     def by_role(self) -> dict[str, Spent]:
         """Return the totals by role."""
-        return self._by(0)
+        return self._sum_by(0)
 
     def by_attempt(self) -> dict[int, Spent]:
         """Return the totals by attempt, in order."""
-        return dict(sorted(self._by(1).items()))
+        return dict(sorted(self._sum_by(1).items()))
 
     def table(self) -> list[tuple[str, ...]]:
         """Return the rows of a printed table: a header, the roles by tokens used, the attempts, the total."""
@@ -203,7 +203,7 @@ class Account:
         by = {name: {str(key): asdict(spent) for key, spent in row.items()} for name, row in rows.items()}
         return {"total": asdict(self.total()), **by}
 
-    def _by(self, part: int) -> dict[Any, Spent]:
+    def _sum_by(self, part: int) -> dict[Any, Spent]:
         sums: dict[Any, Spent] = {}
         with self._lock:
             for key, spent in self._spent.items():

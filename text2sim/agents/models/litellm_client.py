@@ -73,7 +73,7 @@ class LiteLLMEndpoint:
         while True:
             tried += 1
             try:
-                response = self._once(self._arguments(request, schema), stop)
+                response = self._try_once(self._arguments(request, schema), stop)
                 return self._reply(request, response, time.monotonic() - start)
             except ModelError:
                 raise
@@ -121,7 +121,7 @@ class LiteLLMEndpoint:
             parts.append({"type": "image_url", "image_url": {"url": _data_url(image)}})
         return {"role": message.role, "content": parts}
 
-    def _once(self, arguments: dict[str, Any], stop: Callable[[], bool]) -> Any:
+    def _try_once(self, arguments: dict[str, Any], stop: Callable[[], bool]) -> Any:
         """One try, in its own thread, so that a slow or trickling server cannot block the loop."""
         library = _library()
         done: SimpleQueue[tuple[Any, Exception | None]] = SimpleQueue()

@@ -59,7 +59,7 @@ def _key(file: str, folder: Path) -> Key:
 
 
 @lru_cache(maxsize=4)
-def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
+def _read_mesh_and_paint(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
     return confined(read_mesh_and_paint, *key[:2])
 
 
@@ -67,7 +67,7 @@ def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
 def _mesh(key: Key) -> MeshFile:
     path = key[0]
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
-        return _both(key)[0]
+        return _read_mesh_and_paint(key)[0]
     members = {
         "vertices": str,
         "faces": str,
@@ -79,7 +79,7 @@ def _mesh(key: Key) -> MeshFile:
     }
 
     def ask() -> dict[str, Any]:
-        one = _both(key)[0]
+        one = _read_mesh_and_paint(key)[0]
         texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
         return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
 
@@ -87,7 +87,7 @@ def _mesh(key: Key) -> MeshFile:
     vertices, faces = _net(found["vertices"], found["faces"])
     corners, sides = _net(found["corners"], found["sides"])
     if vertices is None or faces is None or corners is None or sides is None:
-        return _both(key)[0]
+        return _read_mesh_and_paint(key)[0]
     return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
 
 
@@ -110,7 +110,7 @@ def _paint(key: Key) -> list[MeshPaint]:
 
 
 def _read_paints(key: Key) -> list[MeshPaint]:
-    found = _both(key)[1]
+    found = _read_mesh_and_paint(key)[1]
     if isinstance(found, str):
         raise AssetError(found)
     return found

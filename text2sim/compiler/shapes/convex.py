@@ -64,7 +64,7 @@ def convex_pieces(
     off = max(MAX_DEVIATION * float((high - low).max()), MAX_DEVIATION_CELLS * cell)
     found: list[Array] = []
     for _ in range(8):
-        found = [_corners(piece) for row in rows for piece in _joined(row, field, off)]
+        found = [_corners(piece) for row in rows for piece in _join_neighbours(row, field, off)]
         if len(found) <= MAX_PIECES:
             break
         off *= 1.6
@@ -75,7 +75,7 @@ def _solid(points: Array) -> bool:
     return len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 3
 
 
-def _joined(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
+def _join_neighbours(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
     """Join neighbours as long as their hull stays near the surface, or where they are already."""
     found: list[Array] = []
     for atom in row:

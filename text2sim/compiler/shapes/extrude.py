@@ -175,11 +175,11 @@ def convex_parts(form: "Polygon | MultiPolygon") -> "list[list[tuple[float, floa
     """
     found = []
     for polygon in polygons_of(form):
-        found += _joined(polygon)
+        found += _join_triangles(polygon)
     return found
 
 
-def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
+def _join_triangles(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
     import shapely
 
     cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
@@ -194,7 +194,7 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
         left, right = owner[a, b], owner[b, a]
         if left == right:
             continue
-        one, other = _from(cells[left], b), _from(cells[right], a)  # b … a, and a … b
+        one, other = _rotate_to(cells[left], b), _rotate_to(cells[right], a)  # b … a, and a … b
         whole = one + other[1:-1]
         at = len(one) - 1
         if _turns_left(whole, at) and _turns_left(whole, 0):
@@ -202,10 +202,10 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
             del cells[right]
             for c, d in zip(other, other[1:], strict=False):
                 owner[c, d] = left
-    return [_tidy(cell) for cell in cells.values()]
+    return [_drop_straight_corners(cell) for cell in cells.values()]
 
 
-def _from(cell: "list[tuple[float, float]]", start: "tuple[float, float]") -> "list[tuple[float, float]]":
+def _rotate_to(cell: "list[tuple[float, float]]", start: "tuple[float, float]") -> "list[tuple[float, float]]":
     at = cell.index(start)
     return cell[at:] + cell[:at]
 
@@ -216,7 +216,7 @@ def _turns_left(cell: "list[tuple[float, float]]", at: int) -> bool:
     return u * x - v * w >= -1e-9 * math.hypot(u, v) * math.hypot(w, x)
 
 
-def _tidy(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
+def _drop_straight_corners(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
     """Drop corners at which the outline goes straight on."""
     kept = list(cell)
     for point in cell:

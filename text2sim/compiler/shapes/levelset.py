@@ -247,7 +247,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     vertices, faces, _, _ = marching_cubes(values, 0.0, gradient_direction="descent")
     vertices = grid.low + grid.cell * vertices.astype(float)
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
-    vertices, faces, looks = _simpler(vertices, faces, looks, grid.cell, parts)
+    vertices, faces, looks = _simplify(vertices, faces, looks, grid.cell, parts)
     pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
     return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
@@ -335,7 +335,7 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     return points, np.array(firsts)[np.concatenate(labels)], np.concatenate(found)
 
 
-def _simpler(
+def _simplify(
     vertices: Array, faces: Array, looks: Array, cell: float, parts: list[PlacedPart]
 ) -> tuple[Array, Array, Array]:
     """Merge triangles where the surface is flat, without crossing borders of looks."""

@@ -146,10 +146,10 @@ def read_mesh(path: Path, root: Path) -> MeshFile:
         raise AssetError(f"has too many triangles ({faces}; at most {MAX_FACES})")
     loaded = open_mesh(path, root, force="mesh", skip_materials=True)
     with foreign():
-        return _judged(loaded, path)
+        return _check_mesh(loaded, path)
 
 
-def _judged(loaded: Any, path: Path) -> MeshFile:
+def _check_mesh(loaded: Any, path: Path) -> MeshFile:
     import numpy as np
     import trimesh
 

@@ -149,10 +149,10 @@ def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
-    return cached_net(question, lambda: _even(vertices, faces, edge, count))
+    return cached_net(question, lambda: _remesh(vertices, faces, edge, count))
 
 
-def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
+def _remesh(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
     import numpy as np
     import trimesh
     from fast_simplification import simplify

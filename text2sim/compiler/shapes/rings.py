@@ -149,13 +149,13 @@ def turned(
         shifts.append(shift)
         total += n
     faces = [
-        _between(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
+        _bridge_rings(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
         for k, j in ((k, (k + 1) % len(rings)) for k in range(len(rings) if closed else len(rings) - 1))
     ]
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def _between(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
+def _bridge_rings(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
     """Return triangles between two rings: one from each edge of either ring to a point of the other."""
     import numpy as np
 

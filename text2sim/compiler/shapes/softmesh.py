@@ -83,17 +83,17 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Mesh):
         from text2sim.compiler.shapes.remesh import file_surface
 
-        return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+        return _build(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     if isinstance(shape, Sculpt | Compound | Polyhedron):
-        return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
     rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
-        return _made(*_sheet(shape, edge))
+        return _build(*_sheet(shape, edge))
     if isinstance(shape, Box):
-        return _made(*_box(shape.size, edge))
+        return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
-        return _made(*_ellipsoid(shape, edge))
+        return _build(*_ellipsoid(shape, edge))
     if shape.kind in ("text", "sketch"):
         from text2sim.compiler.shapes.extrude import extruded
         from text2sim.compiler.shapes.glyphs import whole
@@ -101,13 +101,13 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         form = whole(shape, folder)
         own = Path(__file__).with_name("extrude.py").read_bytes()
         question = (b"extruded", own, form.wkb, np.array([shape.depth, edge]).tobytes())
-        return _made(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
+        return _build(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
-    return _made(np.asarray(vertices), faces)
+    return _build(np.asarray(vertices), faces)
 
 
-def _joined(
+def _mesh_union(
     shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, most: int
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
@@ -183,7 +183,7 @@ def solid_volume(shape: Any, folder: Path) -> float:
     return float(union(shape, folder).volume()) if isinstance(shape, Compound) else volume(shape, folder)
 
 
-def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
+def _build(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
     import numpy as np
 
     # Rounded as in a file, since tetgen reacts to every digit; read-only, since the arrays are shared.

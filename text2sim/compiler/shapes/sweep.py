@@ -45,7 +45,7 @@ def sweep(
     """
     best = math.inf
     frame = _frame(direction)
-    mine = [_moved(_bounds(solid, frame), frame, start) for solid in movers]
+    mine = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
     theirs = [_bounds(solid, frame) for solid in others]
     for pairs in _on_the_way(mine, theirs, gap):
         for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
@@ -71,7 +71,7 @@ def least_distance(
     best = enough
     theirs = [_bounds(solid, _WORLD) for solid in others]
     for m, mover in enumerate(movers):
-        for nearest, o in sorted(_near(_moved(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
+        for nearest, o in sorted(_nearby(_move_bounds(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
             if nearest >= best:
                 break
             best = min(best, distance(movers[m], others[o], start))
@@ -98,7 +98,7 @@ def _bounds(solid: Solid, frame: tuple[Vec, Vec, Vec]) -> Bounds:
     return (*solid.span(a), *solid.span(b), *solid.span(c))
 
 
-def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
+def _move_bounds(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
     a, b, c = (axis[0] * by[0] + axis[1] * by[1] + axis[2] * by[2] for axis in frame)
     low, high, left, right, front, back = bounds
     return (low + a, high + a, left + b, right + b, front + c, back + c)
@@ -142,7 +142,7 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
         yield list(zip(ways, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
 
 
-def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
+def _nearby(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
     """Return the others that are nearer than `enough`, by the gap between boxes along the axes."""
     if len(theirs) > _MAX_LOOPED_PAIRS:
         import numpy as np

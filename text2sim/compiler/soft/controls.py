@@ -65,7 +65,7 @@ class SoftControls:
             to=tuple(holder.name for holder in held.by),
             link=held.part,
             stiffness=attach.stiffness,
-            both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_feels, held.by)),
+            both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
             start=attach.at,
             until=tuple(until),
             line=line,
@@ -104,7 +104,7 @@ class Held:
     """The link that holds it."""
 
 
-def _feels(holder: Copy) -> bool:
+def _can_be_moved(holder: Copy) -> bool:
     """Return whether what hangs on a body can move it: no mount, motor or prescribed motion decides where it is."""
     model = holder.model
     if isinstance(model, Rigid):

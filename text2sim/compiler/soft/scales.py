@@ -116,7 +116,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     return short, long
 
 
-def _given(copies: list[Copy]) -> float | None:
+def _smallest_given_cell(copies: list[Copy]) -> float | None:
     """Return the smallest `cell` that bodies have; None if none has one."""
     return min((copy.model.cell for copy in copies if copy.model.cell is not None), default=None)
 
@@ -124,7 +124,7 @@ def _given(copies: list[Copy]) -> float | None:
 def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
     if scene.mpm.cell is not None:
         return scene.mpm.cell
-    given = _given(copies)
+    given = _smallest_given_cell(copies)
     if given is not None:
         why["mpm_cell"] = "the smallest cell of its bodies"
         return given
@@ -149,7 +149,7 @@ def _reach(cell: float, copies: list[Copy], why: dict[str, str]) -> float:
 def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
     if scene.pbd.particle_size is not None:
         return scene.pbd.particle_size
-    given = _given(copies)
+    given = _smallest_given_cell(copies)
     if given is not None:
         why["pbd_size"] = "the smallest cell of its bodies"
         return given

@@ -120,7 +120,7 @@ def _mpm(
     else:
         margin = (PADDING_CELLS + 1) * cell
         most = MPM_CELLS * cell**3
-        low, high = _whole(domain_box(copies, around, scene, travel, folder, margin, most), cell)
+        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
             f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
         )
@@ -153,7 +153,7 @@ def _pbd(
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
         most = PBD_CELLS * (HASH_CELL * size) ** 3
-        low, high = _whole(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
+        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
@@ -180,7 +180,7 @@ def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: d
     return FemSettings(newton, alpha, beta, max(floors, default=None))
 
 
-def _whole(box: Bounds, cell: float) -> Bounds:
+def _to_whole_cells(box: Bounds, cell: float) -> Bounds:
     """Return a box enlarged to whole cells."""
     low, high = box
     a, b, c = (round(floor(x / cell) * cell, 6) for x in low)

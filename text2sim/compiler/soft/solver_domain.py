@@ -111,7 +111,9 @@ def domain_box(
     """
     own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
-    reach = max(_spread(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True))
+    reach = max(
+        _sideways_reach(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True)
+    )
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
         box = _domain_box(copies, own, there, scene, travel, margin, length, part * reach)
@@ -160,12 +162,12 @@ def _flown(
     fallen = swept(box, _box(fall))
     for start, ways in there.moved:
         if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
-            fallen = around([*fallen, *_taken(copy.model.kind, fallen, start, ways)])
+            fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
 
 
-def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
+def _reach_of_mover(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
     """Return where a moving solid takes what lies on it or in its way."""
     taken = swept(box, ways)
     if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
@@ -173,7 +175,7 @@ def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
     front = grown(swept(start, ways), size)
-    return _pick(max, taken[0], front[0]), _pick(min, taken[1], front[1])
+    return _componentwise(max, taken[0], front[0]), _componentwise(min, taken[1], front[1])
 
 
 def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
@@ -183,7 +185,7 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         return None
     x, y, z = velocity
     if size == 0.0:
-        return _shorter((x * scene.duration, y * scene.duration, z * scene.duration), farthest)
+        return _limit_length((x * scene.duration, y * scene.duration, z * scene.duration), farthest)
     if z > 0.0 > scene.gravity[2]:
         up = min(z * z / (2 * size), z * scene.duration)
         time = z / size + sqrt(2 * (abs(fall[2]) + up) / size)
@@ -191,15 +193,15 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         up, time = 0.0, sqrt(2 * dist(fall, (0.0, 0.0, 0.0)) / size)
     # With a friction of 0.5 it then slides for v^2 / g.
     time = min(time + dist((x, y), (0.0, 0.0)) / size, scene.duration)
-    return _shorter((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
+    return _limit_length((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
 
 
-def _shorter(way: Vec, farthest: float) -> Vec:
+def _limit_length(way: Vec, farthest: float) -> Vec:
     part = min(1.0, farthest / max(dist(way, (0.0, 0.0, 0.0)), 1e-12))
     return way[0] * part, way[1] * part, way[2] * part
 
 
-def _spread(kind: str, box: Bounds, fall: float) -> float:
+def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
     """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
     x, y, tall = (b - a for a, b in zip(*box, strict=True))
     if kind == "liquid":
@@ -228,7 +230,7 @@ def _domain_box(
     flown = [_flown(c, box, fall, there, scene, travel) for c, box in zip(copies, own, strict=True)]
     low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = around([*box, *(corner for near in _near(box, there, reach) for corner in near)])
+    box = around([*box, *(corner for near in _nearby(box, there, reach) for corner in near)])
     floors = [floor for floor in there.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth may hang lower than anything that stands elsewhere.
@@ -258,11 +260,11 @@ def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: floa
     return (x, y, z)
 
 
-def _near(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
+def _nearby(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
     """Return what stands in a box, clipped at `reach` around it."""
     far = grown(box, reach)
     return [
-        (_pick(max, a, far[0]), _pick(min, b, far[1]))
+        (_componentwise(max, a, far[0]), _componentwise(min, b, far[1]))
         for a, b in there.solids
         if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
     ]
@@ -273,5 +275,5 @@ def _box(way: Vec | None) -> Bounds:
     return around([(0.0, 0.0, 0.0), way or (0.0, 0.0, 0.0)])
 
 
-def _pick(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
+def _componentwise(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
     return (choose(a[0], b[0]), choose(a[1], b[1]), choose(a[2], b[2]))

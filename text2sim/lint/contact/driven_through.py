@@ -37,7 +37,7 @@ def _driven_through(facts: Facts) -> Iterator[Problem]:
             continue
         seen: set[str] = set()
         for copy in facts.placed[name][:MAX_COPIES]:
-            for other, t, depth in _struck(facts, copy, effort):
+            for other, t, depth in _entered_copies(facts, copy, effort):
                 if other.body in seen:
                     continue
                 seen.add(other.body)
@@ -48,7 +48,7 @@ def _driven_through(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("driven-through", facts.where(name, "motion"), text)
 
 
-def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
+def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
     """Yield the fixed copies that a driven copy enters, with the time [s] of the largest depth, and that depth [m]."""
     parts = facts.parts(copy)
     if not parts:
@@ -59,12 +59,12 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
         return
     allowed = max(CLOSE_FIT, CLOSE_FIT_SHARE * min(part.thickness for part in parts))
     for ground in facts.planes:
-        depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in path]
+        depths = [(max(ground.depth(part) for part in _parts_at(copy, parts, moment)), -moment[0]) for moment in path]
         depth, t = max(depths)
         under = max(ground.depth(part) for part in parts)
         if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
             yield ground.copy, -t, depth
-    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _moved(copy, parts, moment))
+    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _parts_at(copy, parts, moment))
     for other in facts.copies.values():
         box = facts.box(other)
         if other is copy or facts.mount(other) not in ("static", "fixed"):
@@ -82,14 +82,14 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
 
 def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[StandingPart], effort: Effort) -> float:
     """Return how deep [m] a copy is in another at a moment."""
-    moved = _moved(copy, parts, moment)
+    moved = _parts_at(copy, parts, moment)
     pairs = [(a, b) for a in moved for b in others if inside(a, b)]
     if not pairs or effort.left < 0:
         return 0.0
     return overlap_of(moved, others, pairs[:4], effort).depth
 
 
-def _moved(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
+def _parts_at(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
     """Return the pieces of a copy at a moment."""
     _, (x, y, z), turn = moment
     found = []

@@ -78,14 +78,14 @@ def _fastest(facts: Facts) -> list[Copy]:
             if not facts.free(copy):
                 continue
             start = math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0)))
-            fall = max(_along(gravity, copy.pos) - lowest, 0.0) if pull else 0.0
+            fall = max(_height_of(gravity, copy.pos) - lowest, 0.0) if pull else 0.0
             speed = min(math.sqrt(start**2 + 2 * pull * fall), start + pull * scene.duration)
             if speed * tau > facts.thinnest(copy) / 2:
                 found.append((speed, len(found), copy))
     return [copy for _, _, copy in sorted(found, reverse=True)[:MAX_BODIES]]
 
 
-def _along(gravity: Vec, point: Vec) -> float:
+def _height_of(gravity: Vec, point: Vec) -> float:
     """Return the height [m] of a point against gravity."""
     return -vector_dot(gravity, point) / (math.hypot(*gravity) or 1.0)
 
@@ -93,9 +93,11 @@ def _along(gravity: Vec, point: Vec) -> float:
 def _lowest(facts: Facts) -> float:
     """Return the height [m] against gravity below which there is nothing to meet."""
     gravity = facts.case.scene.gravity
-    heights = [_along(gravity, ground.copy.pos) for ground in facts.planes]
+    heights = [_height_of(gravity, ground.copy.pos) for ground in facts.planes]
     boxes = (box for copy in facts.copies.values() if (box := facts.box(copy)) is not None)
-    return min([*heights, *(min(_along(gravity, low), _along(gravity, high)) for low, high in boxes)], default=0.0)
+    return min(
+        [*heights, *(min(_height_of(gravity, low), _height_of(gravity, high)) for low, high in boxes)], default=0.0
+    )
 
 
 def _blame(facts: Facts, copy: Copy) -> Path:

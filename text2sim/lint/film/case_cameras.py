@@ -14,7 +14,7 @@ Offset = Callable[[str, float], Vec]
 """Displacement [m] of a copy from its start at a time [s], as far as known."""
 
 
-def _still(name: str, t: float) -> Vec:
+def _no_displacement(name: str, t: float) -> Vec:
     return (0.0, 0.0, 0.0)
 
 
@@ -74,7 +74,7 @@ class ShotView:
         return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tall))
 
 
-def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
+def shots(facts: Facts, t: float, offset: Offset = _no_displacement) -> list[ShotView]:
     """Return all cameras at a time [s] of the simulation.
 
     Args:
@@ -87,10 +87,10 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
 
 def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
-    return facts.once(_taken)
+    return facts.once(_pictures_by_camera)
 
 
-def _taken(facts: Facts) -> dict[str, list[Frame]]:
+def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
     render = facts.plan.render
     found: dict[str, list[Frame]] = {name: [] for name in facts.case.render.cameras}
     for reel in reels(render).values() if found else ():
@@ -118,7 +118,7 @@ def films_at(facts: Facts, name: str, t: float) -> bool:
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> ShotView:
+def shot(facts: Facts, name: str, t: float, offset: Offset = _no_displacement, part: float | None = None) -> ShotView:
     """Return a camera of the plan at a time [s].
 
     Args:

@@ -32,11 +32,11 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
         if name in facts.meant_to_leave or name in framed or not drawn(facts, name):
             continue
         for copy in facts.placed[name][:1]:
-            if (found := _lost(facts, copy)) is not None:
+            if (found := _when_lost(facts, copy)) is not None:
                 yield _leaving(facts, copy, *found)
 
 
-def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
+def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     """Return when [s] and where a copy leaves every camera's picture, if for a large part of its path."""
     render = facts.plan.render
     start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])

@@ -43,7 +43,7 @@ def camera_to_blame(facts: Facts, views: list[ShotView]) -> Path:
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
 
-def _none(views: list[ShotView]) -> str:
+def _who_does_not_see(views: list[ShotView]) -> str:
     return f"camera `{views[0].name}` does not see" if len(views) == 1 else "no camera sees"
 
 
@@ -60,7 +60,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
-            text = f"{_none(views)} `{name}`, a subject of the script, at the start: {why}"
+            text = f"{_who_does_not_see(views)} `{name}`, a subject of the script, at the start: {why}"
             yield facts.problem("unseen-subject", camera_to_blame(facts, views), text, key=True)
 
 

@@ -38,7 +38,9 @@ def _inside(facts: Facts) -> Iterator[Problem]:
         for ground in facts.planes:
             below = ground.level - vector_dot(ground.up, view.pos)
             if below > 0 and ground.beside(view.pos) < 0:
-                text = f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_when(t)} and sees its underside"
+                text = (
+                    f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_time_text(t)} and sees its underside"
+                )
                 yield facts.problem("camera-inside", where, f"{text}; raise it", key=True)
                 reported.add(view.name)
         for copy in facts.copies.values():
@@ -49,12 +51,12 @@ def _inside(facts: Facts) -> Iterator[Problem]:
             if facts.moves(copy) and t > MAX_FILM_START:
                 continue
             if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
-                text = f"`{view.name}` is inside `{copy.name}`{_when(t)} and sees nothing else; move it out"
+                text = f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
                 yield facts.problem("camera-inside", where, text, key=True)
                 reported.add(view.name)
 
 
-def _when(t: float) -> str:
+def _time_text(t: float) -> str:
     return f" after {t:.2g} s" if t > MAX_FILM_START else " at the start"
 
 

@@ -102,7 +102,7 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
             continue
         key, bound = found
         why = ""
-        if _hangs(facts, said.measure):
+        if _is_free_hinge_angle(facts, said.measure):
             why = f"{bound:g} rad are {abs(bound) / 6.2832:.2g} turns of a joint that only hangs and swings"
         elif where[1] == "expect" and (most := _driven_to(facts, said.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
@@ -126,7 +126,7 @@ def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     return rows if len(hinges) == len(targets) else []
 
 
-def _hangs(facts: Facts, measure: str) -> bool:
+def _is_free_hinge_angle(facts: Facts, measure: str) -> bool:
     """Return whether a measure is the angle of hinges that only gravity turns."""
     hinges = _hinges(facts, measure)
     return bool(hinges) and all(

@@ -24,7 +24,7 @@ MIN_MISSING_SPEED = 0.1
 """Missing share of the speed of a velocity motor that is reported."""
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_motors(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         if motor.limit == inf or motor.swing.closed:
             continue
@@ -70,7 +70,7 @@ def _load(motor: Powered, demand: Demand, mode: str) -> float:
     return max(0.0, load)
 
 
-def _short(facts: Facts) -> Iterator[Problem]:
+def _short_of_speed(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         joint = motor.swing.joint
         for span in motor.spans:
@@ -140,7 +140,7 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
         remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        run=lambda facts: one_per_place(_slow(facts)),
+        run=lambda facts: one_per_place(_slow_motors(facts)),
     ),
     Rule(
         id="short-speed",
@@ -153,7 +153,7 @@ more than the tolerance of an expectation of the joint's velocity.""",
         remedy="Raise the actuator's `damping` to fifty times the resistance at full speed, over that speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
-        run=lambda facts: one_per_place(_short(facts)),
+        run=lambda facts: one_per_place(_short_of_speed(facts)),
     ),
     Rule(
         id="swinging-servo",

@@ -66,14 +66,14 @@ def _lifts(
     anchor = frame_apply(joint.pos, joint.quat, swing.joint.anchor)
     pull = pull_of(swing.joint.kind, axis, anchor, inertial, gravity)
     if swing.hinge:
-        pull = _turned(pull, _position(motor, weld.at) - swing.start)
+        pull = _turned_pull(pull, _position(motor, weld.at) - swing.start)
     for span in motor.spans:
         start, end = max(span.start, weld.at), min(span.end, until)
         if span.mode == "force" or span.anytime or end <= start or (swing.hinge and span.mode != "position"):
             continue
         own = replace(swing, pull=pull)
         part = replace(span, start=start, end=end)
-        if not _against(own, part):
+        if not _opposes(own, part):
             continue
         both = (swing.pull[0] + pull[0], swing.pull[1] + pull[1])
         loaded = replace(swing, pull=both, mass=swing.mass + inertial.mass)
@@ -137,12 +137,12 @@ def _position(motor: Powered, t: float) -> float:
     return values[-1] if values else motor.swing.start
 
 
-def _turned(pull: tuple[float, float], turn: float) -> tuple[float, float]:
+def _turned_pull(pull: tuple[float, float], turn: float) -> tuple[float, float]:
     """Return a pull as in `LoadedJoint.pull`, given for the angle `turn` from the start, converted to the start."""
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 
-def _against(swing: LoadedJoint, span: Span) -> bool:
+def _opposes(swing: LoadedJoint, span: Span) -> bool:
     """Return whether a drive moves against a pull."""
     corners = span.corners()
     if span.mode == "velocity":

@@ -41,7 +41,7 @@ class Mechanics:
             if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
                 continue
             for copy in group:
-                if self.facts.mount(copy) in ("free", "fixed", "ball") or self._twin(copy) is not copy:
+                if self.facts.mount(copy) in ("free", "fixed", "ball") or self._equivalent_copy(copy) is not copy:
                     continue
                 tree = self.facts.tree(copy)
                 for link in tree.links() if tree is not None else ():
@@ -53,7 +53,7 @@ class Mechanics:
         """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
         key = (copy.name, name)
         if key not in self._swings:
-            twin = self._twin(copy)
+            twin = self._equivalent_copy(copy)
             self._swings[key] = self._make(copy, name) if twin is copy else self.swing(twin, name)
         return self._swings[key]
 
@@ -102,7 +102,7 @@ class Mechanics:
         closed: set[str] = set()
         for weld in self.facts.rows.welds:
             ends = [(name, link or "") for name, link in ((weld.a, weld.a_link), (weld.b, weld.b_link))]
-            held = [self._held(name) for name, _ in ends]
+            held = [self._is_held(name) for name, _ in ends]
             if not weld.on:
                 continue
             if weld.at > 0.0:
@@ -112,7 +112,7 @@ class Mechanics:
             groups |= {end: group for end in group}
         carried: dict[tuple[str, str], list[Inertial]] = {}
         for group in {id(group): group for group in groups.values()}.values():
-            held_ends = sorted(end for end in group if self._held(end[0]))
+            held_ends = sorted(end for end in group if self._is_held(end[0]))
             if len(held_ends) == 1:
                 loads = [
                     self.inertial(self.facts.copies[name]) for name, _ in sorted(group) if (name, _) != held_ends[0]
@@ -127,10 +127,10 @@ class Mechanics:
         """Copies to which something is welded later; see `loads`."""
         return {name for weld in self.facts.rows.welds if weld.at > 0.0 for name in (weld.a, weld.b)}
 
-    def _held(self, name: str) -> bool:
+    def _is_held(self, name: str) -> bool:
         return not self.facts.free(self.facts.copies[name])
 
-    def _twin(self, copy: Copy) -> Copy:
+    def _equivalent_copy(self, copy: Copy) -> Copy:
         """Return the first copy with the same orientation and load; the copy itself if there is none."""
         if copy.name not in self._twins:
             carried, closed = self._carried

@@ -58,7 +58,7 @@ class Causes:
     def __post_init__(self) -> None:
         found: list[Cause] = [(0.0, "", None)] if self._restless() else []
         found += [(0.0, rows[0].control, None) for rows in self.facts.rows.later.values()]  # at any time
-        found += [*self._starts(), *self._wrenches(), *self._others()]
+        found += [*self._starts(), *self._wrenches(), *self._other_causes()]
         self.pushes = [push for _, _, push in found if push is not None]
         self.unknown = min((time for time, _, push in found if push is None), default=inf)
         self.onset, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
@@ -141,7 +141,7 @@ class Causes:
             else:
                 yield row.start, row.control, MotionCause(row.start, row.start, gain)
 
-    def _others(self) -> Iterator[Cause]:
+    def _other_causes(self) -> Iterator[Cause]:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():

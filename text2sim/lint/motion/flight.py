@@ -53,7 +53,7 @@ class Flight:
 
     def offset(self, t: float) -> Vec:
         """Return its displacement [m] at a time [s]."""
-        return _at(self.velocity, self.pull, t)
+        return _displacement_at(self.velocity, self.pull, t)
 
     @property
     def moves(self) -> bool:
@@ -87,11 +87,11 @@ class _Flights:
         g = facts.case.scene.gravity
         duration = facts.case.scene.duration
         welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
-        near = self._along(copy, box, v, g, duration)
-        resting = any(g) and vector_dot(v, g) >= 0 and self._rests(copy, near, g)
+        near = self._copies_along(copy, box, v, g, duration)
+        resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, near, g)
         if resting or copy.name in welded:
             g = (0.0, 0.0, 0.0)
-            near = self._along(copy, box, v, g, duration)
+            near = self._copies_along(copy, box, v, g, duration)
         if not any(v) and not any(g):
             return Flight(copy, v, g, duration, None)
         meeting = self._first(copy, box, near, v, g, duration)
@@ -99,15 +99,15 @@ class _Flights:
             return None
         return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
 
-    def _along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
+    def _copies_along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
-        low, high = union(moved(box, _at(v, g, t)) for t in times) or box
+        low, high = union(moved(box, _displacement_at(v, g, t)) for t in times) or box
         room: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
-        return [(other, its) for other, its in self._about(room) if other is not copy and not apart(its, room)]
+        return [(other, its) for other, its in self._copies_around(room) if other is not copy and not apart(its, room)]
 
-    def _about(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
+    def _copies_around(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
         """Return the copies that a box may meet, and few others; for many copies, arrays are a hundred times faster."""
         if len(self.others) < ARRAYS_FROM:
             return self.others
@@ -126,7 +126,7 @@ class _Flights:
         met = ((some[:, 3:] > room[0]) & (some[:, :3] < room[1])).all(axis=1)
         return [self.others[k] for k in np.sort(order[first:last][met]).tolist()]
 
-    def _rests(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
+    def _is_supported(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
         """Return whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
         for ground in self.facts.planes:
@@ -172,7 +172,7 @@ class _Flights:
         start: float,
         end: float,
     ) -> Meeting | None:
-        a, b = _at(v, g, start), _at(v, g, end)
+        a, b = _displacement_at(v, g, start), _displacement_at(v, g, end)
         step = tuple(q - p for p, q in zip(a, b, strict=True))
         length = math.hypot(*step)
         if length < 1e-12:
@@ -207,7 +207,7 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: V
     if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there: Vec = tuple(p + q for p, q in zip(copy.pos, _at(v, g, t), strict=True))  # type: ignore[assignment]
+        there: Vec = tuple(p + q for p, q in zip(copy.pos, _displacement_at(v, g, t), strict=True))  # type: ignore[assignment]
         if 0 <= t <= duration and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
             return Meeting(ground.copy, None, t, _velocity(v, g, t))
     return None
@@ -224,7 +224,7 @@ def _roots(a: float, b: float, c: float) -> Iterator[float]:
         yield from sorted(((-b - root) / (2 * a), (-b + root) / (2 * a)))
 
 
-def _at(v: Vec, g: Vec, t: float) -> Vec:
+def _displacement_at(v: Vec, g: Vec, t: float) -> Vec:
     return (v[0] * t + g[0] * t * t / 2, v[1] * t + g[1] * t * t / 2, v[2] * t + g[2] * t * t / 2)
 
 

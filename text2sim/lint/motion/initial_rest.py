@@ -35,10 +35,10 @@ Rectangle = tuple[float, float, float, float]
 
 def all_still(facts: Facts) -> bool:
     """Return whether everything is at rest until the script acts."""
-    return facts.once(_still)
+    return facts.once(_is_at_rest)
 
 
-def _still(facts: Facts) -> bool:
+def _is_at_rest(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
@@ -52,7 +52,7 @@ def _still(facts: Facts) -> bool:
         elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
             return False
     swings = mechanics_of(facts).swings()
-    return all(_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
+    return all(_is_joint_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
 
 
 def _joints_only(facts: Facts, copy: Copy) -> bool:
@@ -63,7 +63,7 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
     return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
 
 
-def _held(facts: Facts, swing: LoadedJoint) -> bool:
+def _is_joint_held(facts: Facts, swing: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
     if swing.closed or swing.floating or swing.joint.spring and swing.start:
         return False
@@ -95,18 +95,18 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
         return False
     low = min(part.box[0][2] for part in parts)
     corners = [point for part in parts if part.box[0][2] <= low + MAX_CORNER_HEIGHT for point in _corners(part)]
-    sole = _around([(x, y) for x, y, z in corners if z <= low + MAX_CORNER_HEIGHT])
+    sole = _rectangle_around([(x, y) for x, y, z in corners if z <= low + MAX_CORNER_HEIGHT])
     cx, cy, _ = mechanics_of(facts).inertial(copy).center
     for ground in facts.planes:
         if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < MAX_RESTING_GAP and ground.beside((cx, cy, low)) < 0.0:
-            return _holds(sole, cx, cy)
+            return _contains(sole, cx, cy)
     carried = []
     for part in tops:
         (a, b, _), (c, d, top) = part.box
         here = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
         if abs(low - top) < MAX_RESTING_GAP and here[0] <= here[1] and here[2] <= here[3]:
             carried += [(here[0], here[2]), (here[1], here[3])]
-    return bool(carried) and _holds(_around(carried), cx, cy)
+    return bool(carried) and _contains(_rectangle_around(carried), cx, cy)
 
 
 def _corners(part: StandingPart) -> list[tuple[float, float, float]]:
@@ -119,12 +119,12 @@ def _corners(part: StandingPart) -> list[tuple[float, float, float]]:
     return found
 
 
-def _around(points: list[tuple[float, float]]) -> Rectangle:
+def _rectangle_around(points: list[tuple[float, float]]) -> Rectangle:
     xs, ys = [x for x, _ in points], [y for _, y in points]
     return min(xs), max(xs), min(ys), max(ys)
 
 
-def _holds(sole: Rectangle, x: float, y: float) -> bool:
+def _contains(sole: Rectangle, x: float, y: float) -> bool:
     return (
         sole[0] - MAX_OVERHANG <= x <= sole[1] + MAX_OVERHANG and sole[2] - MAX_OVERHANG <= y <= sole[3] + MAX_OVERHANG
     )

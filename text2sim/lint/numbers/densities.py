@@ -40,7 +40,7 @@ def _density(facts: Facts) -> Iterator[Problem]:
         for place, density in _densities(facts.value_at(where), where):
             low = MASS_DENSITIES[0] if "parts" in place and density <= MAX_GAS_DENSITY else SOLID_DENSITIES[0]
             if not low <= density <= SOLID_DENSITIES[1]:
-                yield _unlikely(facts, place, density)
+                yield _unlikely_density(facts, place, density)
 
 
 def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
@@ -59,7 +59,7 @@ def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
         yield facts.problem("implausible-density", where, text, hint=f"{meant:g}")
 
 
-def _unlikely(facts: Facts, where: Path, density: float) -> Problem:
+def _unlikely_density(facts: Facts, where: Path, density: float) -> Problem:
     """Return the problem, with the probable density if the value looks like g/cm3 or g/m3."""
     text = f"no solid has a density of {density:g} kg/m3"
     meant, unit = (1000 * density, "g/cm3") if density < SOLID_DENSITIES[0] else (density / 1000, "g/m3")

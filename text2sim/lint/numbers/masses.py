@@ -74,12 +74,12 @@ def _ratio(facts: Facts) -> Iterator[Problem]:
     yield from one_per_place(_welded(facts))
 
 
-def _yielded(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
+def _yield_distance(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
     """Return the distance [m] by which a light body yields under a heavy one."""
     return factor * hypot(*facts.plan.gravity) * time**2 * heavy / light
 
 
-def _needed(facts: Facts, time: float, *, contact: bool) -> str:
+def _needed_settings(facts: Facts, time: float, *, contact: bool) -> str:
     """Return the substeps, and for contacts the time constant, that keep the yield within bounds.
 
     Args:
@@ -100,7 +100,8 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
     masses = sorted(m for copy in facts.moving if (m := facts.masses.get(copy.name)) and facts.free(copy))
     if (
         not masses
-        or _yielded(facts, EDGE_COMPLIANCE, facts.settings.timeconst, masses[-1], masses[0]) < MAX_YIELD_SHARE * 1e-3
+        or _yield_distance(facts, EDGE_COMPLIANCE, facts.settings.timeconst, masses[-1], masses[0])
+        < MAX_YIELD_SHARE * 1e-3
     ):
         return
     for pair in facts.near(-1e-3):
@@ -114,13 +115,13 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         size = min(b - a for a, b in zip(*under, strict=True))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND_SHAPES for copy in pair)
         time = facts.settings.timeconst
-        way = _yielded(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)
+        way = _yield_distance(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)
         if way > MAX_YIELD_SHARE * size:
             text = (
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which yields by about "
                 f"{amount(min(way, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
-                f"stiffness; use {_needed(facts, time * sqrt(MAX_YIELD_SHARE * size / way), contact=True)}, or a mass "
-                f"ratio below {high / low * MAX_YIELD_SHARE * size / way:.2g}"
+                f"stiffness; use {_needed_settings(facts, time * sqrt(MAX_YIELD_SHARE * size / way), contact=True)}, "
+                f"or a mass ratio below {high / low * MAX_YIELD_SHARE * size / way:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 
@@ -136,21 +137,21 @@ def _welded(facts: Facts) -> Iterator[Problem]:
             carried = facts.masses.get(other, 0.0)
             if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
                 continue
-            own = _own(facts, holder, link)
-            way = _yielded(facts, WELD_COMPLIANCE, time, carried, own) if own > 0.0 else 0.0
+            own = _mass_beyond(facts, holder, link)
+            way = _yield_distance(facts, WELD_COMPLIANCE, time, carried, own) if own > 0.0 else 0.0
             control = facts.case.actions.controls[weld.control]
             if way > MAX_WELD_YIELD and isinstance(control, Attach):
                 what = f"`{name}.{link}`" if link else f"`{name}`"
                 text = (
                     f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): the weld is softer, the lighter the "
                     f"link is, and sags by about {amount(way * 1e3, 'mm')}; use "
-                    f"{_needed(facts, time * sqrt(MAX_WELD_YIELD / way), contact=False)}, or a link of "
+                    f"{_needed_settings(facts, time * sqrt(MAX_WELD_YIELD / way), contact=False)}, or a link of "
                     f"{at_least(own * way / MAX_WELD_YIELD)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
 
-def _own(facts: Facts, copy: Copy, link: str | None) -> float:
+def _mass_beyond(facts: Facts, copy: Copy, link: str | None) -> float:
     """Return the mass [kg] of a link with all beyond it."""
     if copy.model.kind in ("rigid", "driven"):
         return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0

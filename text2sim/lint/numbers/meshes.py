@@ -115,7 +115,7 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
-def _open(facts: Facts) -> Iterator[Problem]:
+def _open_meshes(facts: Facts) -> Iterator[Problem]:
     for use in facts.once(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if use.weighs and not mesh.closed and (fault := _surface(mesh).fault):
@@ -149,7 +149,7 @@ def _unfilled(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("open-soft-body", (*use.where, "file"), text)
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_meshes(facts: Facts) -> Iterator[Problem]:
     for use in facts.once(_uses):
         if use.shape.collision != "decompose":
             continue
@@ -207,7 +207,7 @@ def _open_share(mesh: MeshFile) -> float:
     return float(area[edge > LONG_TRIANGLE * np.ptp(mesh.vertices, axis=0).max()].sum() / whole) if whole > 0 else 0.0
 
 
-def _needless(facts: Facts) -> Iterator[Problem]:
+def _needless_decomposition(facts: Facts) -> Iterator[Problem]:
     uses = [use for use, _ in _exact(facts)]
     meshes = [load_mesh(use.shape.file, facts.folder) for use in uses]
     if any(mesh.volume < CONVEX_FILL * _volume(mesh.hull_vertices, mesh.hull_faces) for mesh in meshes):
@@ -244,7 +244,7 @@ bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {mug: {material: {mass: 0.3}}}",
-        run=_open,
+        run=_open_meshes,
     ),
     Rule(
         id="inside-out-mesh",
@@ -290,7 +290,7 @@ bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: fine.obj, collision: decompose}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {ring: {shape: {file: null, collision: null, kind: torus, radius: 0.2, bar_radius: 0.05}}}",
-        run=_slow,
+        run=_slow_meshes,
     ),
     Rule(
         id="coarse-field",
@@ -340,6 +340,6 @@ bodies:
   crate: {kind: rigid, shape: {kind: mesh, file: closed.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {crate: {shape: {collision: hull}}}",
-        run=_needless,
+        run=_needless_decomposition,
     ),
 )

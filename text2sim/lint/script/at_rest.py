@@ -36,7 +36,7 @@ def _at_rest(facts: Facts) -> Iterator[Problem]:
     expect = facts.case.actions.expect
     if not expect or not all(passes(facts, one) for one in expect.values()):
         return
-    moved = _moved(facts)
+    moved = _what_should_move(facts)
     if not moved:
         return
     if len(expect) == 1:
@@ -55,7 +55,7 @@ def held_at_start(facts: Facts) -> list[str]:
     return [name for name, one in facts.case.actions.expect.items() if passes(facts, one)]
 
 
-def _moved(facts: Facts) -> str:
+def _what_should_move(facts: Facts) -> str:
     """Say what should move; empty if nothing should."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):

@@ -88,7 +88,7 @@ def _region(facts: Facts, event: Any) -> str:
     return ""
 
 
-def _rest(facts: Facts, event: Any) -> str:
+def _rest_at_start(facts: Facts, event: Any) -> str:
     targets = targets_of(facts).select(event.of)
     if not targets or any(target.driven for target in targets) or not all_still(facts):
         return ""
@@ -102,7 +102,7 @@ _TRUE_AT_START: dict[str, Callable[[Facts, Any], str]] = {
     "threshold": _threshold,
     "enters": _region,
     "leaves": _region,
-    "rest": _rest,
+    "rest": _rest_at_start,
 }
 
 _BALL = """\

@@ -136,14 +136,14 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
     if kind == "position" or (kind == "displacement" and measure.axis is not None):
-        return _along(facts, measure, targets)
+        return _coordinate_bounds(facts, measure, targets)
     if kind == "displacement":
-        return _away(facts, targets)
+        return _distance_bounds(facts, targets)
     kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
     return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else UNBOUNDED
 
 
-def _along(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
+def _coordinate_bounds(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     """Return the bounds on a coordinate or its change, from the reach of a body."""
     reach, column = reach_of(facts), COLUMN[measure.axis]
     low, high = inf, -inf
@@ -156,7 +156,7 @@ def _along(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     return low, high, "its joints or its mount let it move no farther"
 
 
-def _away(facts: Facts, targets: list[StartTarget]) -> Bounds:
+def _distance_bounds(facts: Facts, targets: list[StartTarget]) -> Bounds:
     reach, high = reach_of(facts), 0.0
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None

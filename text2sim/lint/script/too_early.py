@@ -36,10 +36,10 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         if expect.event is not None:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue
-            way = _way(facts, actions.events[expect.event])
+            way = _shortest_distance(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
             if not causes.reaches(way, last):
-                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _late(causes, way, last)
+                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _why_too_far(causes, way, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
@@ -55,11 +55,11 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 continue
             if by > 0.0 and not causes.reaches(way, by):
                 text = f"`{expect.measure}` has to change by {way:.3g} {values.unit} from its start"
-                text += _late(causes, way, by)
+                text += _why_too_far(causes, way, by)
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 
-def _late(causes: Causes, way: float, by: float) -> str:
+def _why_too_far(causes: Causes, way: float, by: float) -> str:
     """Say why a distance is too long for a time."""
     needs = causes.soonest(way)
     if by <= causes.quiet:
@@ -70,7 +70,7 @@ def _late(causes: Causes, way: float, by: float) -> str:
     return text if needs == inf else f"{text}: it takes at least {needs:.2g} s"
 
 
-def _way(facts: Facts, event: Any) -> float:
+def _shortest_distance(facts: Facts, event: Any) -> float:
     """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
         first, second = (targets_of(facts).select(selector) for selector in event.between)

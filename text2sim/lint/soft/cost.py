@@ -53,7 +53,7 @@ def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
     return total, counts
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_run(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     if not soft.bodies or soft.model == "ipc":
         return
@@ -129,6 +129,6 @@ bodies:
   jelly: {kind: soft, cell: 0.004, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
         fix="bodies: {jelly: {cell: 0.02}}",
-        run=_slow,
+        run=_slow_run,
     ),
 )

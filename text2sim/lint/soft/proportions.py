@@ -36,7 +36,7 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
             f"the weight of `{body.name}` puts {weight:.2g} Pa on its base ({material.density:g} kg/m3, "
             f"{length(height)} high), but its {key} is {stiffness:g} Pa: it collapses under its own weight"
         )
-        unit = _meant(stiffness, weight)
+        unit = _probable_unit(stiffness, weight)
         where = facts.where(body.body, "material", key)
         if unit is None:
             text += f"; use {10 * weight:.0e} or more"
@@ -48,16 +48,16 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("squashes-itself", where, text, hint=meant)
 
 
-def _usual(stiffness: float, weight: float) -> bool:
+def _is_usual(stiffness: float, weight: float) -> bool:
     """Return whether a stiffness [Pa] is usual and carries the weight [Pa]."""
     return USUAL_STIFFNESS[0] <= stiffness <= USUAL_STIFFNESS[1] and stiffness >= 3 * weight
 
 
-def _meant(stiffness: float, weight: float) -> tuple[str, float] | None:
+def _probable_unit(stiffness: float, weight: float) -> tuple[str, float] | None:
     """Return the unit in which a stiffness may be given, and its value in Pa."""
     if stiffness >= FULL:
         return None
-    return next((unit for unit in STIFFNESS_UNITS if _usual(stiffness * unit[1], weight)), None)
+    return next((unit for unit in STIFFNESS_UNITS if _is_usual(stiffness * unit[1], weight)), None)
 
 
 def _coarse(facts: Facts) -> Iterator[Problem]:

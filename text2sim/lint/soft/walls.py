@@ -30,7 +30,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted(facts, soft, body, copy)
+        wanted, why = _wanted_cells(facts, soft, body, copy)
         thin = min((part.thickness for part in facts.parts(copy)), default=math.inf)
         cells = thin / soft.cell
         if cells >= wanted * (1 - 1e-6):
@@ -46,7 +46,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("thin-wall", facts.first_given(copy.body, "shape"), text, key=True, severity=severity)
 
 
-def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
+def _wanted_cells(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
     """Return how many cells thick a rigid copy should be, and why."""
     mount = facts.mount(copy)
     if mount == "driven":

@@ -19,13 +19,13 @@ def _under_floor(facts: Facts) -> Iterator[Problem]:
     """Report each body and plane once."""
     for ground in facts.planes:
         for name in facts.case.bodies:
-            sunk = [(depth, copy) for copy in facts.placed[name] if (depth := _sunk(facts, ground, copy)) > 0]
+            sunk = [(depth, copy) for copy in facts.placed[name] if (depth := _sunk_depth(facts, ground, copy)) > 0]
             if sunk:
                 depth, copy = max(sunk, key=lambda entry: entry[0])
                 yield _sunk_finding(facts, ground, copy, depth, len(sunk))
 
 
-def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
+def _sunk_depth(facts: Facts, ground: Ground, copy: Copy) -> float:
     """Return how deep [m] a copy is below a plane; 0 if it is too little to matter, or if it cannot move."""
     box = facts.box(copy)
     if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - MIN_DEPTH:

@@ -127,7 +127,7 @@ def _finding(
     depth, thickness = overlap.depth, overlap.thickness
     known = all(part.mesh is None for part in overlap.pair)
     deep = known and facts.free(a) and depth >= thickness / 2 * (1 - 1e-6)
-    one, other = (_named(facts, copy, overlap, side) for side, copy in enumerate((a, b)))
+    one, other = (_name_of(facts, copy, overlap, side) for side, copy in enumerate((a, b)))
     more = more_copies(count, "pairs of their copies" if all_seen else "pairs of their copies at least")
     text = f"{one} and {other} overlap by {length(depth)} at the start{more}"
     if deep:
@@ -139,7 +139,7 @@ def _finding(
         text += ": the engine pushes them apart" + (f" at {push_speed(facts, depth):.2g} m/s" if known else "")
     else:
         text += ": they press against their mounts or joints for the whole run"
-    way = _way(facts, a, b, overlap, effort)
+    way = _way_out(facts, a, b, overlap, effort)
     if way is None:
         text += "; move one, or use place"
     elif a.body == b.body:
@@ -152,7 +152,7 @@ def _finding(
     return facts.problem("overlap", _pointer(facts, a, b), text, key=True, severity="error" if deep else None)
 
 
-def _named(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
+def _name_of(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
     """Return the name of the copy, with the link if it has several."""
     link, tree = overlap.pair[side].link, facts.tree(copy)
     several = tree is not None and len(tree.links()) > 1
@@ -166,7 +166,7 @@ def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
     return facts.first_given(a.body, "place", "pose", "repeat")
 
 
-def _way(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
+def _way_out(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
     """Return the shortest plain translation, if possible one that does not lead into another body."""
     ways = plain(overlap.ways)
     if a.body == b.body:

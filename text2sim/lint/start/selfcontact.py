@@ -24,7 +24,7 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
         tree = facts.tree(copy)
         if tree is None:
             continue
-        strangers = _strangers(tree)
+        strangers = _collidable_pairs(tree)
         neutral = _overlapping(copy, replace(tree, initial={}), strangers)
         started = _overlapping(copy, tree, strangers) if tree.initial else {}
         where = facts.where(name, "self_collision")
@@ -47,7 +47,7 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("self-overlap", facts.where(name, "initial"), text, key=True)
 
 
-def _strangers(tree: Tree) -> set[tuple[str, str]]:
+def _collidable_pairs(tree: Tree) -> set[tuple[str, str]]:
     """Return the pairs of links that can collide: those that no joint connects, directly or through welded links."""
     above: dict[str, TreeLink] = {child.name: link for link in tree.links() for child in link.children}
     jointed = {link.name: bool(link.all_joints()) for link in tree.links()}
