@@ -26,7 +26,7 @@ from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.recording.run_files import read_events
-from text2sim.runtime.trouble import internal_error_message
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text

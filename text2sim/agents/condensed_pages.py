@@ -33,6 +33,11 @@ def plain(text: str) -> str:
     return _RULE.sub("", _LINK.sub(r"\1", text))
 
 
+def first_sentence(text: str) -> str:
+    """Return the first sentence without its full stop."""
+    return text.partition(". ")[0].removesuffix(".")
+
+
 def section_brief(section: ReferenceSection, only: Collection[str] | None = None, *, intro: bool = True) -> str:
     """Return a condensed page.
 
@@ -82,7 +87,7 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
         if model.__module__ == soft_measures.__name__:
             deforming.append(f"`{kind}` `{text}`")
         else:
-            lines.append(f"- `{kind}`: {model_doc(model).partition('. ')[0].removesuffix('.')}. `{text}`{more}")
+            lines.append(f"- `{kind}`: {first_sentence(model_doc(model))}. `{text}`{more}")
     if deforming:
         lines.append(f"- of what deforms, with more by `read`: {', '.join(deforming)}")
     return "\n".join(lines)

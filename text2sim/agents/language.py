@@ -7,7 +7,14 @@ import re
 from collections.abc import Collection, Iterable
 from functools import cache
 
-from text2sim.agents.condensed_pages import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
+from text2sim.agents.condensed_pages import (
+    fields_named,
+    first_sentence,
+    kinds_brief,
+    kinds_line_by_line,
+    plain,
+    section_brief,
+)
 from text2sim.agents.page_selection import (
     ALWAYS_DESCRIBED,
     DEFORMABLE_KINDS,
@@ -260,7 +267,7 @@ def vocabulary() -> str:
     for section in _sections(INDEXED_PAGES):
         kinds = section_kinds(section.models)
         rows = _gist_rows(
-            {kind: _first_sentence(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS}
+            {kind: first_sentence(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS}
         )
         if some := [f"`{kind}`" for kind in kinds if kind in FIELD_CONTROLS]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
@@ -273,7 +280,7 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
     chosen = {name: one for name, one in built_in().items() if only is None or name in only}
-    gists = {name: _first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
+    gists = {name: first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
     if brief:
         return "\n".join(_gist_rows(gists))
     rows = []
@@ -383,10 +390,6 @@ _SOFT_ROWS = re.compile(
 _SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 """Names of deformable bodies in the examples."""
-
-
-def _first_sentence(text: str) -> str:
-    return text.partition(". ")[0].removesuffix(".")
 
 
 def _indented(text: str) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread
-from text2sim.runtime.trouble import keep_details
+from text2sim.runtime.internal_errors import keep_details
 
 if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded

@@ -250,12 +250,12 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
 def _work_rows(energy: Mapping[str, Any]) -> list[str]:
     """Work of motors and controls, and the motors' work up to the maximum of the energy."""
     works = energy.get("works") or {}
-    works_listed = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
-    works_listed += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
-    works_listed = sorted((row for row in works_listed if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
-    if not works_listed:
+    entries = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
+    entries += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
+    entries = sorted((row for row in entries if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
+    if not entries:
         return []
-    rows = ", ".join(f"{what} `{name}` {_short_number(work)} J" for what, name, work in works_listed[:MAX_MINOR_ROWS])
+    rows = ", ".join(f"{what} `{name}` {_short_number(work)} J" for what, name, work in entries[:MAX_MINOR_ROWS])
     until = f"; motors until then {_short_number(energy['work_until_max'])} J" if works.get("motors") else ""
     return [f"work in all: {rows}{until}"]
 

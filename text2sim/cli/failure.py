@@ -5,7 +5,7 @@ import sys
 from contextlib import suppress
 
 from text2sim.cli.output import say, say_json, say_problems
-from text2sim.runtime.trouble import keep_details
+from text2sim.runtime.internal_errors import keep_details
 from text2sim.service import exits
 from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError

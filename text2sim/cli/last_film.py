@@ -49,8 +49,8 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.film import Filming
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.renderer import find_variant
+    from text2sim.runtime.internal_errors import internal_error_message
     from text2sim.runtime.stop import Stop
-    from text2sim.runtime.trouble import internal_error_message
     from text2sim.service.phrases import shown
     from text2sim.spec_schema.errors import Text2SimError
 

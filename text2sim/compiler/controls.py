@@ -145,7 +145,7 @@ def _reach(
     line: int,
     name: str,
 ) -> None:
-    from text2sim.compiler.reaching import reach_targets  # arrays, which few cases need
+    from text2sim.compiler.inverse_kinematics import reach_targets  # arrays, which few cases need
 
     begun: dict[str, DriveTarget] = {}
     for (entity, joint), targets in rows.targets.items():

@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.compiler.trees.filebody import geom_of
+from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.cloths import cloth_surfaces
 from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit

@@ -24,8 +24,8 @@ from text2sim.agents.roles import quoted
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.film_frames import film_frames, length_of
 from text2sim.evaluation.genesis_docs import digest, explained
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import CaseResult, resources_of
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.stop import Stop
@@ -106,8 +106,8 @@ class BareAgent:
         limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
         facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", letter("agent", **facts)),
-            Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
+            Message("system", render_prompt("agent", **facts)),
+            Message("user", render_prompt("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
         ]
         try:
             with Stop() as stop:
@@ -175,7 +175,9 @@ class BareAgent:
             film = str(error)
         left = self._allowance.attempts - len(self._trials)
         minutes = trial.minutes_left
-        return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes)
+        return render_prompt(
+            "agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes
+        )
 
     def _pictures(self, trial: ProgramTrial) -> tuple[Image, ...]:
         if trial.film is None or not self._chat.vision("agent"):

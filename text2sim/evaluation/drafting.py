@@ -9,7 +9,7 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.roles import quoted
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.evaluation.judging import judge_endpoint
-from text2sim.evaluation.letters import letter
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, check_complete
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
@@ -32,7 +32,7 @@ def draft(chat: Conversation, prompt: Prompt) -> Prompt:
     if prompt.requirements is not None:
         return prompt
     question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
-    answer: RequirementDraft = chat.ask("drafter", letter("draft"), question, typed_parser(RequirementDraft))
+    answer: RequirementDraft = chat.ask("drafter", render_prompt("draft"), question, typed_parser(RequirementDraft))
     return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
 
 

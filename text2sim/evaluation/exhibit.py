@@ -16,8 +16,8 @@ from text2sim.agents.roles import quoted
 from text2sim.agents.run_summary import evidence_text
 from text2sim.evaluation.film_frames import FilmFrames, film_frames
 from text2sim.evaluation.keyframes import Motion, motion_of
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import PromptResult
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.suite import Prompt
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
@@ -106,9 +106,9 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultEx
         if wrong := claim_faults(answer.facts, names, bodies):
             raise Wrong(wrong)
 
-    question = letter("check_ask", prompt=prompt, program=shown.program)
+    question = render_prompt("check_ask", prompt=prompt, program=shown.program)
     try:
-        answer: FactClaims = chat().ask("checker", letter("check"), question, typed_parser(FactClaims, check))
+        answer: FactClaims = chat().ask("checker", render_prompt("check"), question, typed_parser(FactClaims, check))
         for fact in compute_facts(answer.facts, shown.loaded, run):
             (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:

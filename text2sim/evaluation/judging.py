@@ -22,8 +22,8 @@ from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.scores import (
     PhysicalReply,
     VisualReply,
@@ -199,9 +199,9 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
         if wrong := physical_faults(prompt, reply, len(images)):
             raise Wrong(wrong)
 
-    question = letter("physical_ask", prompt=prompt, shown=shown)
+    question = render_prompt("physical_ask", prompt=prompt, shown=shown)
     reply: PhysicalReply = chat.ask(
-        "physical", letter("physical"), question, typed_parser(PhysicalReply, check), images
+        "physical", render_prompt("physical"), question, typed_parser(PhysicalReply, check), images
     )
     keyframed = shown.motion is not None and shown.motion.mainly_keyframed
     score = physical_score(prompt, reply, usable=shown.frames is not None, keyframed=keyframed)
@@ -214,8 +214,10 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
 
 def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit) -> Judgement:
     assert shown.frames is not None
-    question = letter("visual_ask", prompt=prompt, frames=shown.frames)
-    reply: VisualReply = chat.ask("visual", letter("visual"), question, typed_parser(VisualReply), shown.frames.images)
+    question = render_prompt("visual_ask", prompt=prompt, frames=shown.frames)
+    reply: VisualReply = chat.ask(
+        "visual", render_prompt("visual"), question, typed_parser(VisualReply), shown.frames.images
+    )
     seen = {"times": list(shown.frames.times)}
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 

@@ -40,9 +40,9 @@ from text2sim.evaluation.ledger import (
     read_ledger,
     record_card,
 )
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import MethodFolder, read_method
 from text2sim.evaluation.methods import Allowance, Method, run_method
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.statistics import case_scores, spread_within
 from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.run_files import read_json
@@ -157,7 +157,7 @@ class Learning:
         library, built_in = self._library(), load_library([BUILT_IN])
         everything = {**built_in.entries, **library.entries}
         shown = exhibit_of(made)
-        question = letter(
+        question = render_prompt(
             "learn_ask", prompt=self.prompts[name], attempts=attempts_text(attempts), frames=shown.frames,
             findings=_findings(before.rows, name), learned=", ".join(library.entries) or "none",
             built_in=", ".join(built_in.entries),
@@ -178,7 +178,7 @@ class Learning:
             return "\n\n".join(everything[one].card.brief() for one in names if one in everything) or "There is none."
 
         images = shown.frames.images if shown.frames is not None else ()
-        system = letter("learn", schema=yaml_text(card_schema()))
+        system = render_prompt("learn", schema=yaml_text(card_schema()))
         try:
             answer: Lessons = self._conversation(name).ask(
                 "evaluator", system, question, typed_parser(Lessons, check), images, more=pages
@@ -268,8 +268,8 @@ class Learning:
             ):
                 continue
             pair = {name: there[name] for name in (first, second)}
-            question = letter("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
-            system = letter("merge", ids=list(pair), schema=yaml_text(card_schema()))
+            question = render_prompt("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
+            system = render_prompt("merge", ids=list(pair), schema=yaml_text(card_schema()))
             drafts: list[CardDraft] = []
 
             def check(

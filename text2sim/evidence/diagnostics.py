@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import soft_diagnostics
+from text2sim.evidence.mechanical_work import work_of_motors, work_of_pushes
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.works import work_of_motors, work_of_pushes
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque

@@ -7,9 +7,9 @@ from threading import Event, Lock, Thread
 from time import monotonic
 
 from text2sim.mcp_server.answers import ToolAnswer, refusal
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.progress import PHASES, OnProgress, Progress
 from text2sim.runtime.stop import Stop
-from text2sim.runtime.trouble import internal_error_message
 from text2sim.spec_schema.errors import RunError
 
 MAX_REMEMBERED_JOBS = 20

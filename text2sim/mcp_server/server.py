@@ -22,8 +22,8 @@ from text2sim.mcp_server import cards, evidence, frames, language, reading, runn
 from text2sim.mcp_server.answers import ToolAnswer, problem_rows, refusal
 from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.workspace import Workspace
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.stop import SIGNALS
-from text2sim.runtime.trouble import internal_error_message
 from text2sim.service.phrases import reason
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay

@@ -22,7 +22,7 @@ from starlette.routing import Route
 from text2sim.evidence.page import render_page
 from text2sim.study.answers import Answers
 from text2sim.study.build import FILMS, read_study
-from text2sim.watching.admission import HEADERS, admitted_path, content_security_policy
+from text2sim.watching.access_control import HEADERS, admitted_path, content_security_policy
 
 LEVELS = {
     "-2": "A much better",

@@ -55,7 +55,7 @@ class Judge:
 
     def _judge_run(self, key: Key, folder: Path, case: "Case") -> None:
         from text2sim.evidence.evidence import judge
-        from text2sim.runtime.trouble import internal_error_message
+        from text2sim.runtime.internal_errors import internal_error_message
         from text2sim.spec_schema.errors import RunError
 
         begun, evidence, message = monotonic(), None, ""

@@ -69,7 +69,7 @@ class Scenes:
 
     def _pack_scene(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene
-        from text2sim.runtime.trouble import internal_error_message
+        from text2sim.runtime.internal_errors import internal_error_message
 
         begun, scene, message = monotonic(), b"", ""
         try:

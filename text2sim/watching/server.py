@@ -12,7 +12,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from text2sim.replay.page import live_page
-from text2sim.watching.admission import HEADERS, admitted_path, content_security_policy
+from text2sim.watching.access_control import HEADERS, admitted_path, content_security_policy
 from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"

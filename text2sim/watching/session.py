@@ -10,8 +10,8 @@ from typing import Any
 
 from text2sim.runtime import warm_engine
 from text2sim.runtime.dialogue import News
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.progress import ProgressTail
-from text2sim.runtime.trouble import internal_error_message
 from text2sim.runtime.warm_engine import Engine
 from text2sim.watching import page_text
 from text2sim.watching.case_files import CaseFiles

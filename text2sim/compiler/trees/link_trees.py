@@ -11,7 +11,7 @@ from text2sim.compiler.selection import SELECTOR
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
-from text2sim.compiler.trees.filebody import mechanism_parts
+from text2sim.compiler.trees.file_bodies import mechanism_parts
 from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem

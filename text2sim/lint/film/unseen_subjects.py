@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
+from text2sim.lint.film.body_paths import comes_in
 from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
-from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.runtime.trouble import internal_error_message, keep_details
+from text2sim.runtime.internal_errors import internal_error_message, keep_details
 
 
 def test_paths_of_a_home_that_is_the_root_stay(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
