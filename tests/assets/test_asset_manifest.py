@@ -22,7 +22,7 @@ from text2sim.assets.manifest import (
     verify_manifest,
 )
 from text2sim.assets.mesh_repair import RepairGoal
-from text2sim.assets.safe_write import keep, place_in
+from text2sim.assets.safe_write import place_in, write_asset
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.text.source import Source
 
@@ -136,7 +136,7 @@ def test_nothing_is_written_outside_of_the_case(tmp_path: Path, file: str):
     os.symlink(tmp_path, case / "link")
     os.symlink(tmp_path / "elsewhere", case / "assets" / "out")
     with pytest.raises(AssetError):
-        keep(case, file, b"x")
+        write_asset(case, file, b"x")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case"]
 
 

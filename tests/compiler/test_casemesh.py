@@ -17,7 +17,7 @@ def reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the files that were read, in a user's cache of its own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     found: list[str] = []
-    confined = casemesh.confined
+    confined = casemesh.call_confined
     monkeypatch.setattr(
         casemesh, "confined", lambda do, path, *more: (found.append(path.name), confined(do, path, *more))[1]
     )

@@ -14,7 +14,7 @@ from tests.evaluation.conftest import PHYSICAL, Judge
 from text2sim.agents.conversation import Wrong
 from text2sim.agents.distilling import CardProposal, TriedAttempt, draft_card
 from text2sim.card_library.library import BUILT_IN, load_library
-from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, alike
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
 from text2sim.evaluation.learning import Learning
 from text2sim.evaluation.ledger import (
     CardDebt,
@@ -259,9 +259,9 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
 
 def test_built_in_cards_say_different_things() -> None:
     entries = [entry.card for entry in load_library([BUILT_IN]).entries.values()]
-    most = max(alike(one, other) for one, other in itertools.combinations(entries, 2))
+    most = max(likeness(one, other) for one, other in itertools.combinations(entries, 2))
     assert most < 0.3 < DUPLICATE_LIKENESS
-    assert alike(entries[0], entries[0]) == 1
+    assert likeness(entries[0], entries[0]) == 1
 
 
 def test_who_was_given_which_card(tmp_path: Path) -> None:

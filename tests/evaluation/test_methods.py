@@ -188,7 +188,7 @@ def test_the_digest_is_of_the_installed_genesis() -> None:
         "RigidEntity.control_dofs_position(",
     ):
         assert name in digest
-    assert "Young" in genesis_docs.explained(["MPM.Elastic"])
+    assert "Young" in genesis_docs.docstrings_of(["MPM.Elastic"])
 
 
 def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.replies import CasePlan
 from text2sim.assets.manifest import Asset, Control, read_manifest, register
-from text2sim.assets.safe_write import FOLDER, digest, keep
+from text2sim.assets.safe_write import FOLDER, digest, write_asset
 from text2sim.spec_schema.errors import AssetError, MachineError
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.whole_files import write_atomically
@@ -58,7 +58,7 @@ def try_body(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt
     if proof.faults:
         return proof
     case.mkdir(parents=True, exist_ok=True)
-    keep(case, file, content)
+    write_asset(case, file, content)
     kind = "mechanism" if body.get("kind") == "articulated" else "shape"
     asset = Asset(file=file, kind=kind, source="procedural", licence="written for this case", sha256=digest(content),
                   bytes=len(content), prompt=prompt, notes=proof.notes, control=proof.control or {})  # fmt: skip

@@ -275,7 +275,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     from PIL import Image as Pictures
 
     from text2sim.evidence.contact_sheet import contact_sheet
-    from text2sim.legibility.film import nearest_frame, spread
+    from text2sim.legibility.film import nearest_frame, spread_numbers
     from text2sim.rendering.film import Filming, Reel
 
     recording = _recording(run, loaded)
@@ -283,7 +283,7 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     filming = Filming(recording, "draft", size=(STILL_WIDTH, max(2, round(STILL_WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
     frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
-    evenly = [reel.frames[k] for k in spread(len(reel.frames), EVEN_STILLS)]
+    evenly = [reel.frames[k] for k in spread_numbers(len(reel.frames), EVEN_STILLS)]
     few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [

@@ -75,11 +75,11 @@ class DealtCards:
         """
         if self.library is None:
             return ""
-        from text2sim.card_library.retrieval import find_cards, words
+        from text2sim.card_library.retrieval import find_cards, index_words
 
         known: Any = [mode for mode in modes if mode in _MODES]
         matches = find_cards(self.library, text=text, modes=known, signatures=signatures, limit=MAX_OFFERED_CARDS)
-        subject_words = set(words(about))
+        subject_words = set(index_words(about))
         fitting = [
             match
             for match in matches
@@ -87,7 +87,7 @@ class DealtCards:
             or (
                 match.modes
                 and match.words >= MIN_WORD_SCORE
-                and subject_words & set(words(" ".join(match.entry.card.applies.tags)))
+                and subject_words & set(index_words(" ".join(match.entry.card.applies.tags)))
             )
         ]
         return "\n".join(f"- {match.entry.card.index_line()}" for match in fitting)

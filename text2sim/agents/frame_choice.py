@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from text2sim.legibility.film import nearest_frame, spread
+from text2sim.legibility.film import nearest_frame, spread_numbers
 from text2sim.spec_schema.names.selectors import body_of
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], co
                 found.append(same := Shown(frame))
             if same is not None and moment not in same.moments:
                 same.moments.append(moment)
-    for k in spread(len(pictures), 2 * count):
+    for k in spread_numbers(len(pictures), 2 * count):
         if len(found) < count and not _similar_frame(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
             found.append(Shown(pictures[k]))
     return sorted(found, key=lambda one: one.frame.k)

@@ -9,7 +9,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
-from text2sim.legibility.film import spread
+from text2sim.legibility.film import spread_numbers
 from text2sim.runtime.internal_errors import keep_details
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def _preview_frames(run: Path) -> Iterator[Row]:
     samples = read_samples(run)
     share = MAX_FRAMES // max(1, len(samples)) or 1
     for camera, rows in samples.items():
-        for k in spread(len(rows), share):
+        for k in spread_numbers(len(rows), share):
             picture = _read(run / "frames" / f"{camera}_{k}.png")
             if picture is not None:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None

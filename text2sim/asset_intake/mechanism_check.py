@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.asset_intake.tiny_case import BODY, first_of, tiny_case
-from text2sim.assets.engine_files import rooted
+from text2sim.assets.engine_files import locate_in_root
 from text2sim.assets.manifest import Control, Motor
 from text2sim.assets.mechanism import KIND_BY_SUFFIX
 from text2sim.spec_schema.errors import AssetError, SpecError
@@ -67,7 +67,7 @@ class Subject:
             return cls(folder or Path("."), dict(what))
         if what.suffix.lower() not in KIND_BY_SUFFIX:
             raise AssetError(f"`{what.name}` is not a mechanism; it must end in one of {', '.join(KIND_BY_SUFFIX)}")
-        root, file = rooted(what, folder)
+        root, file = locate_in_root(what, folder)
         return cls(root, {"kind": "articulated", "file": file, "base": "fixed"})
 
 

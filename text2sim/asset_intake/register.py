@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from text2sim.assets.engine_files import PREFIX, rooted
+from text2sim.assets.engine_files import PREFIX, locate_in_root
 from text2sim.assets.manifest import Asset, Origin, register
 from text2sim.assets.mechanism import KIND_BY_SUFFIX, load_mechanism
 from text2sim.assets.mesh_repair import RepairGoal
 from text2sim.assets.meshes import RepairedFile, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
-from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, keep, read_file
+from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, read_file, write_asset
 from text2sim.spec_schema.errors import AssetError
 
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
@@ -61,7 +61,7 @@ def add(
     if suffix in MESHES:
         return _add_mesh(folder, name, repair_mesh(file, goal), source, licence)
     if suffix in KIND_BY_SUFFIX:
-        return _add_mechanism(folder, rooted(file, root), name, licence, source)
+        return _add_mechanism(folder, locate_in_root(file, root), name, licence, source)
     if suffix in PICTURES:
         return _add_picture(folder, file, name, licence, source)
     known = ", ".join((*MESHES, *KIND_BY_SUFFIX, *PICTURES))
@@ -109,7 +109,7 @@ def _add_mesh(
     folder: Path, name: str, repaired: RepairedFile, source: Origin, licence: str, prompt: str = ""
 ) -> AddedAsset:
     file, report = f"{FOLDER}/{name}{repaired.suffix}", repaired.report
-    keep(folder, file, repaired.content)
+    write_asset(folder, file, repaired.content)
     asset = Asset(
         file=file,
         kind="mesh",
@@ -139,8 +139,8 @@ def _add_mechanism(folder: Path, location: tuple[Path, str], name: str, licence:
     document = mechanism.text.encode()
     path = f"{home}/{name}{'.urdf' if mechanism.kind == 'urdf' else '.xml'}"
     for part, content in parts.items():
-        keep(folder, part, content)
-    written = keep(folder, path, document)
+        write_asset(folder, part, content)
+    written = write_asset(folder, path, document)
     # The report is about the document that the case will read, not about the original.
     report = check_mechanism(written, folder)
     asset = Asset(
@@ -175,7 +175,7 @@ def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Orig
     except Exception as error:  # readers of untrusted files can raise anything
         raise AssetError(f"`{file.name}` is not a readable picture ({type(error).__name__})") from None
     path = f"{FOLDER}/{name}{suffix}"
-    keep(folder, path, content)
+    write_asset(folder, path, content)
     asset = Asset(
         file=path,
         kind="texture",

@@ -38,7 +38,9 @@ MAX_ENTRY_SIZE = 16 * 1024**2
 """Size [bytes] above which an entry is neither written nor read."""
 
 
-def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def cached_answer(
+    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]
+) -> dict[str, Any]:
     """Return the answer to a question, from the cache if possible.
 
     Args:
@@ -72,9 +74,9 @@ def cached_net(
         made.append(make())
         return dict(zip(("vertices", "faces"), map(packed, made[0]), strict=True))
 
-    found = cached(question, {"vertices": str, "faces": str}, ask)
+    found = cached_answer(question, {"vertices": str, "faces": str}, ask)
     vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
-    if vertices is None or faces is None or not meets(faces, vertices):  # the entry is damaged
+    if vertices is None or faces is None or not are_valid_rows(faces, vertices):  # the entry is damaged
         vertices, faces = made[0] if made else make()
     return vertices, faces
 
@@ -100,7 +102,7 @@ def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
         return None
 
 
-def meets(index: "np.ndarray | None", table: "np.ndarray") -> bool:
+def are_valid_rows(index: "np.ndarray | None", table: "np.ndarray") -> bool:
     """Whether there are indices, and all are valid rows of a table."""
     return index is not None and len(index) > 0 and bool(index.min() >= 0) and bool(index.max() < len(table))
 
@@ -116,7 +118,7 @@ def _key_of(question: Iterable[bytes]) -> str:
 
 def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
     try:
-        path = folder() / f"{key}.json"
+        path = answers_folder() / f"{key}.json"
         if path.stat().st_size > MAX_ENTRY_SIZE:
             return None
         found = json.loads(path.read_text("utf-8"))
@@ -131,7 +133,7 @@ def _keep(key: str, answer: dict[str, Any]) -> None:
     if len(text) > MAX_ENTRY_SIZE:
         return
     with suppress(OSError, RuntimeError):
-        where = folder()
+        where = answers_folder()
         where.mkdir(parents=True, exist_ok=True)
         # Another process may do the same: each writes its own file, and renames it when it is complete.
         handle, name = tempfile.mkstemp(suffix=".part", dir=where)
@@ -141,7 +143,7 @@ def _keep(key: str, answer: dict[str, Any]) -> None:
         _delete_old_entries(where)
 
 
-def folder() -> Path:
+def answers_folder() -> Path:
     """Return the folder of answers.
 
     Raises:

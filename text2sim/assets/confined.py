@@ -28,7 +28,7 @@ SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD")
 """Variables with one of these words in their names are not passed on."""
 
 
-def confined(
+def call_confined(
     function: Callable[..., R],
     path: Path,
     *args: Any,
@@ -55,8 +55,8 @@ def confined(
     patience = WALL_TIME_FACTOR * seconds
     try:
         done = subprocess.run(
-            command, input=pickle.dumps((path, *args)), env=environment(), capture_output=True, timeout=patience,
-            check=False,
+            command, input=pickle.dumps((path, *args)), env=environment_without_keys(), capture_output=True,
+            timeout=patience, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise AssetError(f"takes more than {patience:.0f} s to read: make it simpler") from None
@@ -70,7 +70,7 @@ def confined(
     return result
 
 
-def environment() -> dict[str, str]:
+def environment_without_keys() -> dict[str, str]:
     """Return the environment of a child process: without keys, and with this package on its path."""
     kept = {name: value for name, value in os.environ.items() if not any(word in name.upper() for word in SECRET_WORDS)}
     return kept | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}

@@ -66,7 +66,7 @@ def asset_folder(folder: Path, file: str) -> AssetFolder:
     return AssetFolder(root, path, own=False)
 
 
-def rooted(file: Path, root: Path | None) -> tuple[Path, str]:
+def locate_in_root(file: Path, root: Path | None) -> tuple[Path, str]:
     """Return the folder of a file that the user named, and its path inside the folder as in a case.
 
     Args:

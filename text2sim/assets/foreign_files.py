@@ -20,7 +20,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 
 
 @contextmanager
-def foreign() -> Iterator[None]:
+def named_errors() -> Iterator[None]:
     """Turn every exception of a reader into a message about its file.
 
     Raises:

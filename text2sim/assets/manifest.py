@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, ValidationError
 
-from text2sim.assets.safe_write import FOLDER, digest, keep, only_me, place_in, read_kept
+from text2sim.assets.safe_write import FOLDER, digest, only_me, place_in, read_kept, write_asset
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.models.base import Bool, Model, Name, NonNegative, Noun, Positive, Range
 from text2sim.spec_schema.text.document import parse_document
@@ -157,7 +157,7 @@ def register(case: Path, name: str, asset: Asset) -> Manifest:
         manifest = Manifest(assets={**manifest.assets, name: asset})
         text = manifest_text(manifest)
         parse_manifest(check_source(Source(text, FILE)))
-        keep(case, FILE, text.encode())
+        write_asset(case, FILE, text.encode())
     return manifest
 
 

@@ -143,7 +143,7 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
 
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     # Imported here, because most cases have no such file.
-    from text2sim.assets.bundle import Bundle, inside
+    from text2sim.assets.bundle import Bundle, path_inside
     from text2sim.assets.engine_files import PREFIX, asset_folder
     from text2sim.assets.inspection import inspect_model
     from text2sim.assets.markup import parse_markup
@@ -154,7 +154,7 @@ def _load(folder: Path, file: str, base: str | None) -> Mechanism:
         raise AssetError("must be a path inside the case's folder, with forward slashes")
     source = asset_folder(folder, file)
     root = source.root
-    path = inside(source, root / source.file, file)
+    path = path_inside(source, root / source.file, file)
     kind = KIND_BY_SUFFIX.get(path.suffix.lower())
     if kind is None:
         raise AssetError("must end in .xml (MJCF) or .urdf")

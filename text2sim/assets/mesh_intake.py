@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign_files import check_gltf, foreign
+from text2sim.assets.foreign_files import check_gltf, named_errors
 from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
@@ -75,7 +75,7 @@ def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:
 
     if not trimesh.util.log.handlers:
         trimesh.util.log.addHandler(logging.NullHandler())  # exceptions report the problems of a file
-    with foreign():
+    with named_errors():
         return trimesh.load(
             BytesIO(content), file_type=suffix[1:], process=False, force="scene",
             resolver=neighbours if suffix == ".obj" else None,

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, MechanismDraft
@@ -49,7 +49,9 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     _take_files(root, bundle)
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
-    facts = cached([rules, text.encode(), b"free" if free else b"held"], ANSWER_TYPES, lambda: _facts(text, free=free))
+    facts = cached_answer(
+        [rules, text.encode(), b"free" if free else b"held"], ANSWER_TYPES, lambda: _facts(text, free=free)
+    )
     return MechanismDraft(text, notes, facts["limits"], facts["inertialess"])
 
 

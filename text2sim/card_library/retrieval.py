@@ -11,7 +11,7 @@ SIGNATURE_WEIGHT, MODE_WEIGHT, WORDS_WEIGHT = 3.0, 1.0, 2.0
 """What a shared signature counts, what a shared mode does, and the best match of words. A signature is what a run or
 the lint has said; words are what somebody thought."""
 DUPLICATE_LIKENESS = 0.35
-"""From which likeness on (`alike`) two cards say the same; of the built-in ones none are more alike than 0.26."""
+"""From which likeness on (`likeness`) two cards say the same; of the built-in ones none are more alike than 0.26."""
 MAX_TEXT = 4000
 """Characters of a query that are looked at."""
 
@@ -62,7 +62,7 @@ def find_cards(
         Cards that share a signature or a word with the query. Without either, those that share a mode.
     """
     entries = [entry for entry in library.entries.values() if role is None or role in entry.card.applies.roles]
-    query = words(text[:MAX_TEXT])
+    query = index_words(text[:MAX_TEXT])
     ranks = _ranks([_text(entry) for entry in entries], query)
     asked = {_plain(signature): signature for signature in signatures}
     found = []
@@ -76,15 +76,16 @@ def find_cards(
     return sorted(found, key=lambda match: (-match.score, match.entry.id))[: max(limit, 0)]
 
 
-def words(text: str) -> list[str]:
+def index_words(text: str) -> list[str]:
     """Return the words of a text in lower case, without the commonest and without their endings."""
     return [_stem(word) for word in _WORD.findall(text.lower()) if word not in _STOP_WORDS]
 
 
-def alike(one: Card, other: Card) -> float:
+def likeness(one: Card, other: Card) -> float:
     """Return how much two cards say the same: the part of their words that both have (Jaccard), 0 to 1."""
     mine, its = (
-        set(words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair]))) for card in (one, other)
+        set(index_words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair])))
+        for card in (one, other)
     )
     return len(mine & its) / len(mine | its)
 
@@ -112,7 +113,7 @@ def _text(entry: CardEntry) -> str:
 
 def _ranks(texts: Sequence[str], query: Sequence[str]) -> list[float]:
     """How well each text fits by BM25, over that of the best; 0 where no word is shared."""
-    corpus = [words(text) for text in texts]
+    corpus = [index_words(text) for text in texts]
     known = {word for row in corpus for word in row}
     asked = list(dict.fromkeys(word for word in query if word in known))
     if not asked:

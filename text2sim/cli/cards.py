@@ -46,7 +46,7 @@ def show_card(
     """Print a card and the paths of its two cases."""
     from text2sim.card_library.model import count_tokens
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     entry = _library().find(name)
     if as_json:
@@ -57,8 +57,8 @@ def show_card(
     say(f"{card.brief()}\n")
     say(f"for: {', '.join(applies.roles)}; modes: {', '.join(applies.modes)}; tags: {', '.join(applies.tags)}")
     say(f"shows as: {'; '.join(applies.signatures)}")
-    say(f"failing:  {shown(entry.failing)}  ({card.evidence.failing.outcome})")
-    say(f"repaired: {shown(entry.repaired)}  ({card.evidence.repaired.outcome})")
+    say(f"failing:  {display_path(entry.failing)}  ({card.evidence.failing.outcome})")
+    say(f"repaired: {display_path(entry.repaired)}  ({card.evidence.repaired.outcome})")
     say(f"about {count_tokens(card.brief())} tokens; measured on {_versions(card.evidence.measured_on)}")
 
 
@@ -178,11 +178,11 @@ def _say_problems(library: "CardLibrary") -> None:
 
 def _say_verdict(verdict: "Verdict", width: int) -> None:
     from text2sim.cli.output import say
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     word = "ok" if verdict.ok else "FAIL"
     outcomes = f"{verdict.failing} -> {verdict.repaired}"
-    say(f"{word:<4}  {verdict.id:<{width}}  {outcomes}  ({seconds(verdict.wall)})")
+    say(f"{word:<4}  {verdict.id:<{width}}  {outcomes}  ({duration_text(verdict.wall)})")
     if verdict.message:
         say(f"      {verdict.message}")
 

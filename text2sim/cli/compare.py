@@ -26,7 +26,7 @@ def compare_runs(
     from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     comparison = compare(read_runs(runs))
     if as_json:
@@ -36,7 +36,7 @@ def compare_runs(
 
     _say(comparison)
     path = write_comparison(comparison, html or comparison.runs[0].folder.parent / "comparison.html")
-    say(f"page: {shown(path)}")
+    say(f"page: {display_path(path)}")
 
 
 def _say(comparison: "RunComparison") -> None:

@@ -24,7 +24,7 @@ def compile_cases(
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
     from text2sim.service.examined import examine
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import Text2SimError
 
     examined = examine(case, to="loaded", overlay=overlay_of(variants, sets))
@@ -47,5 +47,5 @@ def compile_cases(
         raise typer.Exit(examined.exit)
     say_examined(examined)
     for file in files:
-        say(shown(program / file))
+        say(display_path(program / file))
     raise typer.Exit(examined.exit)

@@ -85,13 +85,13 @@ def stat_lines(found: "CaseComparison") -> list[str]:
 def _run_lines(found: "CaseComparison") -> list[str]:
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if found.runs is None:
         return []
     if found.same_simulation:
-        return [] if found.same else [f"both give the same simulation: {shown(found.runs[0])}"]
-    lines = [f"results ({shown(found.runs[0])} → {shown(found.runs[1])}):"]
+        return [] if found.same else [f"both give the same simulation: {display_path(found.runs[0])}"]
+    lines = [f"results ({display_path(found.runs[0])} → {display_path(found.runs[1])}):"]
     for row in found.measured:
         unit = f" {row.unit}" if row.unit else ""
         pairs = [f"{STATISTICS[key]} {_number(x)} → {_number(y)}{unit}" for key, (x, y) in row.values.items()]

@@ -188,7 +188,7 @@ def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes:
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:
@@ -196,7 +196,7 @@ def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes:
                 outcome = session.run(listener, lambda: stop.count > 0, prewarm=True)
         except KeyboardInterrupt:
             spent = f"{session.account.total().tokens:,} tokens"
-            say(f"stopped after {spent}; `--resume {shown(session.case)}` continues", to=sys.stderr)
+            say(f"stopped after {spent}; `--resume {display_path(session.case)}` continues", to=sys.stderr)
             raise
     if not as_json:
         say_outcome(session, outcome)

@@ -51,14 +51,14 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.internal_errors import internal_error_message
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
         return None, "none was requested"
     if minutes is None:
         minutes = DRAFT_MINUTES if quality == "draft" else inf
-    again = f"text2sim render {shown(run)}" + (f" --quality {quality}" if quality != "draft" else "")
+    again = f"text2sim render {display_path(run)}" + (f" --quality {quality}" if quality != "draft" else "")
     try:
         with Stop() as stop:
             find_variant()
@@ -87,13 +87,13 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
 
 
 def _announcement(fit: "Fitted", quality: str, minutes: float) -> str:
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     width, height = fit.filming.size
-    took = f"about {seconds(fit.seconds)}" if fit.missing else "a moment"
+    took = f"about {duration_text(fit.seconds)}" if fit.missing else "a moment"
     text = f"{quality} film: {fit.missing} pictures to trace, {width}x{height}, {fit.filming.fps:g} a second: {took}"
     if fit.whole > fit.seconds:
-        text += f" (larger and smoother, {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
+        text += f" (larger and smoother, {duration_text(fit.whole)}, which is more than --film-minutes {minutes:g})"
     return f"{text}; Ctrl-C makes a film of the finished pictures"
 
 

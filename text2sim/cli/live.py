@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say
 from text2sim.runtime.progress import PHASES
-from text2sim.service.phrases import seconds
+from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
@@ -87,5 +87,5 @@ def _numbers(progress: "Progress") -> str:
     if progress.speed:
         text += f", {progress.speed:.2g} simulated s per s"
     if progress.eta is not None:
-        text += f", {seconds(progress.eta)} left"
+        text += f", {duration_text(progress.eta)} left"
     return text

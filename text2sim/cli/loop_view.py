@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.check import LONG_RUN
 from text2sim.cli.output import say
-from text2sim.service.phrases import seconds
+from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
     if event == "requirements":
         return [f"  required: {row} ({name})" for name, row in what["rows"].items()]
     if event == "answered":
-        cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
+        cost = f"{what['tokens']:,} tokens, {duration_text(what['seconds'])}"
         return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]
     if event == "answer_refused":
         return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_shortened(what['reasons'][0])}"]
@@ -111,7 +111,7 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
         word = "to fix" if event == "mending" else "cannot be run"
         return [f"  {word}: {_shortened(row)}" for row in what["problems"][:6]]
     if event == "running" and what.get("seconds", 0) >= LONG_RUN:
-        return [f"  simulating: about {seconds(what['seconds'])} on two idle cores, within a factor of three"]
+        return [f"  simulating: about {duration_text(what['seconds'])} on two idle cores, within a factor of three"]
     if event == "ran":
         marks = {True: "ok", False: "FAIL", None: "open"}
         return [f"  run {what['state']}", *(f"    {marks[ok]:4}  {name}" for name, ok in what["expect"].items())]

@@ -79,7 +79,7 @@ def render(
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
@@ -100,7 +100,7 @@ def render(
             raise typer.BadParameter("cannot be used with still, --frames-only, --shard", param_hint="'--beside'")
         other = Filming(choose(beside, runs).recording, quality, size=filming.size, fps=fps)
         path = _render_both(filming, other, camera, span, times, join=join, quiet=as_json)
-        say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
+        say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {display_path(path)}")
         raise typer.Exit(exits.OK)
 
     def wanted(filming: "Filming") -> "list[Reel]":
@@ -144,7 +144,7 @@ def render(
 def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as_json: bool) -> None:
     """Print the files, with the numbers of missing pictures."""
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if as_json:
         files = [str(path) for path in made]
@@ -154,7 +154,7 @@ def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as
     elif made:
         path, missing = next(iter(made.items()))
         some = f" ({missing} pictures are missing: earlier ones are shown longer; the same command continues)"
-        say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
+        say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {display_path(path)}{some if missing else ''}")
 
 
 def trace_films(
@@ -216,10 +216,10 @@ class Teller:
         self._next = now + LINE_INTERVAL
         left = ""
         if self._traced and self._done < self._total:
-            from text2sim.service.phrases import seconds
+            from text2sim.service.phrases import duration_text
 
             each = (now - self._begun) / self._traced
-            left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"
+            left = f", {each:.1f} s each, {duration_text(each * (self._total - self._done))} left"
         text = f"rendering {progress.film}: {self._done} of {self._total} pictures{left}"
         ending = "\n" if not live or self._done == self._total else ""
         print(("\r\x1b[K" if live else "") + plain_line(text), end=ending, file=sys.stderr, flush=True)

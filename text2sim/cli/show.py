@@ -79,7 +79,7 @@ def _print(
 ) -> None:
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if as_json:
         document: dict[str, Any] = {
@@ -92,10 +92,10 @@ def _print(
         say_json(row.as_dict() | document)
         return
     over = f" with {_title(overlay)}" if overlay else ""
-    say(found.text([f"# {shown(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
+    say(found.text([f"# {display_path(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
     say_examined(row)
     if picture is not None:
-        say(shown(picture), to=sys.stderr)
+        say(display_path(picture), to=sys.stderr)
 
 
 def _open_file(picture: Path) -> None:

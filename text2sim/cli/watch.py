@@ -42,7 +42,7 @@ def watch(
     from text2sim.runtime.lock import RunLock
     from text2sim.runtime.stop import Stop
     from text2sim.service.examined import case_file
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
     from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
@@ -50,24 +50,28 @@ def watch(
 
     path = case_file(case)
     if not path.is_file():
-        raise RunError(f"{shown(path)}: there is no such case")
+        raise RunError(f"{display_path(path)}: there is no such case")
     overlay = overlay_of(variants, sets)
     name = "-".join(["watch", _folder_name(path), *overlay.variants])
     folder = (runs / name).absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
+        raise RunError(f"{display_path(folder)}: cannot write there: {error.strerror}") from error
     with RunLock(runs, name), Stop() as stop, stop.gently():
         state = PageState(
-            case=path.parent.name, file=" ".join([shown(path), *overlay.words]), words="starting", tone="busy", mark="…"
+            case=path.parent.name,
+            file=" ".join([display_path(path), *overlay.words]),
+            words="starting",
+            tone="busy",
+            mark="…",
         )
         try:
             server = PageServer(state, port)
         except OSError as error:
             raise RunError(f"the page cannot listen on port {port}: {error.strerror}") from error
         try:
-            say(f"watching {shown(path)}; Ctrl-C ends it")
+            say(f"watching {display_path(path)}; Ctrl-C ends it")
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(timeout=timeout, memory=int(memory * 1e9))

@@ -21,7 +21,7 @@ WORKER_MEMORY = 500_000_000
 """Memory [bytes] that a worker needs besides the engine, for evidence and report."""
 
 
-def measured(runs: Path) -> dict[str, Needs]:
+def measured_needs(runs: Path) -> dict[str, Needs]:
     """Return the needs of the runs in a folder by case: largest memory, mean time."""
     found: dict[str, list[RunRecord]] = {}
     for path in runs.glob("*/run.json"):

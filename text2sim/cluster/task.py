@@ -87,7 +87,7 @@ class TaskPlace:
     """Runs programs, in the worker's warm engine if it has one."""
 
 
-def call(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
+def call_task(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
     """Call the function of a task.
 
     Raises:

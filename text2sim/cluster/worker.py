@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import TaskPlace, call
+from text2sim.cluster.task import TaskPlace, call_task
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 
@@ -44,7 +44,7 @@ class Worker:
         inputs = {name: Path(path) for name, path in order["inputs"].items()}
         try:
             place = TaskPlace(inputs, Path(order["output"] or "."), self.stop, self._runner)
-            return {"result": call(order, place)}
+            return {"result": call_task(order, place)}
         except (Text2SimError, OSError) as error:
             return {"error": str(error), "machine": isinstance(error, MachineError | OSError)}
         except Exception as error:

@@ -22,7 +22,7 @@ FOLDS = 5
 """Folds of cases for cross-validation."""
 
 
-def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
+def balanced_questions(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
     """Yield questions with choices, as rows of the table, such that their text does not tell the answer.
 
     Args:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.estimate import measured
+from text2sim.cluster.estimate import measured_needs
 from text2sim.cluster.run import Where, run_tasks
 from text2sim.cluster.task import Needs, Task
-from text2sim.dataset.balance import Group, balanced
+from text2sim.dataset.balance import Group, balanced_questions
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
@@ -19,7 +19,7 @@ from text2sim.dataset.lerobot import RobotForm, RobotWriter, robot_form
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
-from text2sim.dataset.splits import deal
+from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import TableWriter
 from text2sim.recording.record import write_atomically
 from text2sim.runtime.stop import Stop
@@ -123,9 +123,9 @@ def build(
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
+    writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
     writer.tally.jobs = len(jobs)
-    known = measured(runs)
+    known = measured_needs(runs)
     tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
     announce(tasks)
     for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
@@ -227,7 +227,7 @@ class Writer:
         self._asked.close()
         with Path(self._asked.name).open(encoding="utf-8") as lines:
             rows = (json.loads(line) for line in lines)
-            for row in balanced(rows, self._answers, self._recipe.seed):
+            for row in balanced_questions(rows, self._answers, self._recipe.seed):
                 self._write_rows("questions", row.pop("split"), [row])
         Path(self._asked.name).unlink()
         for file in (*self._tables.values(), *self._shards.values(), *self._robots.values(), self._refused):

@@ -39,7 +39,7 @@ def refusals(item: Item, limits: ItemLimits) -> list[str]:
         found.append(f"penetration: {1e3 * depth:.3g} mm, more than {1e3 * limits.penetration:g} mm")
     if (seen := _median_filled_share(item)) < limits.seen:
         found.append(f"legibility: no moving body fills {limits.seen:g} of the picture in half of them ({seen:.2g})")
-    pictures = decoded(item.folder / "film.mp4", (row["width"], row["height"]))
+    pictures = thumbnail_colors(item.folder / "film.mp4", (row["width"], row["height"]))
     if len(pictures) != row["frames"]:
         found.append(f"film: {len(pictures)} of {row['frames']} pictures can be decoded")
     item.glance = pictures[:: max(1, len(pictures) // THUMBNAILS)]
@@ -65,7 +65,7 @@ def _median_filled_share(item: Item) -> float:
     return median(shares) if shares else 0.0
 
 
-def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
+def thumbnail_colors(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
     """Return mean colours of fields of each picture, 0 to 255, as far as a film is readable and has this size."""
     import av
     import av.error

@@ -151,7 +151,7 @@ class ItemScene:
         return next((k for k, time in enumerate(self.times) if time >= t - 1e-9), None)
 
 
-def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
+def candidate_questions(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
     """Return candidate questions about an item: `kind`, `question`, `right` and `evidence`.
 
     `balanced` selects from them such that answers to equal questions about other items are equally frequent.

@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.dataset.draws import draw, generator, overlay_of
 from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
-from text2sim.dataset.splits import deal
+from text2sim.dataset.splits import deal_splits
 from text2sim.lint.rules import EARLIER_RULES, RULES
 from text2sim.service.examined import Examined, case_file, examine, find_cases
 from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
@@ -55,7 +55,7 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
                 named.append((name, plain.name))
                 yield from _case_misfits(document, where, source, case, plain)
     try:
-        deal(recipe, named)
+        deal_splits(recipe, named)
     except RunError as error:
         yield document.problem(("sources",), str(error), rule="inconsistent")
 

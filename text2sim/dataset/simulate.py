@@ -12,7 +12,7 @@ from text2sim.cluster.task import Needs, Task, TaskPlace
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item, raise_if_stopped
-from text2sim.dataset.questions import ask, cause_in_words, what_if
+from text2sim.dataset.questions import candidate_questions, cause_in_words, what_if
 from text2sim.dataset.recipe import CaseSource, Recipe
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
@@ -281,7 +281,7 @@ def _films(
         item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": all_drawn, **about}
         item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
         made.items.append(item)
-        item.questions = ask(item.row, item.frames, item.folder)
+        item.questions = candidate_questions(item.row, item.frames, item.folder)
         first = first or name
     return first
 

@@ -112,21 +112,21 @@ def solid(piece: Piece, sides: int) -> Triangles:
         return _capsule(piece.size[0], piece.size[1], sides)
     corners = np.array(piece.vertices, float)
     if piece.faces:
-        return flat(corners[np.array(piece.faces)])
+        return flat_shaded(corners[np.array(piece.faces)])
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         hull = ConvexHull(corners)
     except (QhullError, ValueError):
-        return flat(np.zeros((0, 3, 3)))
+        return flat_shaded(np.zeros((0, 3, 3)))
     triangles = corners[hull.simplices]
     a, b, c = triangles.transpose(1, 0, 2)
     inward = np.einsum("nk,nk->n", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
-    return flat(triangles)
+    return flat_shaded(triangles)
 
 
-def flat(corners: np.ndarray) -> Triangles:
+def flat_shaded(corners: np.ndarray) -> Triangles:
     """Return triangles (n, 3, 3) with flat normals."""
     a, b, c = corners.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -148,7 +148,7 @@ def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] |
     return (size[0], size[0], size[1]) if kind == "cylinder" else None
 
 
-def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
+def limited_surface(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
     """Return a surface of the compiler with limited detail.
 
     Args:

@@ -17,7 +17,7 @@ from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.cloths import cloth_surfaces
-from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit
+from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 
 __all__ = ["Prop", "Stage", "matrices", "stage"]
@@ -202,7 +202,7 @@ class _Collector:
             if key.kind == "plane":
                 found[key] = square()
             elif isinstance(thing, VisualMesh):
-                found[key] = drawn(thing, most, picture=key.of[1])
+                found[key] = limited_surface(thing, most, picture=key.of[1])
             elif key.kind in ("box", "ellipsoid", "cylinder"):
                 found[key] = unit(key.kind, sides.get(key, 0))
             else:

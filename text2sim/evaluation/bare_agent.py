@@ -23,7 +23,7 @@ from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.roles import quoted
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.film_frames import film_frames, length_of
-from text2sim.evaluation.genesis_docs import digest, explained
+from text2sim.evaluation.genesis_docs import digest, docstrings_of
 from text2sim.evaluation.method_folder import CaseResult, resources_of
 from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.recording.run_files import read_json, read_text
@@ -138,7 +138,7 @@ class BareAgent:
         except ReplyError:
             data = None
         if isinstance(data, dict) and isinstance(data.get("read"), list):
-            return explained([str(one)[:80] for one in data["read"][:20]]), (), False
+            return docstrings_of([str(one)[:80] for one in data["read"][:20]]), (), False
         if isinstance(data, dict) and data.get("done") is True and self._trials:
             return "", (), True
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False

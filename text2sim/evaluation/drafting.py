@@ -23,7 +23,7 @@ class RequirementDraft(Model):
     prohibitions: dict[Name, Prohibition] = {}
 
 
-def draft(chat: Conversation, prompt: Prompt) -> Prompt:
+def draft_requirements(chat: Conversation, prompt: Prompt) -> Prompt:
     """Return a prompt with requirements; existing ones are kept.
 
     Raises:
@@ -84,5 +84,5 @@ def draft_missing(suite: Suite, document: Document, model: str, folder: Path) ->
     for name, prompt in suite.prompts.items():
         log, journal = CallLog(folder / name), Journal(folder / name / "journal.jsonl")
         chat = Conversation({"": judge_endpoint(model, name)}, log, Account(), Budget(), journal)
-        prompts[name] = draft(chat, prompt)
+        prompts[name] = draft_requirements(chat, prompt)
     return suite.model_copy(update={"prompts": prompts})

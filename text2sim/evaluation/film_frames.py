@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.agents.models.exchange import MAX_IMAGE, Image
-from text2sim.legibility.film import spread
+from text2sim.legibility.film import spread_numbers
 from text2sim.spec_schema.errors import RunError
 
 EVEN_FRAMES, MAX_CHANGE_FRAMES = 10, 6
@@ -50,7 +50,7 @@ def film_frames(film: Path) -> FilmFrames:
         RunError: If it cannot be decoded.
     """
     times, greys, size = _looked_through(film)
-    chosen = sorted({*spread(len(times), EVEN_FRAMES), *_changes(greys)})
+    chosen = sorted({*spread_numbers(len(times), EVEN_FRAMES), *_changes(greys)})
     images = []
     for number, picture in enumerate(_pictures(film, chosen), 1):
         images.append(_image(f"frame_{number:02}", picture))

@@ -104,7 +104,7 @@ def digest() -> str:
     return "\n".join(entry.line for entry in documentation().values())
 
 
-def explained(names: list[str]) -> str:
+def docstrings_of(names: list[str]) -> str:
     """Return the docstrings of classes and methods; for an unknown name, the nearest known one."""
     rows, known = [], documentation()
     for name in names:

@@ -26,7 +26,7 @@ from text2sim.agents.replies import Answer
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.card_library.library import BUILT_IN, CardEntry, CardLibrary, check_card, load_library
 from text2sim.card_library.model import Card, card_schema
-from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, alike
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
 from text2sim.card_library.verify import TIMEOUT, verify_card
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import exhibit_of
@@ -205,7 +205,7 @@ class Learning:
         if not edits and card.id in everything:
             raise Wrong([f"/card/id: there is a card `{card.id}` already"])
         for entry in everything.values():
-            if entry.id != edits and alike(card, entry.card) >= DUPLICATE_LIKENESS:
+            if entry.id != edits and likeness(card, entry.card) >= DUPLICATE_LIKENESS:
                 way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
                 raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
 
@@ -264,7 +264,7 @@ class Learning:
             there, known = self._library().entries, read_ledger(self.cards).cards
             if (
                 not {first, second} <= there.keys() & known.keys()
-                or alike(there[first].card, there[second].card) < DUPLICATE_LIKENESS
+                or likeness(there[first].card, there[second].card) < DUPLICATE_LIKENESS
             ):
                 continue
             pair = {name: there[name] for name in (first, second)}

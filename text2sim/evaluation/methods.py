@@ -23,7 +23,7 @@ from text2sim.evaluation.method_folder import (
     RESULT,
     CaseResult,
     MethodRecord,
-    discovered,
+    discover_result,
     read_made,
     resources_of,
     write_method,
@@ -255,7 +255,7 @@ def _command(
         problems = "; ".join(problem.message for problem in own_result.problems)
         result = own_result.result.model_copy(update={"prompt": name, "why": own_result.result.why or problems or why})
         return result if not problems else result.model_copy(update={"status": "unknown"})
-    found = discovered(place)
+    found = discover_result(place)
     left_files = found.film or found.program or found.run
     return found.model_copy(
         update={

@@ -89,7 +89,7 @@ def estimate(values: Sequence[float]) -> Estimate | None:
     return Estimate(mean, float(interval.low), float(interval.high), len(values))
 
 
-def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
+def paired_difference(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
     """Return the mean difference, `method` minus `other`, over the prompts on which both were judged.
 
     Args:

@@ -19,7 +19,7 @@ from text2sim.evaluation.statistics import (
     case_scores,
     estimate,
     judges_agree,
-    paired,
+    paired_difference,
     part_scores,
     repeats_agree,
     spread_within,
@@ -113,7 +113,7 @@ def _differences(rows: Sequence[Judgement], methods: Sequence[str]) -> list[Row]
     for kind in KINDS:
         scores = case_scores(rows, kind)
         for one, other in combinations(methods, 2):
-            if (difference := paired(scores, one, other)) is not None:
+            if (difference := paired_difference(scores, one, other)) is not None:
                 found.append({"score": kind, "method": one, "less": other, **asdict(difference)})
     return found
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from text2sim.evidence.deformation import DeformationError, triangles
-from text2sim.recording.deformables import RecordedDeformable, spans
+from text2sim.recording.deformables import RecordedDeformable, frame_spans
 from text2sim.recording.states import Array
 
 MAX_CELLS = 4_000_000
@@ -35,7 +35,7 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
     plane = [k for k in range(3) if k != axis]
     found = [
         _count_hidden_cells(points[span][..., plane].astype(float) / cell, faces)
-        for span in spans(points, 2 * len(faces))
+        for span in frame_spans(points, 2 * len(faces))
     ]
     return np.concatenate(found) * cell**2
 

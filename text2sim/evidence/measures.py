@@ -14,7 +14,7 @@ from text2sim.evidence import contact_measures, soft_measures
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import RecordedTarget, SelectionError
-from text2sim.recording.geometry import axis_in, reach
+from text2sim.recording.geometry import axis_in, reach_along
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
@@ -261,9 +261,9 @@ def _reach_of_links(
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]
     staying = [target for target in targets if target not in leaving]
-    low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis, frame)
+    low, high = reach_along(recording.states, recording.geometry, links_of(staying).tolist(), axis, frame)
     for target in leaving:
-        ends = reach(recording.states, recording.geometry, links_of([target]).tolist(), axis, frame)
+        ends = reach_along(recording.states, recording.geometry, links_of([target]).tolist(), axis, frame)
         below, above = (np.where(recording.gone(target.copy), np.nan, row) for row in ends)
         low, high = np.fmin(low, below), np.fmax(high, above)
     return low, high

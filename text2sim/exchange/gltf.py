@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.exchange.files import put, save_picture, workplace
+from text2sim.exchange.files import move_into_place, save_picture, temporary_folder_beside
 from text2sim.exchange.glb import Glb
 from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keyframe_rows
@@ -48,11 +48,11 @@ def write_gltf(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
         raise RunError(f"{path}: a binary glTF file ends in .glb")
     scenery = Scenery(folder, every=every)
     _check(scenery, path, every)
-    with workplace(path) as place:
+    with temporary_folder_beside(path) as place:
         writer = _Writer(scenery, place)
         counts = writer.write()
         writer.glb.write(place / path.name)
-        put(place / path.name, path)
+        move_into_place(place / path.name, path)
     return counts
 
 

@@ -102,7 +102,8 @@ class Watcher:
     def rows(self, frames: Sequence[Frame], samples: int = SAMPLED_PICTURES) -> list[Row]:
         """Return the measures of pictures spread evenly over a film."""
         return [
-            self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None) for k in spread(len(frames), samples)
+            self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None)
+            for k in spread_numbers(len(frames), samples)
         ]
 
     def _motion(self, frame: Frame, after: Frame | None) -> Array | None:
@@ -132,7 +133,7 @@ def _middles(things: Things) -> Array:
     return np.stack(sums, axis=1) / np.where(area > 0, area, np.nan)[:, None]
 
 
-def spread(count: int, samples: int) -> list[int]:
+def spread_numbers(count: int, samples: int) -> list[int]:
     """Return the numbers of at most some of `count` pictures, spread evenly from the first to the last."""
     return np.unique(np.linspace(0, count - 1, samples).round().astype(int)).tolist() if count else []
 

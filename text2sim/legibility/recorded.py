@@ -120,7 +120,7 @@ class Recorded:
                 meshes[mesh] = arrays["vertices"].astype(float), arrays["faces"].astype(int)
         whole = sum(len(meshes[part.mesh][1]) for part in parts)
         most = max(self._budget // max(len(parts), 1), 48) if whole > self._budget else whole
-        read = {mesh: vertices[coarse(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
+        read = {mesh: vertices[coarsened(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
             return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
         turns = matrices(np.array([part.quat for part in parts], float))
@@ -138,7 +138,7 @@ class Recorded:
                 faces = arrays["faces"].astype(int) if "faces" in arrays else None
             if faces is not None:
                 most = max(self._budget // len(self._soft), 200)
-                faces = coarse(self._places(part, float(self.recording.states.time[0])), faces, most)
+                faces = coarsened(self._places(part, float(self.recording.states.time[0])), faces, most)
             found.append(faces)
         return found
 
@@ -165,7 +165,7 @@ def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:
     return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
 
 
-def coarse(vertices: Array, faces: Array, most: int) -> Array:
+def coarsened(vertices: Array, faces: Array, most: int) -> Array:
     """Return at most some `most` triangles over the same vertices: those that are near each other become one.
 
     Args:

@@ -24,7 +24,7 @@ from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.stop import SIGNALS
-from text2sim.service.phrases import reason
+from text2sim.service.phrases import user_message
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
@@ -285,7 +285,7 @@ async def _tried(call: Callable[[], T]) -> T | ToolAnswer:
     except SpecError as error:
         return ToolAnswer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
     except (Text2SimError, OSError) as error:
-        return refusal(reason(error))
+        return refusal(user_message(error))
     except Exception as error:
         return refusal(internal_error_message(error))
 

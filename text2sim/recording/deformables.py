@@ -124,7 +124,7 @@ class RecordedDeformable:
     def center(self) -> Array:
         """Centre of mass [m], world, shape (F, 3): the mean of the points, weighted by mass."""
         points = self.points
-        parts = [self.shares @ points[span].astype(float) for span in spans(points)]
+        parts = [self.shares @ points[span].astype(float) for span in frame_spans(points)]
         return np.concatenate(parts) if parts else np.zeros((0, 3))
 
     @cached_property
@@ -142,7 +142,7 @@ class RecordedDeformable:
         return replace(self, chunks=chunks)
 
 
-def spans(points: Array, elements: int = 0) -> list[slice]:
+def frame_spans(points: Array, elements: int = 0) -> list[slice]:
     """Cut the frames of points (F, n, 3) into runs that are small enough to be computed at once.
 
     Args:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.recording.chunks import DAMAGED
-from text2sim.recording.inventory import fault
+from text2sim.recording.inventory import first_fault
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
@@ -109,7 +109,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         RunError: if nothing was recorded in it.
     """
     record = RunRecord.read_whole(folder)
-    if record and (damage := fault(folder, record.recorded)):
+    if record and (damage := first_fault(folder, record.recorded)):
         raise RunError(f"{folder}: {damage}; run the case again")
     film, looks = _program(folder, plan)
     try:

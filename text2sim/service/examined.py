@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim.service import exits
-from text2sim.service.phrases import reason, shown
+from text2sim.service.phrases import display_path, user_message
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
@@ -62,7 +62,7 @@ class Examined:
     @property
     def title(self) -> str:
         """Its file, and the changes to it."""
-        return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
+        return display_path(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
@@ -124,7 +124,7 @@ class Examined:
         """Record an error that the author of the case, or the owner of the machine, can fix."""
         self.exit = exits.exit_of_error(error)
         self.problems = error.problems if isinstance(error, SpecError) else []
-        self.failure = "" if self.problems else reason(error).removeprefix(f"{self.path}: ")
+        self.failure = "" if self.problems else user_message(error).removeprefix(f"{self.path}: ")
         self.collect_sources()
 
     def collect_sources(self) -> None:

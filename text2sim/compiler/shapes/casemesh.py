@@ -6,8 +6,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, meets, packed, unpacked
-from text2sim.assets.confined import confined
+from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
+from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
 from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
 from text2sim.spec_schema.errors import AssetError
@@ -60,7 +60,7 @@ def _key(file: str, folder: Path) -> Key:
 
 @lru_cache(maxsize=4)
 def _read_mesh_and_paint(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
-    return confined(read_mesh_and_paint, *key[:2])
+    return call_confined(read_mesh_and_paint, *key[:2])
 
 
 @lru_cache(maxsize=64)
@@ -83,7 +83,7 @@ def _mesh(key: Key) -> MeshFile:
         texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
         return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
 
-    found = cached((b"mesh", *_content(path)), members, ask)
+    found = cached_answer((b"mesh", *_content(path)), members, ask)
     vertices, faces = _net(found["vertices"], found["faces"])
     corners, sides = _net(found["corners"], found["sides"])
     if vertices is None or faces is None or corners is None or sides is None:
@@ -104,7 +104,7 @@ def _paint(key: Key) -> list[MeshPaint]:
              None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _read_paints(key)
         ]}  # fmt: skip
 
-    found = [_part(row) for row in cached((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
+    found = [_part(row) for row in cached_answer((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
     parts = [one for one in found if one is not None]
     return parts if len(parts) == len(found) else _read_paints(key)
 
@@ -138,7 +138,7 @@ def _part(row: Any) -> MeshPaint | None:
 def _net(points: str, net: str) -> "tuple[np.ndarray | None, np.ndarray | None]":
     """Return points and triangles from the cache; None for triangles that do not fit the points."""
     vertices, faces = unpacked(points, "f8", 3), unpacked(net, "i8", 3)
-    return vertices, faces if vertices is not None and meets(faces, vertices) else None
+    return vertices, faces if vertices is not None and are_valid_rows(faces, vertices) else None
 
 
 def _content(path: Path) -> tuple[bytes, bytes]:

@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -116,7 +116,7 @@ def wall_of(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     """
     own = Path(__file__).read_bytes()
     question = (b"wall", own, sha256(vertices.tobytes()).digest(), sha256(faces.tobytes()).digest())
-    return cached(question, {"wall": float}, lambda: {"wall": _wall(vertices, faces)})["wall"]
+    return cached_answer(question, {"wall": float}, lambda: {"wall": _wall(vertices, faces)})["wall"]
 
 
 def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.engine_files import asset_folder
-from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
+from text2sim.assets.foreign_files import check_gltf, check_obj, named_errors
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -115,7 +115,7 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     if not trimesh.util.log.handlers:
         trimesh.util.log.addHandler(logging.NullHandler())  # errors say what is wrong with a file
     suffix = path.suffix.lower()
-    with foreign(), path.open("rb") as stream:
+    with named_errors(), path.open("rb") as stream:
         if suffix in (".glb", ".gltf"):
             check_gltf(stream.read(), suffix, beside=True)
             stream.seek(0)
@@ -145,7 +145,7 @@ def read_mesh(path: Path, root: Path) -> MeshFile:
     if path.suffix.lower() == ".obj" and (faces := path.read_bytes().count(b"\nf")) > MAX_FACES:
         raise AssetError(f"has too many triangles ({faces}; at most {MAX_FACES})")
     loaded = open_mesh(path, root, force="mesh", skip_materials=True)
-    with foreign():
+    with named_errors():
         return _check_mesh(loaded, path)
 
 

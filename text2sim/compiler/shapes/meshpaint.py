@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.foreign_files import foreign
+from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.shapes.meshfile import MeshFile, open_mesh, read_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 
@@ -63,7 +63,7 @@ def read_paint(path: Path, root: Path) -> list[MeshPaint]:
     except AssetError:
         # The shape can be used without a material that is missing or outside the case's folder.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
-    with foreign():
+    with named_errors():
         return _read_parts(scene, path)
 
 

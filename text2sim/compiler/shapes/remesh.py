@@ -6,9 +6,9 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, cached_net, packed, unpacked
-from text2sim.assets.confined import confined
-from text2sim.assets.foreign_files import foreign
+from text2sim.assets.answer_cache import cached_answer, cached_net, packed, unpacked
+from text2sim.assets.confined import call_confined
+from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.compiler.shapes.triangle_count import refuse_many
@@ -240,16 +240,16 @@ def _read_places(
     path: Path, root: Path, _mtime: int, _size: int, rows: FileVertices
 ) -> "tuple[np.ndarray | None, int]":
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
-        return confined(_find_places, path, root, rows.vertices)
+        return call_confined(_find_places, path, root, rows.vertices)
     import numpy as np
 
     def ask() -> dict[str, Any]:
-        uvs, seams = confined(_find_places, path, root, rows.vertices)
+        uvs, seams = call_confined(_find_places, path, root, rows.vertices)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
-    found = cached((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
+    found = cached_answer((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
     uvs = unpacked(found["uvs"], "f8", 2)
     return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
 
@@ -263,7 +263,7 @@ def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.nd
     except AssetError:
         return None, 0
     try:
-        with foreign():
+        with named_errors():
             uvs = getattr(mesh.visual, "uv", None)
             sound = uvs is not None and len(uvs) == len(mesh.vertices) and bool(np.isfinite(uvs).all())
     except AssetError:

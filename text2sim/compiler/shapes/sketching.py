@@ -6,8 +6,8 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, packed, unpacked
-from text2sim.assets.confined import confined
+from text2sim.assets.answer_cache import cached_answer, packed, unpacked
+from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.lettering import areas
 from text2sim.compiler.shapes.pictures import MAX_USEFUL_SIDE, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
@@ -70,9 +70,11 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
         digest = file_digest(stream, "sha256").digest()
 
     def ask() -> dict[str, Any]:
-        return _packed(confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS))
+        return _packed(call_confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS))
 
-    found = _unpacked(cached((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(CACHED_FIELDS, str), ask))
+    found = _unpacked(
+        cached_answer((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(CACHED_FIELDS, str), ask)
+    )
     if found is None:  # the cache is damaged
         found = _unpacked(ask())
     assert found is not None
