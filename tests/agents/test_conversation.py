@@ -104,7 +104,7 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
     model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
     asked = chat(tmp_path, model)
-    assert asked.ask("planner", "s", "q", number, more=PageRequests()) == 3
+    assert asked.ask("planner", "s", "q", number, read_pages=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
     assert second[: len(first)] == first
     assert third[: len(second)] == second

@@ -103,7 +103,7 @@ class Conversation:
         read: Callable[[Any], T],
         images: Sequence[Image] = (),
         rounds: int = MAX_ANSWERS,
-        more: Callable[[list[str]], str] | None = None,
+        read_pages: Callable[[list[str]], str] | None = None,
     ) -> T:
         """Ask a role a question, and return its parsed answer.
 
@@ -114,8 +114,8 @@ class Conversation:
             read: Parses the data of an answer; raises `Wrong` with the faults that the model has to fix.
             images: Images that accompany the question.
             rounds: Largest number of answers.
-            more: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in the
-                next message.
+            read_pages: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in
+                the next message.
 
         Raises:
             RoleFailed: If no answer is usable.
@@ -130,9 +130,9 @@ class Conversation:
             reply = self.reply(role, messages)
             try:
                 data = read_reply(reply)[0]
-                if more is not None and looks < MAX_PAGE_REQUESTS and (names := _requested_pages(data)):
+                if read_pages is not None and looks < MAX_PAGE_REQUESTS and (names := _requested_pages(data)):
                     looks += 1
-                    messages += [Message("assistant", _echo(reply)), Message("user", more(names) + ANSWER_NOW)]
+                    messages += [Message("assistant", _echo(reply)), Message("user", read_pages(names) + ANSWER_NOW)]
                     continue
                 if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES_KEY}:
                     data = apply_merge_patch(before, data[CHANGES_KEY])

@@ -359,7 +359,9 @@ def open_case(
     system = system_prompt(PLANNER, "open", taken=", ".join(RESERVED_NAMES), rules=rules, kinds=kinds)
     rows = {name: one.what for name, one in request.requirements.items()}
     question = render("open_ask", request=request.text, requirements=rows, case=case, evidence=evidence, left=left)
-    return chat.ask("planner", system, question, typed_parser(Opening, check), request.images, more=PageRequests())
+    return chat.ask(
+        "planner", system, question, typed_parser(Opening, check), request.images, read_pages=PageRequests()
+    )
 
 
 def as_decision(opening: Opening) -> Decision:

@@ -156,17 +156,17 @@ def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[st
     }
 
 
-def named_reference(reader: str, text: str, there: Collection[str] = ()) -> str:
+def named_reference(reader: str, text: str, present_kinds: Collection[str] = ()) -> str:
     """Return the reference for an instruction: named kinds with all fields, and named fields of other models.
 
     Args:
         reader: A key of `PAGES_BY_READER`.
         text: The instruction.
-        there: Kinds that the section has already. Fields of models that belong to neither these nor named kinds are
-            omitted.
+        present_kinds: Kinds that the section has already. Fields of models that belong to neither these nor named kinds
+            are omitted.
     """
     words = set(re.findall(r"[a-z][a-z_0-9]*", _UNCHANGED_CLAUSE.sub("", text.lower())))
-    wanted = kinds_in(words) | set(there)
+    wanted = kinds_in(words) | set(present_kinds)
     parts = []
     for section in _sections(PAGES_BY_READER[reader]):
         rows: list[str] = []

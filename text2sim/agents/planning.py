@@ -88,7 +88,7 @@ def make_plan(
     )
     read = typed_parser(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
     more = PageRequests(dealt.pages)
-    return chat.ask("planner", system, question, read, request.images, more=more, rounds=MAX_PLAN_ANSWERS)
+    return chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
 
 
 def _tried_plan_text(tried: TriedPlan | None) -> str:

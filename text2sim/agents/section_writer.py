@@ -77,7 +77,7 @@ def write_section(
         return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
     return chat.ask(
-        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
+        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, read_pages=PageRequests()
     )
 
 
@@ -153,7 +153,7 @@ def change_section(
         writer_prompt(ROLES[section], language.rules(brief=True), change=True),
         question,
         read,
-        more=PageRequests(),
+        read_pages=PageRequests(),
     )
 
 

@@ -149,9 +149,9 @@ def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
     return surface
 
 
-def _simplify(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
+def _simplify(surface: TriangleMesh, max_triangles: int, done: list[str]) -> TriangleMesh:
     count = len(surface.faces)
-    fewer = decimate(surface, most)
+    fewer = decimate(surface, max_triangles)
     if len(fewer.faces) < count:
         done.append(f"simplified from {count:,} to {len(fewer.faces):,} triangles")
     return fewer
@@ -192,5 +192,5 @@ def _center_of_mass(surface: TriangleMesh) -> np.ndarray:
     return middle + (corners.sum(axis=1) * volumes[:, None]).sum(axis=0) / (4.0 * volumes.sum())
 
 
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number:,} {one if number == 1 else many or one + 's'}"
+def _count(number: int, one: str, plural: str = "") -> str:
+    return f"{number:,} {one if number == 1 else plural or one + 's'}"

@@ -169,13 +169,13 @@ def decimate(surface: TriangleMesh, max_triangles: int) -> TriangleMesh:
     return fewer
 
 
-def _decimate_unpainted(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
+def _decimate_unpainted(surface: TriangleMesh, max_triangles: int, careful: bool) -> TriangleMesh:
     from scipy.spatial import KDTree
 
     found = _apply_filter(
         surface,
         lambda scene: scene.meshing_decimation_quadric_edge_collapse(
-            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True,
+            targetfacenum=max_triangles, preserveboundary=careful, preservenormal=careful, planarquadric=True,
             preservetopology=careful and surface.watertight,
         ),
         surface.part,
@@ -191,7 +191,7 @@ def _decimate_unpainted(surface: TriangleMesh, most: int, careful: bool) -> Tria
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
 
-def _decimate_painted(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
+def _decimate_painted(surface: TriangleMesh, max_triangles: int, careful: bool) -> TriangleMesh:
     """A surface with fewer triangles and the same picture on it.
 
     The library only supports textures of files that it reads. Shifted texture coordinates keep the parts apart.
@@ -218,7 +218,7 @@ def _decimate_painted(surface: TriangleMesh, most: int, careful: bool) -> Triang
         scene = pymeshlab.MeshSet(verbose=False)  # type: ignore[attr-defined]
         scene.load_new_mesh(str(folder / "mesh.obj"))
         scene.meshing_decimation_quadric_edge_collapse_with_texture(
-            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True
+            targetfacenum=max_triangles, preserveboundary=careful, preservenormal=careful, planarquadric=True
         )
         found = scene.current_mesh()
         faces, vertices = np.array(found.face_matrix(), np.int64), np.array(found.vertex_matrix(), float)

@@ -321,12 +321,12 @@ def _plain(reply: "httpx.Response") -> dict[str, Any]:
     return data if isinstance(data, dict) else {"items": data}
 
 
-def _limited(reply: "httpx.Response", most: int) -> bytes:
+def _limited(reply: "httpx.Response", max_bytes: int) -> bytes:
     content = bytearray()
     for block in reply.iter_bytes():
         content += block
-        if len(content) > most:
-            raise RunError(f"Meshy's answer is larger than {most // 2**20} MiB")
+        if len(content) > max_bytes:
+            raise RunError(f"Meshy's answer is larger than {max_bytes // 2**20} MiB")
     return bytes(content)
 
 

@@ -148,29 +148,29 @@ def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] |
     return (size[0], size[0], size[1]) if kind == "cylinder" else None
 
 
-def limited_surface(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
+def limited_surface(mesh: VisualMesh, max_triangles: int, *, picture: bool = True) -> Triangles:
     """Return a surface of the compiler with limited detail.
 
     Args:
         mesh: The surface.
-        most: Number of triangles above which it is simplified.
+        max_triangles: Number of triangles above which it is simplified.
         picture: Whether to take colours from its picture, if it has one.
     """
     vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
     uvs = mesh.uvs if picture and mesh.picture is not None else None
-    if len(faces) > most:
-        vertices, normals, faces, uvs = _simplified(vertices, normals, faces, uvs, most)
+    if len(faces) > max_triangles:
+        vertices, normals, faces, uvs = _simplified(vertices, normals, faces, uvs, max_triangles)
     colors = None if uvs is None or mesh.picture is None else _sampled(mesh.picture, uvs[faces].mean(axis=1))
     return _without_slivers(Triangles(vertices[faces], normals[faces], colors))
 
 
 def _simplified(
-    vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, most: int
+    vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, max_triangles: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Merge near vertices with similar normals until the number of triangles is small enough."""
     low = vertices.min(axis=0)
     size = float((vertices.max(axis=0) - low).max())
-    cells = max(int(math.sqrt(most / 6)), 2)
+    cells = max(int(math.sqrt(max_triangles / 6)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, place, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
@@ -181,7 +181,7 @@ def _simplified(
         corners = cell.reshape(-1)[faces]
         a, b, c = corners.T
         left = (a != b) & (b != c) & (c != a)
-        if left.sum() <= 1.5 * most or cells <= 2:
+        if left.sum() <= 1.5 * max_triangles or cells <= 2:
             break
         cells = max(int(cells * 0.7), 2)
     moved = vertices[place][cell.reshape(-1)[first]]

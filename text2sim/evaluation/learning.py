@@ -181,7 +181,7 @@ class Learning:
         system = render_prompt("learn", schema=yaml_text(card_schema()))
         try:
             answer: Lessons = self._conversation(name).ask(
-                "evaluator", system, question, typed_parser(Lessons, check), images, more=pages
+                "evaluator", system, question, typed_parser(Lessons, check), images, read_pages=pages
             )
         except RoleFailed as failed:
             self.tell(f"{name}: {failed}")

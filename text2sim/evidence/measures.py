@@ -91,12 +91,14 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         targets = recording.names.select(measure.of)  # type: ignore[union-attr]
         values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
         values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
-        return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), measure.value_unit
+        return _reduce(
+            measure, values, present=np.stack([~recording.gone(t.copy) for t in targets])
+        ), measure.value_unit
     return _COLLECTIVE[measure.kind](recording, measure), measure.value_unit
 
 
-def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Array | None = None) -> Array:
-    """Reduce the series of several copies to one; `there`, shape (n, F), masks copies that have left the scene.
+def _reduce(measure: Any, values: list[Array], what: str = "bodies", present: Array | None = None) -> Array:
+    """Reduce the series of several copies to one; `present`, shape (n, F), masks copies that have left the scene.
 
     `std` is sqrt(mean of (x - mean)^2), `range` is max - min, and `count` is the number of copies within the bounds.
     """
@@ -109,14 +111,11 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Arra
         above = stack > (-np.inf if measure.above is None else measure.above)
         below = stack < (np.inf if measure.below is None else measure.below)
         return (above & below).sum(axis=0)
-    if there is not None and not there.all():
-        present = np.ma.masked_array(stack, ~there)
-        values = (
-            present.max(axis=0) - present.min(axis=0)
-            if measure.stat == "range"
-            else getattr(present, measure.stat)(axis=0)
-        )
-        return np.ma.filled(values, np.nan)
+    if present is not None and not present.all():
+        masked = np.ma.masked_array(stack, ~present)
+        is_range = measure.stat == "range"
+        reduced = masked.max(axis=0) - masked.min(axis=0) if is_range else getattr(masked, measure.stat)(axis=0)
+        return np.ma.filled(reduced, np.nan)
     if measure.stat == "range":
         return stack.max(axis=0) - stack.min(axis=0)
     return getattr(stack, measure.stat)(axis=0)

@@ -46,7 +46,7 @@ def write_gltf(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
     """
     if path.suffix != ".glb":
         raise RunError(f"{path}: a binary glTF file ends in .glb")
-    scenery = Scenery(folder, every=every)
+    scenery = Scenery(folder, stride=every)
     _check(scenery, path, every)
     with temporary_folder_beside(path) as place:
         writer = _Writer(scenery, place)

@@ -111,14 +111,14 @@ class Scenery:
         RunError: if nothing is recorded, or the recording is damaged.
     """
 
-    def __init__(self, folder: Path, *, every: int = 1, detailed: bool = True):
+    def __init__(self, folder: Path, *, stride: int = 1, detailed: bool = True):
         self.recording = _read_confined(folder)
         self._meshes: dict[Path, RenderMesh] = {}
         self._detailed = detailed
         count = len(self.recording.states.time)
         if not count:
             raise RunError(f"{folder}: no frame was recorded")
-        self.frames: Indices = np.unique([*range(0, count, every), count - 1])
+        self.frames: Indices = np.unique([*range(0, count, stride), count - 1])
         """Indices of the frames."""
         self.times: Array = self.recording.states.time[self.frames].astype(float)
         """Times of the frames [s]."""

@@ -50,7 +50,7 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
     if path.suffix not in SUFFIXES:
         raise RunError(f"{path}: a USD file ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     usd = openusd()
-    scenery = Scenery(folder, every=every)
+    scenery = Scenery(folder, stride=every)
     with temporary_folder_beside(path) as place, _refusals(path):
         flat = place / (f"{path.stem}.usdc" if path.suffix == ".usdz" else path.name)
         textures = place / f"{path.stem}_textures"

@@ -165,18 +165,18 @@ def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:
     return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
 
 
-def coarsened(vertices: Array, faces: Array, most: int) -> Array:
-    """Return at most some `most` triangles over the same vertices: those that are near each other become one.
+def coarsened(vertices: Array, faces: Array, max_triangles: int) -> Array:
+    """Return at most some `max_triangles` triangles over the same vertices: those that are near each other become one.
 
     Args:
         vertices: [m], shape (n, 3).
         faces: Shape (f, 3).
-        most: How many triangles, about.
+        max_triangles: How many triangles, about.
     """
-    if len(faces) <= most:
+    if len(faces) <= max_triangles:
         return faces
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    cells = max(int(np.sqrt(most / 4)), 2)
+    cells = max(int(np.sqrt(max_triangles / 4)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, first, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
@@ -184,7 +184,7 @@ def coarsened(vertices: Array, faces: Array, most: int) -> Array:
         triple = np.sort(corners, axis=1)
         _, kept = np.unique(triple, axis=0, return_index=True)
         kept = kept[(np.diff(triple[kept], axis=1) > 0).all(axis=1)]
-        if len(kept) <= 1.5 * most or cells <= 2:
+        if len(kept) <= 1.5 * max_triangles or cells <= 2:
             return first[corners[kept]]
         cells = max(int(cells * 0.7), 2)
 

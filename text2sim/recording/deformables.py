@@ -133,9 +133,9 @@ class RecordedDeformable:
         points = self.points
         return points.min(axis=1).astype(float), points.max(axis=1).astype(float)
 
-    def thinned(self, most: int, frames: int) -> "RecordedDeformable":
-        """Return the body at evenly chosen frames, from the first on, with `most` points in all."""
-        return replace(self, step=max(1, int(np.ceil(frames * self.count / most))))
+    def thinned(self, max_points: int, frames: int) -> "RecordedDeformable":
+        """Return the body at evenly chosen frames, from the first on, with `max_points` points in all."""
+        return replace(self, step=max(1, int(np.ceil(frames * self.count / max_points))))
 
     def recorded_in(self, chunks: Chunks) -> "RecordedDeformable":
         """Return the body with its recording."""

@@ -30,11 +30,11 @@ MAX_CONTACTS = 100_000
 """Largest number of contacts in all frames."""
 
 
-def evenly_spaced(count: int, most: int) -> Array:
-    """Return the indices of at most `most` of `count` frames, evenly spread, with the first and the last."""
-    if count <= most:
+def evenly_spaced(count: int, max_frames: int) -> Array:
+    """Return the indices of at most `max_frames` of `count` frames, evenly spread, with the first and the last."""
+    if count <= max_frames:
         return np.arange(count)
-    stride = math.ceil((count - 1) / max(most - 2, 1))
+    stride = math.ceil((count - 1) / max(max_frames - 2, 1))
     return np.unique([*range(0, count, stride), count - 1])
 
 

@@ -64,7 +64,7 @@ def mesh_path(file: str, folder: Path) -> tuple[Path, Path]:
     return case_path(file, folder, "mesh", SUFFIXES, MAX_BYTES)
 
 
-def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], most: int) -> tuple[Path, Path]:
+def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], max_bytes: int) -> tuple[Path, Path]:
     """Return the path of a file that a case names, and the folder that it and all that it refers to must lie in.
 
     Args:
@@ -72,7 +72,7 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
         folder: The case's folder.
         what: What the file is, for messages.
         suffixes: What it may end in.
-        most: How many bytes it may have.
+        max_bytes: How many bytes it may have.
 
     Raises:
         AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
@@ -94,8 +94,10 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
     if not path.is_file():
         raise AssetError(f"{what} file `{file}` does not exist in {source.name}")
     size = path.stat().st_size
-    if size > most:
-        raise AssetError(f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {most // 2**20} MiB)")
+    if size > max_bytes:
+        raise AssetError(
+            f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {max_bytes // 2**20} MiB)"
+        )
     return path, root
 
 

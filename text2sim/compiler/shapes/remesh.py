@@ -38,7 +38,7 @@ CLOSED_BY = 1e-9
 
 
 def file_surface(
-    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, most: int
+    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]":
     """Return vertices [m], faces, places in the picture if there are any, and how many vertices lie on seams.
 
@@ -47,7 +47,7 @@ def file_surface(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether small triangles are merged.
-        most: How many triangles there may be.
+        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if the file cannot be used, or there would be too many triangles.
@@ -65,10 +65,10 @@ def file_surface(
     else:
         uvs, seams = _places(shape.file, folder, mesh.vertices)
     vertices, faces, uvs = split_long_edges(vertices, faces, edge, uvs)
-    if len(faces) > most:
+    if len(faces) > max_triangles:
         raise AssetError(
-            f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most {most:,} "
-            f"are possible: take a larger `cell`, or a simpler mesh"
+            f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most "
+            f"{max_triangles:,} are possible: take a larger `cell`, or a simpler mesh"
         )
     return vertices, faces.astype(np.int32), uvs, seams
 

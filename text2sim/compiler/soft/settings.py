@@ -10,7 +10,7 @@ from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales, copies_by_solver
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
-from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, floor_height, surroundings
+from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, find_surroundings, floor_height
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
@@ -66,7 +66,7 @@ def derive_soft(
             "sap": "fem bodies touch rigid bodies and each other in this model alone",
             "ipc": "cloth with solver ipc needs it",
         }[model]
-    around = surroundings(placed, travel, folder)
+    around = find_surroundings(placed, travel, folder)
     substeps: list[tuple[float, str]] = []
     mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:

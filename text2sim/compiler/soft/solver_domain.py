@@ -59,7 +59,7 @@ def floor_height(copy: Copy) -> float | None:
     return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > MIN_UPRIGHT_COSINE else None
 
 
-def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
+def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
     """Return what stands around deformable bodies.
 
     Args:
@@ -91,7 +91,13 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
 
 
 def domain_box(
-    copies: list[Copy], there: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
+    copies: list[Copy],
+    surroundings: Surroundings,
+    scene: Scene,
+    travel: Travel,
+    folder: Path,
+    margin: float,
+    volume: float,
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
 
@@ -99,7 +105,7 @@ def domain_box(
 
     Args:
         copies: The bodies.
-        there: What stands around them.
+        surroundings: What stands around them.
         scene: Gravity and duration.
         travel: How far bodies are moved.
         folder: The case's folder.
@@ -112,22 +118,23 @@ def domain_box(
     own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
     reach = max(
-        _sideways_reach(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True)
+        _sideways_reach(c.model.kind, box, _fall(*box, surroundings, scene)[2])
+        for c, box in zip(copies, boxes, strict=True)
     )
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
-        box = _domain_box(copies, own, there, scene, travel, margin, length, part * reach)
+        box = _domain_box(copies, own, surroundings, scene, travel, margin, length, part * reach)
         if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
             break
     return box
 
 
-def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+def way_of(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
     """Return the box [m] of where a body gets when it is held, thrown, pushed and carried, and falls.
 
     Args:
         copy: The body.
-        there: What stands around it.
+        surroundings: What stands around it.
         scene: Gravity and duration.
         travel: How far bodies are moved.
         folder: The case's folder.
@@ -136,45 +143,45 @@ def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder
         AssetError: if a file of a shape cannot be used.
     """
     box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
-    x, y, z = _fall(*box, there, scene, math.inf)
+    x, y, z = _fall(*box, surroundings, scene, math.inf)
     middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
     below = [
         b[2]
-        for a, b in there.solids
+        for a, b in surroundings.solids
         if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
     ]
     z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
-    return _flown(copy, box, (x, y, z), there, scene, travel, math.inf)
+    return _flown(copy, box, (x, y, z), surroundings, scene, travel, math.inf)
 
 
 def _flown(
     copy: Copy,
     box: Bounds,
     fall: Vec,
-    there: Surroundings,
+    surroundings: Surroundings,
     scene: Scene,
     travel: Travel,
     farthest: float = MAX_FOLLOWED_DISTANCE,
 ) -> Bounds:
-    floors = [floor for floor in there.floors if floor <= box[0][2] + MAX_RESTING_GAP]
+    floors = [floor for floor in surroundings.floors if floor <= box[0][2] + MAX_RESTING_GAP]
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
-    for start, ways in there.moved:
+    for start, ways in surroundings.moved:
         if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
             fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
 
 
-def _reach_of_mover(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
+def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds) -> Bounds:
     """Return where a moving solid takes what lies on it or in its way."""
-    taken = swept(box, ways)
+    taken = swept(box, displacements)
     if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
         return taken  # it carries it
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
-    front = grown(swept(start, ways), size)
+    front = grown(swept(start, displacements), size)
     return _componentwise(max, taken[0], front[0]), _componentwise(min, taken[1], front[1])
 
 
@@ -218,7 +225,7 @@ def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
 def _domain_box(
     copies: list[Copy],
     own: list[Bounds],
-    there: Surroundings,
+    surroundings: Surroundings,
     scene: Scene,
     travel: Travel,
     margin: float,
@@ -226,12 +233,12 @@ def _domain_box(
     reach: float,
 ) -> Bounds:
     whole = around(corner for box in own for corner in box)
-    fall = _fall(*whole, there, scene)
-    flown = [_flown(c, box, fall, there, scene, travel) for c, box in zip(copies, own, strict=True)]
+    fall = _fall(*whole, surroundings, scene)
+    flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
     low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = around([*box, *(corner for near in _nearby(box, there, reach) for corner in near)])
-    floors = [floor for floor in there.floors if floor <= whole[0][2] + margin]
+    box = around([*box, *(corner for near in _nearby(box, surroundings, reach) for corner in near)])
+    floors = [floor for floor in surroundings.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth may hang lower than anything that stands elsewhere.
     hanging = [
@@ -244,7 +251,9 @@ def _domain_box(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
-def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = MAX_FOLLOWED_DISTANCE) -> Vec:
+def _fall(
+    low: Vec, high: Vec, surroundings: Surroundings, scene: Scene, farthest: float = MAX_FOLLOWED_DISTANCE
+) -> Vec:
     """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
@@ -252,20 +261,20 @@ def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: floa
     free = min(0.5 * size * scene.duration**2, farthest)
     x, y, z = (free * g / size for g in scene.gravity)
     if z < 0.0:
-        floors = [floor for floor in there.floors if floor < high[2]]
-        below = [a[2] for a, _ in there.solids if a[2] < low[2]]
+        floors = [floor for floor in surroundings.floors if floor < high[2]]
+        below = [a[2] for a, _ in surroundings.solids if a[2] < low[2]]
         if floors or below:
             # All the way to a floor, even if the time is too short to get there.
             z = min((max(floors) if floors else min(below)) - low[2], 0.0)
     return (x, y, z)
 
 
-def _nearby(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
+def _nearby(box: Bounds, surroundings: Surroundings, reach: float) -> list[Bounds]:
     """Return what stands in a box, clipped at `reach` around it."""
     far = grown(box, reach)
     return [
         (_componentwise(max, a, far[0]), _componentwise(min, b, far[1]))
-        for a, b in there.solids
+        for a, b in surroundings.solids
         if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
     ]
 

@@ -99,10 +99,14 @@ def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
     return found
 
 
-def spread_evenly(pictures: list[Frame], most: int) -> list[Frame]:
+def spread_evenly(pictures: list[Frame], max_pictures: int) -> list[Frame]:
     """Return pictures spread evenly from the first to the last."""
     last = len(pictures) - 1
-    return [pictures[round(k * last / max(most - 1, 1))] for k in range(most)] if last >= most else pictures
+    return (
+        [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
+        if last >= max_pictures
+        else pictures
+    )
 
 
 def films_at(facts: Facts, name: str, t: float) -> bool:

@@ -59,9 +59,9 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 
-def _why_too_far(causes: Causes, way: float, by: float) -> str:
+def _why_too_far(causes: Causes, distance: float, by: float) -> str:
     """Say why a distance is too long for a time."""
-    needs = causes.soonest(way)
+    needs = causes.soonest(distance)
     if by <= causes.quiet:
         if not causes.first:
             return ", but nothing here moves"

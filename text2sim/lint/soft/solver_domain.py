@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
-from text2sim.compiler.soft.solver_domain import surroundings, way_of
+from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
@@ -89,7 +89,7 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     masses = {body.name: soft.mass(body) for body in soft.bodies}
     controls, gravity = case.actions.controls.values(), math.hypot(*case.scene.gravity)
     ways = travel(facts.rows, controls, facts.placed, masses, gravity, case.scene.duration)
-    around = surroundings(facts.placed, ways, facts.folder)
+    around = find_surroundings(facts.placed, ways, facts.folder)
     for solver, (space, pad) in spaces.items():
         is_given = getattr(case.scene, solver).bounds is not None
         seen = set()

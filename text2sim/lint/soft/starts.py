@@ -63,10 +63,10 @@ def _least(soft: SoftFacts, body: SoftBody) -> float:
     return max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
-def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Effort) -> tuple[float, str] | None:
+def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:
     """Return how deep [m] a body is in a rigid copy, and which way leads out; None if it is not in it."""
     box, its = body.box, facts.box(copy)
-    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else least):
+    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
     pairs: list[tuple[StandingPart, StandingPart]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
@@ -77,7 +77,7 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
     ways = plain([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
     depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
-    return (depth, f"towards {ways[0].words}" if ways else "") if depth > least else None
+    return (depth, f"towards {ways[0].words}" if ways else "") if depth > min_depth else None
 
 
 def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:

@@ -151,11 +151,11 @@ def plain(ways: Sequence[Way]) -> list[Way]:
 
 
 def _free_length(
-    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, way: float, effort: Effort
+    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, min_length: float, effort: Effort
 ) -> float | None:
-    """Return the distance [m], at least `way`, after which no mover is in the others; None if it takes too long."""
+    """Return a distance [m] >= `min_length` after which no mover is in the others; None if it takes too long."""
     for _ in range(MAX_ROUNDS):
-        step = vector_times(direction, way + ROUNDING_OVERLAP)
+        step = vector_times(direction, min_length + ROUNDING_OVERLAP)
         moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
         around = union([box for _, box in moved])
         assert around is not None
@@ -167,11 +167,11 @@ def _free_length(
         if effort.left < 0:
             return None
         if not pairs:
-            return way
+            return min_length
         # A sample is enough: the next round finds the rest.
         pairs = pairs[:: len(pairs) // MAX_EXACT_PAIRS + 1]
         effort.spend(_cost(pairs))
-        way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
+        min_length = max([min_length, *(_exit(a, b, direction) for a, b in pairs)])
     return None
 
 
