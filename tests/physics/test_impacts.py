@@ -1,7 +1,7 @@
 """Collisions: restitution, and what they conserve.
 
 Restitution is made from the damping of a spring contact, whose substep h and frequency w have w h = 1/4
-(`text2sim.compiler.settings.CRISPNESS`). Where in a step two bodies first touch is a matter of chance: up to a step's
+(`text2sim.compiler.settings.CONTACT_PHASE`). Where in a step two bodies first touch is a matter of chance: up to a step's
 damping, 2 z w h of the speed, and a step's spring energy, (w h)^2 of the whole, are then missing or too many, half of it
 on average.
 """

@@ -48,10 +48,12 @@ def try_body(name: str, body: dict[str, Any], plan: CasePlan, case: Path, prompt
         return Proof(control=dict(known.control), notes=known.notes)
     examination = examine(text, case / "case.yaml")
     faults = [
-        format_problem(one) for one in examination.errors if one.path.startswith(f"/bodies/{name}") or not one.path
+        format_problem(problem)
+        for problem in examination.errors
+        if problem.path.startswith(f"/bodies/{name}") or not problem.path
     ]
     if faults or examination.loaded is None:
-        return Proof(tuple(faults or [format_problem(one) for one in examination.errors]))
+        return Proof(tuple(faults or [format_problem(problem) for problem in examination.errors]))
     if (failure := _draw(name, examination.loaded, case)) is not None:
         return Proof((f"/body: it cannot be drawn: {failure}",))
     proof = _drive_joints(examination.loaded.data["bodies"][name], case)
@@ -99,7 +101,9 @@ def _drive_joints(body: dict[str, Any], case: Path) -> Proof:
     except AssetError as error:
         return Proof((f"/body: {error}",))
     try:
-        motorised = [name for name, one in report.control.items() if one.actuator is not None and one.kind != "ball"]
+        motorised = [
+            name for name, joint in report.control.items() if joint.actuator is not None and joint.kind != "ball"
+        ]
         if not motorised:
             return Proof(control=dict(report.control), notes=report.notes)
         found = probe(alone, case)
@@ -108,10 +112,10 @@ def _drive_joints(body: dict[str, Any], case: Path) -> Proof:
     except MachineError as error:
         return Proof(control=dict(report.control), notes=(*report.notes, f"not probed: {error}"))
     unresponsive = [
-        f"/body/links/{name}/joint: asked to go {one.target:.3g}, without gravity, it came {one.moved:.3g}: its motor "
-        "is too weak or too soft, or something is in its way"
-        for name, one in found.joints.items()
-        if name in motorised and not one.answers
+        f"/body/links/{name}/joint: asked to go {joint.target:.3g}, without gravity, it came {joint.moved:.3g}: its "
+        "motor is too weak or too soft, or something is in its way"
+        for name, joint in found.joints.items()
+        if name in motorised and not joint.answers
     ]
     if unresponsive and not report.loops:
         return Proof(tuple(unresponsive))

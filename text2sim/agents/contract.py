@@ -44,7 +44,7 @@ class Contract:
             planned: Names of bodies that are dynamic in the plan, whatever they are in the case.
         """
         actions = loaded.data.get("actions") or {}
-        names = [one for name in names for one in numbered_copies(name, actions.get("expect") or {})]
+        names = [copy for name in names for copy in numbered_copies(name, actions.get("expect") or {})]
         values: dict[str, Data] = {part: {} for part in CONTRACT_PARTS}
         pending = [("expect", name) for name in names]
         while pending:
@@ -96,7 +96,7 @@ def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
     known = list(known)
     if name in known:
         return [name]
-    return [one for one in known if re.fullmatch(rf"{re.escape(name)}_\d+", one)] or [name]
+    return [copy for copy in known if re.fullmatch(rf"{re.escape(name)}_\d+", copy)] or [name]
 
 
 def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:

@@ -116,7 +116,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
         RunError: If the loop has no failed and no passed attempt, or the folder of a card exists already.
     """
     attempts = attempts_of(case)
-    outcomes = {one.outcome for one in attempts.values()} - {None}
+    outcomes = {attempt.outcome for attempt in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
         raise RunError(
             f"{case}: there is nothing to learn: it needs one attempt that failed in a run, and one that passed"
@@ -178,9 +178,9 @@ def draft_card(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> 
     repaired = _patched(repaired, proposal.repair, f"{where}: /repair")
     given = proposal.card.get("evidence")
     evidence = dict(given) if isinstance(given, dict) else {}
-    for key, one in (("failing", failed), ("repaired", passed)):
+    for key, attempt in (("failing", failed), ("repaired", passed)):
         row = evidence.get(key)
-        fact = {} if patched or one is None else {"outcome": one.outcome}
+        fact = {} if patched or attempt is None else {"outcome": attempt.outcome}
         evidence[key] = (dict(row) if isinstance(row, dict) else {}) | fact
     evidence["measured_on"] = {"text2sim": __version__, "genesis-world": version("genesis-world")}
     draft = CardDraft({**proposal.card, "evidence": evidence}, failing, repaired)
@@ -204,7 +204,7 @@ def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
 
 def attempts_text(attempts: Mapping[int, TriedAttempt]) -> str:
     """Return the history of a loop as text, attempt by attempt."""
-    return "\n\n".join(_attempt_text(one, attempts.get(one.number - 1)) for one in attempts.values())
+    return "\n\n".join(_attempt_text(attempt, attempts.get(attempt.number - 1)) for attempt in attempts.values())
 
 
 def _attempt_text(attempt: TriedAttempt, previous: TriedAttempt | None) -> str:

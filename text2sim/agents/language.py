@@ -279,7 +279,7 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     """List the prefabs, with their parameters unless `brief`."""
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
-    chosen = {name: one for name, one in built_in().items() if only is None or name in only}
+    chosen = {name: definition for name, definition in built_in().items() if only is None or name in only}
     gists = {name: first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
     if brief:
         return "\n".join(_gist_rows(gists))

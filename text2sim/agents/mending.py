@@ -60,13 +60,13 @@ class Mending:
             owners = self._owners(errors, referrals)
             if mend == MAX_REPAIRS or "plan" in owners:
                 self.workshop.referred += [row for rows in referrals.values() for row in rows]
-                return examined, [format_problem(one) for one in errors]
+                return examined, [format_problem(problem) for problem in errors]
             self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in errors][:20])
             before = attempt.text
             attempt.text, referrals = self.workshop.fix_sections(before, owners, REPAIR_INSTRUCTION)
             self.workshop.referred += [*referrals.pop("plan", []), *self.workshop.refusals()]
             if attempt.text == before and not referrals:  # the same question would get the same answer
-                return examined, [format_problem(one) for one in errors]
+                return examined, [format_problem(problem) for problem in errors]
         raise AssertionError("the last round returns")
 
     def consider_warnings(

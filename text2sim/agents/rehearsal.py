@@ -273,7 +273,7 @@ def _rest_faults(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]
     from text2sim.lint.script.outcomes import bound_of
 
     case = loaded.case
-    kept = {one for name in plan.keeps for one in numbered_copies(name, case.actions.expect)}
+    kept = {copy for name in plan.keeps for copy in numbered_copies(name, case.actions.expect)}
     holding, active = {}, set()
     for name, expect in case.actions.expect.items():
         if expect.on is not None:
@@ -327,7 +327,7 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
     from text2sim.lint.script.outcomes import bound_of
 
     facts, found = Facts(resolve_case(loaded)), {}
-    for name in (one for written in names for one in numbered_copies(written, loaded.case.actions.expect)):
+    for name in (copy for written in names for copy in numbered_copies(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
         if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue

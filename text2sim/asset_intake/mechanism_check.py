@@ -142,7 +142,7 @@ def report_of(resolution: "Resolution") -> MechanismReport:
                 notes.append(f"joint `{name}` has a name that a case cannot use; only use letters, digits and _")
     if not control:
         notes.append("has no movable joint")
-    elif not any(one.actuator for one in control.values()):
+    elif not any(joint.actuator for joint in control.values()):
         notes.append("has no motor: give its joints actuators (`joints`), or let them swing")
     low, high = tree_bounds(tree, (1.0, 0.0, 0.0, 0.0))
     return MechanismReport(

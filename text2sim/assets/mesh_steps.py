@@ -77,7 +77,7 @@ def _triangles_to_flip(surface: TriangleMesh) -> Array:
         trimesh.repair.fix_winding(mesh)
         faces = np.asarray(mesh.faces, np.int64)
     turned = [np.roll(surface.faces[:, ::-1], shift, axis=1) for shift in range(3)]
-    return np.any([(faces == one).all(axis=1) for one in turned], axis=0)
+    return np.any([(faces == corners).all(axis=1) for corners in turned], axis=0)
 
 
 def fill_holes(surface: TriangleMesh, max_edges: int, max_share: float = 1.0) -> tuple[TriangleMesh, int]:

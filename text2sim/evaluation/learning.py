@@ -175,7 +175,9 @@ class Learning:
             drafts.append(draft)
 
         def pages(names: list[str]) -> str:
-            return "\n\n".join(everything[one].card.brief() for one in names if one in everything) or "There is none."
+            return (
+                "\n\n".join(everything[card].card.brief() for card in names if card in everything) or "There is none."
+            )
 
         images = shown.frames.images if shown.frames is not None else ()
         system = render_prompt("learn", schema=yaml_text(card_schema()))
@@ -224,7 +226,7 @@ class Learning:
         id = str(draft.data["id"])
         previous = read_ledger(self.cards).cards.get(id) if lesson.edits else None
         affected = {name, *(debt.prompt for debt in previous.owes)} if previous else {name}
-        prompts = {one: prompt for one, prompt in self.prompts.items() if one in affected}
+        prompts = {prompt_id: prompt for prompt_id, prompt in self.prompts.items() if prompt_id in affected}
         entry = CardEntry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
         label = f"with-{id}-{digest_of(entry)[:8]}"
         library = self.work / "cards" / label
@@ -232,30 +234,30 @@ class Learning:
             shutil.copytree(self.cards, library)
             draft.write(library / id)
         after = self._run_round(label, prompts, library)
-        scores_before = before.scores() | {one.prompt: one.after for one in (previous.tried if previous else ())}
+        scores_before = before.scores() | {trial.prompt: trial.after for trial in (previous.tried if previous else ())}
         scores_after = after.scores()
         tried = [
             CardTrial(
-                prompt=one,
-                before=scores_before[one],
-                after=scores_after[one],
-                dealt=count_dealt_cards([after.made.made[one].folder])[1][id] > 0,
+                prompt=prompt_id,
+                before=scores_before[prompt_id],
+                after=scores_after[prompt_id],
+                dealt=count_dealt_cards([after.made.made[prompt_id].folder])[1][id] > 0,
             )
-            for one in prompts
-            if one in scores_before and one in scores_after
+            for prompt_id in prompts
+            if prompt_id in scores_before and prompt_id in scores_after
         ]
         record = CardRecord(
             state="rejected", digest=digest_of(entry), tried=tried,
             owes=[CardDebt(prompt=name, failure=lesson.failure, evidence=lesson.evidence)],
         )  # fmt: skip
         noise = sqrt(before.noise(self.repeats) ** 2 + after.noise(self.repeats) ** 2) / sqrt(max(1, len(tried)))
-        kept = any(one.dealt for one in tried) and record.gain > noise
+        kept = any(trial.dealt for trial in tried) and record.gain > noise
         if kept:
             record = record.model_copy(update={"state": "kept"})
             draft.write(self.cards / id)
         if kept or previous is None:  # an edit without improvement is discarded
             record_card(self.cards, id, record, {name: self.prompts[name]})
-        why = f"{record.gain:+.1f} points (noise {noise:.1f})" if any(one.dealt for one in tried) else "never dealt"
+        why = f"{record.gain:+.1f} points (noise {noise:.1f})" if any(trial.dealt for trial in tried) else "never dealt"
         self.tell(f"{name}: {id}: {record.state}: {why}")
 
     def consolidate(self) -> None:
@@ -286,7 +288,7 @@ class Learning:
                 try:
                     check_card(yaml_text(draft.data), failing=draft.failing, repaired=draft.repaired)
                 except SpecError as error:
-                    raise Wrong([f"{one.path}: {one.message}" for one in error.problems[:8]]) from None
+                    raise Wrong([f"{problem.path}: {problem.message}" for problem in error.problems[:8]]) from None
                 drafts[:] = [draft]
 
             chat = self._conversation(f"{first}-{second}")
@@ -322,10 +324,10 @@ def _findings(rows: Sequence[Judgement], name: str) -> list[str]:
         if row.turn.prompt != name or row.turn.kind != "physical":
             continue
         marks = reply.get("requirements", {}).items()
-        found += [f"{what}: {one['mark']:g}: {one['evidence']}" for what, one in marks if one["mark"] < 1]
+        found += [f"{what}: {mark['mark']:g}: {mark['evidence']}" for what, mark in marks if mark["mark"] < 1]
         bans = reply.get("prohibitions", {}).items()
         found += [
-            f"{what}: violated ({one['violated']}): {one['evidence']}" for what, one in bans if one["violated"] != "no"
+            f"{what}: violated ({ban['violated']}): {ban['evidence']}" for what, ban in bans if ban["violated"] != "no"
         ]
         found += [why] if (why := row.why or reply.get("why", "")) else []
     return list(dict.fromkeys(found))

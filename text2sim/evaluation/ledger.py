@@ -55,7 +55,7 @@ class CardRecord(Model):
     @property
     def gain(self) -> float:
         """Mean change of the scores of the prompts that were answered again with the card."""
-        return sum(one.after - one.before for one in self.tried) / max(1, len(self.tried))
+        return sum(trial.after - trial.before for trial in self.tried) / max(1, len(self.tried))
 
 
 class CardLedger(Model):
@@ -87,7 +87,9 @@ def record_card(cards: Path, card: str, record: CardRecord, prompts: dict[str, P
     if (previous := ledger.cards.get(card)) is not None:
         debts = [*previous.owes, *(debt for debt in record.owes if debt not in previous.owes)]
         record = record.model_copy(update={"owes": debts})
-    sources = ledger.prompts | {name: one.model_copy(update={"requirements": None}) for name, one in prompts.items()}
+    sources = ledger.prompts | {
+        name: prompt.model_copy(update={"requirements": None}) for name, prompt in prompts.items()
+    }
     updated = CardLedger(prompts=sources, cards=ledger.cards | {card: record})
     write_json(cards / LEDGER_FILE, updated.model_dump(mode="json"))
 
@@ -130,7 +132,7 @@ def learned_from(ledger: CardLedger, cards: Path) -> Suite:
         SpecError: If a prompt is missing.
     """
     active = {entry.id for entry in load_library([cards]).entries.values()}
-    prompts = [debt.prompt for name, one in ledger.cards.items() if name in active for debt in one.owes]
+    prompts = [debt.prompt for name, record in ledger.cards.items() if name in active for debt in record.owes]
     if missing := [name for name in prompts if name not in ledger.prompts]:
         what = f"the sources of {', '.join(missing)} are missing"
         raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER_FILE), rule="unknown-source")])

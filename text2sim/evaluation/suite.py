@@ -66,7 +66,11 @@ class Requirements(Model):
 
     def rows(self) -> dict[str, tuple[str, Requirement]]:
         """Return the category and the requirement by `category.name`."""
-        return {f"{kind}.{name}": (kind, one) for kind in CATEGORIES for name, one in getattr(self, kind).items()}
+        return {
+            f"{kind}.{name}": (kind, requirement)
+            for kind in CATEGORIES
+            for name, requirement in getattr(self, kind).items()
+        }
 
 
 class Prompt(Model):
@@ -96,11 +100,11 @@ class Suite(Model):
 
     def digest(self) -> str:
         """Return the SHA-256 of all prompts, requirements and prohibitions."""
-        return _digest({name: one.digest() for name, one in self.prompts.items()})
+        return _digest({name: prompt.digest() for name, prompt in self.prompts.items()})
 
     def prompts_digest(self) -> str:
         """Return the SHA-256 of the prompts alone, which methods see."""
-        return _digest({name: one.prompt for name, one in self.prompts.items()})
+        return _digest({name: prompt.prompt for name, prompt in self.prompts.items()})
 
 
 def read_suite(path: Path) -> tuple[Suite, Document]:
@@ -124,24 +128,24 @@ def check_complete(suite: Suite, document: Document) -> None:
     Raises:
         SpecError: With the prompts that have no requirements.
     """
-    lacking = [name for name, one in suite.prompts.items() if one.requirements is None]
+    lacking = [name for name, prompt in suite.prompts.items() if prompt.requirements is None]
     message = "it has no requirements; `text2sim evaluate draft` has them drafted"
     if lacking:
         raise SpecError([document.problem(("prompts", name), message, key=True, rule="incomplete") for name in lacking])
 
 
-def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem]:
+def shared_sources(suite: Suite, other: Suite, document: Document) -> list[Problem]:
     """Report the prompts of a suite that share a source or the wording with a prompt of another suite.
 
     Titles and prompts are compared without case, accents and punctuation, so that citations of one source match.
 
     Args:
-        one: The suite to check.
+        suite: The suite to check.
         other: The suite from which it must be disjoint.
         document: Source document of the first.
     """
     found = []
-    for (name, prompt), (other_name, other_prompt) in product(one.prompts.items(), other.prompts.items()):
+    for (name, prompt), (other_name, other_prompt) in product(suite.prompts.items(), other.prompts.items()):
         if _are_similar(_normalised(prompt.source.title), _normalised(other_prompt.source.title), SAME_TITLE):
             message = f"`{other.name}` uses this source, too, for `{other_name}`: {other_prompt.source.title}"
             place: tuple[str, ...] = ("prompts", name, "source", "title")
@@ -168,7 +172,7 @@ def select_prompts(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
             for name in unknown
         ]
         raise SpecError(rows)
-    return {name: one for name, one in suite.prompts.items() if not wanted or name in wanted}
+    return {name: prompt for name, prompt in suite.prompts.items() if not wanted or name in wanted}
 
 
 def _are_similar(one: str, other: str, threshold: float) -> bool:

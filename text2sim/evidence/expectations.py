@@ -29,11 +29,6 @@ class Ending:
     stopped: bool
     """Whether someone stopped it: what it did not reach is open, not false."""
 
-    @property
-    def early(self) -> bool:
-        """Whether the run ended before its duration."""
-        return not self.finished
-
     def reached(self, time: float) -> bool:
         """Whether a time was recorded. A finished run ends on the last whole step before its duration."""
         return time <= self.end + ROUNDING or (self.finished and time <= self.duration + ROUNDING)
@@ -92,8 +87,10 @@ class _Judge:
         unit = "s" if expect.event is not None else series.unit if series is not None else ""
         wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, unit)
         if start is None:
-            ok, _, why = self._unreached(f"and `{expect.on}` had not happened") if self.ending.early else (False, 0, "")
-            return Finding(name, ok, None, unit, wanted, why or f"`{expect.on}` never happened")
+            ok, why = False, f"`{expect.on}` never happened"
+            if not self.ending.finished:
+                ok, _, why = self._unreached(f"and `{expect.on}` had not happened")
+            return Finding(name, ok, None, unit, wanted, why)
         found = self._judge_from_start(name, shifted_to(expect, start))
         return replace(found, wanted=wanted, why=f"{found.why}; `{expect.on}` at {start:.4g} s")
 
@@ -140,7 +137,7 @@ class _Judge:
         inside = [t for t in times if first - ROUNDING <= t <= last + ROUNDING or (expect.within is None)]
         if inside:
             return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_times_in_all(inside)}"
-        if self.ending.early and not self.ending.reached(last):
+        if not self.ending.finished and not self.ending.reached(last):
             return self._unreached("and it could still have happened")
         outside = expect.within is not None and times
         return True, 0.0, f"happened only outside, first at {times[0]:.4g} s" if outside else "never happened"
@@ -150,7 +147,7 @@ class _Judge:
         first = times[0] if times else None
         value = float(len(times)) if expect.count is not None else first
         finding = f"first happened at {first:.4g} s{_times_in_all(times)}" if first is not None else "never happened"
-        open_end = self.ending.early
+        open_end = not self.ending.finished
         if first is None and (expect.count is None or _count_range(expect.count)[0] > 0):
             _, until = span_of(expect.within, self.ending.duration)
             if open_end and not self.ending.reached(until):
@@ -191,7 +188,7 @@ class _Judge:
     def _judge_at(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
         if not len(self.time):
             return self._unreached("before its first frame")
-        if expect.at == "end" and self.ending.early:
+        if expect.at == "end" and not self.ending.finished:
             return self._unreached("before its end")
         at = moment(expect.at, self.time)
         if not self.ending.reached(at):
