@@ -80,8 +80,8 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     texts: list[str] = []
     loop = stub(
         [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
-        _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
-        _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
+        _try_attempt=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
+        _decide=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
         outcome=lambda state, why: LoopOutcome(state, why), attempts=Attempts(Path("none")),
     )  # fmt: skip
     ended = AgentLoop.work(loop, "name: a\n", "first version")

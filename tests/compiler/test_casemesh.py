@@ -19,7 +19,7 @@ def reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     confined = casemesh.call_confined
     monkeypatch.setattr(
-        casemesh, "confined", lambda do, path, *more: (found.append(path.name), confined(do, path, *more))[1]
+        casemesh, "call_confined", lambda do, path, *more: (found.append(path.name), confined(do, path, *more))[1]
     )
     forget()
     return found
