@@ -16,7 +16,7 @@ from typing import Any
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
 from text2sim.agents.deciding import open_case
-from text2sim.agents.existing_case import planned
+from text2sim.agents.existing_case import plan_of_case
 from text2sim.agents.models.tokens import text_tokens
 from text2sim.agents.planning import Request
 from text2sim.agents.revising import data_of
@@ -93,7 +93,7 @@ def letters(name: str, wish: str, told: dict[str, str], body: str) -> list[tuple
     """Return role, system prompt and question of the Planner's letter and those of the Writers."""
     path = CASES / name / "case.yaml"
     text = path.read_text("utf-8")
-    plan, desk, found = planned(text, name), Desk(), []
+    plan, desk, found = plan_of_case(text, name), Desk(), []
     agreement = Agreement(plan, lambda *event, **what: None)
     derived = examine(text, path).derived
 

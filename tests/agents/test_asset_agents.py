@@ -13,9 +13,9 @@ from PIL import ImageDraw
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import session as sessions
-from text2sim.agents.asset_agents import Supplies, supply
+from text2sim.agents.asset_agents import Supplies, make_asset
 from text2sim.agents.conversation import Conversation, RoleFailed
-from text2sim.agents.inputs import add_inputs, described
+from text2sim.agents.inputs import add_inputs, describe_assets
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Asset, CasePlan
@@ -58,7 +58,7 @@ def test_inputs_are_mended_checked_and_registered(files: Path, tmp_path: Path) -
     assert all(one.licence == "CC BY 4.0" and one.source == "user" for one in assets.values())
     assert not any(verify_manifest(case).values()), "the hashes are those of the files"
     assert assets["lift"].control["tilt"].range == (-1.0, 1.0)
-    crate, opened, lift, sketch = described(case, names)
+    crate, opened, lift, sketch = describe_assets(case, names)
     assert "0.2 x 0.3 x 0.4 m" in crate
     assert "closed: it can be rigid, static or soft" in crate
     assert opened.count("closed") >= 1
@@ -131,7 +131,7 @@ def supplied(tmp_path: Path, kind: str, body: str, *replies: str) -> tuple[Suppl
         endpoints, CallLog(case / "calls"), Account(), Budget(), lambda event, /, *, live=False, **what: None
     )
     asset = Asset.model_validate({"kind": kind, "body": body, "what": "something"})
-    return supply(chat, asset, PLAN, Request("Make it."), case), model
+    return make_asset(chat, asset, PLAN, Request("Make it."), case), model
 
 
 def test_the_mesh_agent_knows_what_its_body_takes(tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ def test_what_a_sketch_shows_is_told_in_coordinates(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)
     Picture.fromarray(noise).save(tmp_path / "photo.png")
     (case := tmp_path / "case").mkdir()
-    blocks, photo = described(case, add_inputs(case, [tmp_path / "blocks.png", tmp_path / "photo.png"], ""))
+    blocks, photo = describe_assets(case, add_inputs(case, [tmp_path / "blocks.png", tmp_path / "photo.png"], ""))
     assert "2 wide and 1 high" in blocks
     corners = re.findall(r"\(([\d.e-]+), ([\d.e-]+)\)", blocks.partition("part 1:")[2])
     points = np.array(corners, float)

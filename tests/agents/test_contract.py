@@ -2,7 +2,7 @@
 
 import pytest
 
-from text2sim.agents.contract import Contract, weakened
+from text2sim.agents.contract import Contract, weakened_bounds
 from text2sim.spec_schema.load import load_text
 
 CASE = """\
@@ -71,14 +71,14 @@ def test_its_subject_cannot_be_moved_by_decree(contract: Contract) -> None:
 
 def test_a_restatement_keeps_a_bound() -> None:
     old = {"low": {"measure": "height", "at": "end", "below": 0.3}}
-    assert weakened(old, {"low": {"measure": "height", "at": "end", "below": 0.25}}) == []
-    assert weakened(old, {"low": {"measure": "height", "at": "end"}})
-    assert weakened(old, {"new": {"measure": "height", "at": "end", "below": 1}})
+    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end", "below": 0.25}}) == []
+    assert weakened_bounds(old, {"low": {"measure": "height", "at": "end"}})
+    assert weakened_bounds(old, {"new": {"measure": "height", "at": "end", "below": 1}})
 
 
 def test_what_stands_for_several_goes_on_doing_so() -> None:
     old = {"low": {"measure": "height_${k}", "at": "end", "below": 0.3, "repeat": 3}}
-    assert "stands for 3" in weakened(old, {"low": old["low"] | {"repeat": 2}})[0]
+    assert "stands for 3" in weakened_bounds(old, {"low": old["low"] | {"repeat": 2}})[0]
     several = CASE.replace(
         'low: {measure: height, at: end, below: "${bound}"}',
         'low: {measure: height, at: end, below: "${bound + k}", repeat: 2}',

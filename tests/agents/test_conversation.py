@@ -9,11 +9,11 @@ import pytest
 
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import language
-from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import Message, ModelRequest, Reply
-from text2sim.agents.models.tokens import Beginnings, alike
+from text2sim.agents.models.tokens import Beginnings, common_prefix_length
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan, Critique
 
@@ -95,7 +95,7 @@ def test_nothing_is_asked_when_the_budget_is_spent(tmp_path: Path) -> None:
 
 def test_types_say_what_is_wrong_with_an_answer() -> None:
     with pytest.raises(Wrong) as caught:
-        typed(Critique)({"seen": "x", "score": 140, "verdict": "fine"})
+        typed_parser(Critique)({"seen": "x", "score": 140, "verdict": "fine"})
     said = " ".join(caught.value.reasons)
     assert "/score" in said
     assert "/verdict" in said
@@ -104,7 +104,7 @@ def test_types_say_what_is_wrong_with_an_answer() -> None:
 def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path) -> None:
     model = Scripted({"planner": [fenced("read: [net, hinge, net]"), fenced("read: [hinge, nothing]"), fenced("n: 3")]})
     asked = chat(tmp_path, model)
-    assert asked.ask("planner", "s", "q", number, more=PageRequests()) == 3
+    assert asked.ask("planner", "s", "q", number, read_pages=PageRequests()) == 3
     first, second, third = (request.messages for request in model.asked)
     assert second[: len(first)] == first
     assert third[: len(second)] == second
@@ -117,8 +117,8 @@ def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path
 
 
 def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
-    text, served = language.explained(sorted(language.known_kinds()))
-    assert len(text) < 1.3 * language.SERVED
+    text, served = language.explanations(sorted(language.known_kinds()))
+    assert len(text) < 1.3 * language.MAX_PAGES_SIZE
     assert 5 < len(served) < len(language.known_kinds())
     assert "No room for" in text
 
@@ -129,12 +129,12 @@ def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
 
     sent = Beginnings()
     long = "Rules of a game. " * 1000
-    assert sent.again("m", put(long, "q")) == 0
-    again = sent.again("m", put(long, "another q", "more"))
+    assert sent.cached_tokens("m", put(long, "q")) == 0
+    again = sent.cached_tokens("m", put(long, "another q", "more"))
     assert again > 1_024
     assert again % 128 == 0
-    assert sent.again("other model", put(long, "q")) == 0
-    assert sent.again("m", put("other " + long)) == 0, "another beginning"
+    assert sent.cached_tokens("other model", put(long, "q")) == 0
+    assert sent.cached_tokens("m", put("other " + long)) == 0, "another beginning"
     account = Account()
     account.add("critic", 1, Reply("", 5_000, 10, None, 0.0, "m"), again)
     assert account.as_dict()["total"]["again"] == again
@@ -144,9 +144,9 @@ def test_what_a_prompt_cache_can_serve_is_counted_apart() -> None:
 def test_beginnings_are_compared_in_blocks() -> None:
     """Letter by letter, Python needs some 0.1 s for two texts of 100,000 characters."""
     for one, other in (("", "a"), ("abc", "abc"), ("abc", "abd"), ("abcd", "ab"), ("xbc", "abc")):
-        assert alike(one, other) == len(os.path.commonprefix([one, other]))
+        assert common_prefix_length(one, other) == len(os.path.commonprefix([one, other]))
     one, started = "a" * 3_000_000, perf_counter()
-    assert alike(one + "b", one + "c") == len(one)
+    assert common_prefix_length(one + "b", one + "c") == len(one)
     assert perf_counter() - started < 0.1
 
 
@@ -164,7 +164,7 @@ def test_a_journal_keeps_each_thing_once(tmp_path: Path) -> None:
 
 
 def test_what_is_meant_is_taken_where_only_the_form_is_off() -> None:
-    plan = typed(CasePlan)(
+    plan = typed_parser(CasePlan)(
         {
             "name": "a", "event": "b", "assumptions": "one thing", "why": None, "assets": {"crane": {"kind": "mechanism", "what": "x"}},
         }

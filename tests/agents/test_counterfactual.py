@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from text2sim.agents.attempts import Attempt, Attempts
-from text2sim.agents.counterfactual import TITLE, compared, part_of, without
+from text2sim.agents.counterfactual import TITLE, case_without, compare_causes, part_of
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.revising import data_of
 from text2sim.harness import run
@@ -22,7 +22,7 @@ def plan(**more: Any) -> CasePlan:
 
 
 def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> None:
-    case = without(data_of(TEXT), ["ball"])
+    case = case_without(data_of(TEXT), ["ball"])
     assert list(case["bodies"]) == ["tin"]
     assert list(case["actions"]["measures"]) == ["away"]
     assert case["actions"]["events"] == {}
@@ -34,7 +34,7 @@ def test_all_that_refers_to_a_cause_goes_with_it_and_the_rest_stays_a_case() -> 
 def test_pairs_of_friction_go_with_their_bodies() -> None:
     case = data_of(TEXT)
     case["scene"]["contact"] = {"pairs": {"slick": {"between": ["ball", "tin"], "friction": 0.1}}}
-    assert without(case, ["ball"])["scene"]["contact"]["pairs"] == {}
+    assert case_without(case, ["ball"])["scene"]["contact"]["pairs"] == {}
 
 
 def test_an_effect_that_comes_without_its_cause_is_said() -> None:
@@ -46,17 +46,17 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
         return "finished", {"pushed": {"ok": pushed, "why": "0.4 m at 1.8 s"}}
 
     pushed = False
-    told = part_of(compared(made, TEXT, FILE, simulate))
+    told = part_of(compare_causes(made, TEXT, FILE, simulate))
     assert told.startswith(TITLE)
     assert "without `ball` `pushed` does not come true, as it must be (0.4 m at 1.8 s)" in told
     assert list(seen[0].bodies) == ["tin"]
     pushed = True
-    assert "`pushed` COMES TRUE AS WELL: no cause" in part_of(compared(made, TEXT, FILE, simulate))
+    assert "`pushed` COMES TRUE AS WELL: no cause" in part_of(compare_causes(made, TEXT, FILE, simulate))
 
 
 def test_what_has_to_stay_needs_no_cause() -> None:
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}, keeps=["pushed"])
-    told = part_of(compared(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}})))
+    told = part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}})))
     assert "COMES TRUE" not in told
 
 
@@ -69,13 +69,15 @@ def test_what_has_to_stay_needs_no_cause() -> None:
 )
 def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], said: str) -> None:
     made = plan(meets={"knocked": bound}, causes={"knocked": causes})
-    assert said in part_of(compared(made, TEXT, FILE, lambda loaded: ("finished", {})))
+    assert said in part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {})))
 
 
 @pytest.mark.parametrize(("state", "ok"), [("finished", None), ("diverged", False), ("timeout", False)])
 def test_a_run_without_the_cause_that_shows_nothing_is_no_proof(state: str, ok: bool | None) -> None:
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
-    told = part_of(compared(made, TEXT, FILE, lambda loaded: (state, {"pushed": {"ok": ok, "why": "not reached"}})))
+    told = part_of(
+        compare_causes(made, TEXT, FILE, lambda loaded: (state, {"pushed": {"ok": ok, "why": "not reached"}}))
+    )
     assert f"`pushed` could not be told (the run ended as: {state})" in told
 
 
@@ -84,7 +86,7 @@ def test_an_effect_with_repeat_is_looked_up_by_its_numbers() -> None:
     assert text != TEXT
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
     found = {f"pushed_{k}": {"ok": k == 1, "why": "0.4 m"} for k in (0, 1)}
-    told = part_of(compared(made, text, FILE, lambda loaded: ("finished", found)))
+    told = part_of(compare_causes(made, text, FILE, lambda loaded: ("finished", found)))
     assert "`pushed_0` does not come true" in told
     assert "`pushed_1` COMES TRUE AS WELL" in told
 
@@ -116,6 +118,6 @@ def test_a_case_that_cannot_be_without_it_is_said() -> None:
     load_text(placed, FILE)
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["floor"]})
     assert "without `floor` the case cannot be run" in part_of(
-        compared(made, placed, FILE, lambda loaded: ("finished", {}))
+        compare_causes(made, placed, FILE, lambda loaded: ("finished", {}))
     )
-    assert compared(plan(), TEXT, FILE, lambda loaded: ("finished", {})) == []
+    assert compare_causes(plan(), TEXT, FILE, lambda loaded: ("finished", {})) == []

@@ -8,13 +8,13 @@ import pytest
 from tests.agents.scripted import Scripted, fenced
 from tests.agents.test_conversation import chat
 from text2sim.agents.contract import Contract
-from text2sim.agents.conversation import typed
+from text2sim.agents.conversation import typed_parser
 from text2sim.agents.criticism import Exhibit, criticise, decision_to_film
 from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Critique, Mark
-from text2sim.agents.requirements import Requirement, of_wish, score, take_apart
-from text2sim.agents.run_summary import attempts_table, evidence_text, judgement
+from text2sim.agents.requirements import Requirement, of_wish, take_apart, weighted_score
+from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text
 
 REQUIRED = {
     "red": Requirement(what="the lid is red", importance=1),
@@ -93,7 +93,7 @@ def test_citations_of_nothing_do_not_cost_a_letter(tmp_path: Path) -> None:
     ("told", "mark"), [(1, 1), ("½", 0.5), ([0.5, "frame:1"], 0.5), ({"mark": "half"}, 0.5), (True, 1)]
 )
 def test_marks_in_any_spelling(told: Any, mark: float) -> None:
-    assert typed(Mark)(told).mark == mark
+    assert typed_parser(Mark)(told).mark == mark
 
 
 def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> None:
@@ -112,8 +112,8 @@ def test_a_short_wish_is_its_own_requirement() -> None:
 
 
 def test_the_score_weighs_by_importance() -> None:
-    assert score(REQUIRED, {"red": 1, "opens": 0}) == 25
-    assert score(REQUIRED, {"red": 1}) == 25
+    assert weighted_score(REQUIRED, {"red": 1, "opens": 0}) == 25
+    assert weighted_score(REQUIRED, {"red": 1}) == 25
 
 
 def test_earlier_judgements_and_the_way_of_expectations_are_told() -> None:
@@ -121,7 +121,7 @@ def test_earlier_judgements_and_the_way_of_expectations_are_told() -> None:
         "verdict": "repair", "score": 40, "summary": "Stronger.", "requirements": {"opens": {"mark": 0.5, "why": "half way"}},
         "failures": [{"what": "it stops"}], "patches": [{"section": "actions", "why": "2 N"}], "refused": ["on bodies: no"],
     }  # fmt: skip
-    told = judgement(1, "first version", critique, ["not taken: too strong"])
+    told = judgement_text(1, "first version", critique, ["not taken: too strong"])
     assert "`opens` 0.5: half way" in told
     assert "your patch on actions (2 N): not taken: too strong" in told
     assert "could not be applied: on bodies: no" in told

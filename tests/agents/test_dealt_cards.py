@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from text2sim.agents.dealt_cards import DealtCards, signs
+from text2sim.agents.dealt_cards import DealtCards, failure_signatures
 from text2sim.agents.replies import Fragments
 from text2sim.card_library.library import load_library
 
@@ -23,9 +23,9 @@ CHECKS = Fragments(
 
 def test_how_a_failure_shows_follows_from_what_was_missed() -> None:
     missed = {name: {"ok": False, "why": "never happened" if name == "lands" else "3 at 2 s"} for name in CHECKS.expect}
-    found = signs(CHECKS, missed, "`doll` leaves the picture at 0.8 s")
+    found = failure_signatures(CHECKS, missed, "`doll` leaves the picture at 0.8 s")
     assert {"event never happens", "count too small", "height too large", "leaves-picture"} <= found
-    assert signs(CHECKS, {name: {"ok": True} for name in CHECKS.expect}, "") == set()
+    assert failure_signatures(CHECKS, {name: {"ok": True} for name in CHECKS.expect}, "") == set()
 
 
 def test_cards_about_other_things_are_not_offered() -> None:

@@ -12,7 +12,7 @@ from text2sim.agents import revising
 from text2sim.agents import session as sessions
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
-from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
+from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import AttemptReport, Choices, decision_faults
 from text2sim.agents.loop import AgentLoop
@@ -62,7 +62,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
     )
     plan = CasePlan.model_validate(data(PLANNED))
     agreement.expect(plan, plan.checks.expect)
-    agreement.take_down(examine(CASE, Path("case.yaml")))
+    agreement.record_examined(examine(CASE, Path("case.yaml")))
     return agreement, told
 
 
@@ -175,7 +175,7 @@ def test_a_parameter_is_renamed_everywhere() -> None:
     examined = examine(text, Path("case.yaml"))
     assert not examined.errors
     assert agreement.breaches(examined) == []
-    agreement.take_down(examined)
+    agreement.record_examined(examined)
     assert told == [], "nothing was restated"
 
 
@@ -185,7 +185,7 @@ def test_further_expectations_stand_from_then_on_and_are_not_called_restated() -
     text = agreement.apply(CASE, Decision.model_validate(data(answer)))
     assert agreement.names == ("low", "fast")
     examined = examine(text, Path("case.yaml"))
-    agreement.take_down(examined)
+    agreement.record_examined(examined)
     assert agreement.restated == []
     assert [event for event, _ in told] == ["expected"]
     easier = text.replace("above: 1", "above: 0.1")
@@ -201,7 +201,7 @@ def test_a_measure_that_nothing_asks_for_any_more_is_not_called_restated() -> No
     decision = Decision.model_validate(
         {"action": "repair", "why": "x", "restate": {"why": "its top is meant", "checks": checks}}
     )
-    agreement.take_down(examine(agreement.apply(CASE, decision), Path("case.yaml")))
+    agreement.record_examined(examine(agreement.apply(CASE, decision), Path("case.yaml")))
     (row,) = agreement.restated
     assert row.startswith("expect `low` was ")
     assert "its top is meant" in row
@@ -228,12 +228,12 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     )
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
-    monkeypatch.setattr(made, "_decided", lambda *given, **more: decision)
+    monkeypatch.setattr(made, "_decide", lambda *given, **more: decision)
     monkeypatch.setattr(
-        made.workshop, "routed", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
+        made.workshop, "follow_routes", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
     )
     attempt = Attempt(1, CASE, "first version")
-    examined = made._doubted(attempt, examine(CASE, path), ["it asks for little"])
+    examined = made._settle_doubts(attempt, examine(CASE, path), ["it asks for little"])
     assert not examined.errors
     assert made.agreement.names == (("low",) if needed else ("low", "fast"))
     assert ("fast:" in attempt.text) is not needed
@@ -251,11 +251,11 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     made.path, made.agreement = path, agreed()[0]
     made.mending.agreement = made.agreement
     made.agreement.plan.keeps = ["low"]
-    made.workshop.fixed = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
-    assert ESTIMATE in {rule.id for rule in RULES}
-    guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=ESTIMATE)
+    made.workshop.fix_sections = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
+    assert DURATION_RULE in {rule.id for rule in RULES}
+    guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=DURATION_RULE)
     for pace in (0.0, 2.5):
-        made._told.clear()
+        made._known_warnings.clear()
         made.mending._warned.clear()
         made.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
         examined = examine(CASE, path)
@@ -280,23 +280,23 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
         made.workshop.unchanged = {"render": "it rolls in at 1 s"}
         return text, {}
 
-    made.workshop.fixed = fixed  # type: ignore
+    made.workshop.fix_sections = fixed  # type: ignore
     places = "/render/cameras/main", "/render/cameras/wide", "/render/cameras"
     examined = examine(CASE, path)
     for place, seen in zip(places, ("camera `main` does not", "camera `wide` does not", "no camera does"), strict=True):
         examined.warnings = [Problem(place, f"{seen} see `ball`", 1, 1, rule="unseen-subject", severity="warning")]
-        made.mending.considered(Attempt(1, CASE, "x"), examined, ())
-        assert made.mending.meant(examined.warnings) == {("unseen-subject", place): "it rolls in at 1 s"}
+        made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
+        assert made.mending.intended(examined.warnings) == {("unseen-subject", place): "it rolls in at 1 s"}
     assert len(letters) == 2, "it was said once that it is meant"
     assert "12 minutes are left for everything" in letters[1]
     other = Problem(places[0], "camera `main` does not see `post`", 1, 1, rule="unseen-subject", severity="warning")
     examined.warnings = [other]
-    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
     assert "`post`" in letters[2], "another subject is another matter"
     old = Problem(places[0], "camera `main` does not see `pole`", 1, 1, rule="unseen-subject", severity="warning")
     made.mending.inherit([old])
     examined.warnings = [old]
-    made.mending.considered(Attempt(1, CASE, "x"), examined, ())
+    made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, ())
     assert len(letters) == 4, "what a case had before is nobody's to mend"
 
 
@@ -316,11 +316,11 @@ def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
     made.made = [Attempt(1, CASE, "first version", pace=pace)]
     told: list[list[str]] = []
     give_up = Decision(action="give_up", why="x")
-    made._decided = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
+    made._decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
     examined = examine(CASE, made.path)
     examined.seconds = 300.0
     for _ in range(2):
-        made._doubted(Attempt(2, CASE, "x"), examined, [])
+        made._settle_doubts(Attempt(2, CASE, "x"), examined, [])
     assert len(told) == asked
     assert not asked or "estimated at 5 minutes (within a factor of three) of the 8 that are left" in told[0][0]
 

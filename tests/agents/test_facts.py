@@ -9,8 +9,8 @@ import pytest
 
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
-from text2sim.agents.conversation import Wrong, typed
-from text2sim.agents.facts import _TOLD, Fact, alike, called, claim_faults, found
+from text2sim.agents.conversation import Wrong, typed_parser
+from text2sim.agents.facts import _FACT_FUNCTIONS, Fact, claim_faults, color_name, compute_facts, matches_color
 from text2sim.agents.replies import FACTS, Claim
 from text2sim.agents.roles import PROMPTS
 from text2sim.spec_schema.load import load_text
@@ -72,7 +72,7 @@ def told(tmp_path: Path) -> Any:
     (run.folder / "visibility.json").write_text(json.dumps({"main": samples}))
 
     def tell(**claim: Any) -> Fact:
-        (fact,) = found({"it": [Claim(**claim)]}, load_text(CASE, tmp_path / "case.yaml"), run.folder)
+        (fact,) = compute_facts({"it": [Claim(**claim)]}, load_text(CASE, tmp_path / "case.yaml"), run.folder)
         return fact
 
     return tell
@@ -118,12 +118,12 @@ def test_a_fact_is_true_false_or_open(told: Any, claim: dict[str, Any], ok: bool
 
 
 def test_colours_go_by_everyday_words() -> None:
-    assert alike((0.70, 0.13, 0.13), "red")
-    assert alike((0.0, 0.45, 0.70), "blue")
-    assert not alike((0.0, 0.45, 0.70), "green")
-    assert not alike((0.5, 0.5, 0.5), "white")
-    assert alike((0.56, 0.59, 0.62), "steel")
-    assert called((0.0, 0.0, 0.0)) == "black (#000000)"
+    assert matches_color((0.70, 0.13, 0.13), "red")
+    assert matches_color((0.0, 0.45, 0.70), "blue")
+    assert not matches_color((0.0, 0.45, 0.70), "green")
+    assert not matches_color((0.5, 0.5, 0.5), "white")
+    assert matches_color((0.56, 0.59, 0.62), "steel")
+    assert color_name((0.0, 0.0, 0.0)) == "black (#000000)"
 
 
 @pytest.mark.parametrize("claim", [{}, {"count": "tin"}, {"color": "tin", "like": "blurple"}, {"seen": "a", "by": "b"},
@@ -131,7 +131,7 @@ def test_colours_go_by_everyday_words() -> None:
                                    {"touched": "tin", "by": "a", "never": True, "lasting": 1}])  # fmt: skip
 def test_what_is_no_fact_goes_back(claim: dict[str, Any]) -> None:
     with pytest.raises(Wrong):
-        typed(Claim)(claim)
+        typed_parser(Claim)(claim)
 
 
 def test_names_of_facts_are_those_of_the_plan() -> None:
@@ -155,7 +155,7 @@ def test_a_false_fact_cannot_be_marked_away(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("sort", FACTS)
 def test_every_sort_of_fact_is_told_and_offered(sort: str) -> None:
-    assert set(_TOLD) == set(FACTS)
+    assert set(_FACT_FUNCTIONS) == set(FACTS)
     for prompt in ("plan", "open"):
         assert f"{{{sort}: " in (PROMPTS / f"{prompt}.md.j2").read_text("utf-8")
     assert sort in Claim.model_fields

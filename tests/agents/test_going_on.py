@@ -36,7 +36,7 @@ def stub(drafts: list[Any], plans: list[Any], **more: Any) -> Any:
     )
     loop = SimpleNamespace(
         agreement=SimpleNamespace(planned_anew=False, plan=plan, names=()),
-        workshop=SimpleNamespace(drafted=lambda: taken(drafts), referred=[]),
+        workshop=SimpleNamespace(draft_sections=lambda: taken(drafts), referred=[]),
         request=SimpleNamespace(text="a ball"), _planned_anew=planned, asked=asked, plan=plan, **more,
     )  # fmt: skip
     return loop
@@ -44,7 +44,7 @@ def stub(drafts: list[Any], plans: list[Any], **more: Any) -> Any:
 
 def test_what_cannot_be_written_is_planned_in_a_simpler_way() -> None:
     loop = stub([RoleFailed("bodies", ["/bodies/ball: no shape"]), SECTIONS], [SimpleNamespace(possible="yes")])
-    assert "ball" in AgentLoop._drafted(loop)
+    assert "ball" in AgentLoop._draft_sections(loop)
     assert "the bodies gave no usable answer" in loop.asked[0]
     assert "simpler" in loop.asked[0]
 
@@ -52,11 +52,11 @@ def test_what_cannot_be_written_is_planned_in_a_simpler_way() -> None:
 def test_the_end_of_two_plans_says_all_reasons() -> None:
     failed = [RoleFailed("bodies", ["/bodies/ball: no shape"]), RoleFailed("planner", ["/event: missing"])]
     with pytest.raises(RoleFailed) as raised:
-        AgentLoop._drafted(stub(failed[:1], failed[1:]))
+        AgentLoop._draft_sections(stub(failed[:1], failed[1:]))
     assert "no shape" in raised.value.reasons[0]
     assert "/event: missing" in raised.value.reasons[1]
     with pytest.raises(RoleFailed):
-        AgentLoop._drafted(stub([failed[0], failed[0]], [SimpleNamespace(possible="yes")]))
+        AgentLoop._draft_sections(stub([failed[0], failed[0]], [SimpleNamespace(possible="yes")]))
 
 
 def test_a_loop_that_fails_says_why_under_what_is_unresolved() -> None:
@@ -81,8 +81,8 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     texts: list[str] = []
     loop = stub(
         [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
-        _try=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
-        _decided=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
+        _try_attempt=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
+        _decide=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
         outcome=lambda state, why: LoopOutcome(state, why), attempts=Attempts(Path("none")),
     )  # fmt: skip
     ended = AgentLoop.work(loop, "name: a\n", "first version")
@@ -95,7 +95,7 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted() -> None:
     styled: list[int] = []
     loop: Any = SimpleNamespace(
         made=[], chat=SimpleNamespace(attempt=0), limits=LoopLimits(), only_if_accepted=False,
-        _try=lambda attempt: None, _unbettered=lambda: 1, _styled=lambda attempt: styled.append(attempt.number),
+        _try_attempt=lambda attempt: None, _unbettered=lambda: 1, _styled=lambda attempt: styled.append(attempt.number),
         outcome=lambda state, why: LoopOutcome(state, why),
     )  # fmt: skip
     assert AgentLoop.work(loop, "name: a\n", "first version").state == "gave_up"

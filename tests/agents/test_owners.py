@@ -16,11 +16,11 @@ from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, examine, owner_of
 from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.deciding import AttemptReport, Choices, decision_faults, foreign
-from text2sim.agents.existing_case import planned
+from text2sim.agents.deciding import AttemptReport, Choices, decision_faults, foreign_operations
+from text2sim.agents.existing_case import plan_of_case
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
 from text2sim.agents.section_writer import _patched
-from text2sim.lint.rules import EARLIER, RULES, Rule
+from text2sim.lint.rules import EARLIER_RULES, RULES, Rule
 from text2sim.spec_schema.changes.diff import operations
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.case import Case
@@ -63,10 +63,10 @@ def test_every_part_has_an_owner_who_may_change_it(key: str) -> None:
         assert owner in (*SECTIONS, "plan")
         Refer.model_validate({"section": owner, "why": WHY})  # whoever is asked in error can pass it on
         if owner == "plan" and key:
-            assert foreign([{"op": "remove", "path": path}]) == []
+            assert foreign_operations([{"op": "remove", "path": path}]) == []
         elif key:
             assert owner == key, "the Writer of the section in which it stands"
-            assert foreign([{"op": "remove", "path": path}]), "and nobody else"
+            assert foreign_operations([{"op": "remove", "path": path}]), "and nobody else"
 
 
 @pytest.mark.parametrize("part", FROZEN_PARTS)
@@ -105,8 +105,8 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_duration_that_is_worked_out_is_no_error() -> None:
-    assert planned("scene: {duration: '${T}'}", "example").duration == 4.0
-    assert planned("scene: {duration: 2}", "example").duration == 2.0
+    assert plan_of_case("scene: {duration: '${T}'}", "example").duration == 4.0
+    assert plan_of_case("scene: {duration: 2}", "example").duration == 2.0
 
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
@@ -114,7 +114,7 @@ def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Pat
     before, path = data_of(rule.example), assets / "case.yaml"
     before["text2sim"] = 2
     text = format_text(json.dumps(before))
-    plan = planned(text, "example")
+    plan = plan_of_case(text, "example")
     found = examine(text, path)
     problems = [p for p in [*found.errors, *found.warnings] if p.rule == rule.id]
     assert problems
@@ -151,7 +151,7 @@ def test_what_a_rule_finds_can_be_mended_by_who_is_asked(rule: Rule, assets: Pat
     assert not [one for one in [*now.errors, *now.warnings] if one.rule == rule.id]
 
 
-@pytest.mark.parametrize("rule", EARLIER)
+@pytest.mark.parametrize("rule", EARLIER_RULES)
 def test_what_is_found_before_the_lint_can_be_waived(rule: str) -> None:
     text = format_text(json.dumps(data_of("{}") | {"waive": {rule: WHY}}))
     assert "waive" in revising.data_of(text)
@@ -224,7 +224,7 @@ def test_the_whole_case_is_sound() -> None:
 @pytest.mark.parametrize("kind", ["value", "key"])
 @pytest.mark.parametrize("section", [*SECTIONS, "plan"])
 def test_what_is_spoilt_anywhere_is_mended_by_who_is_asked(section: str, kind: str, tmp_path: Path) -> None:
-    plan, path = planned(json.dumps(WHOLE), "whole"), tmp_path / "case.yaml"
+    plan, path = plan_of_case(json.dumps(WHOLE), "whole"), tmp_path / "case.yaml"
     agreement = agreed(plan)
     seen = 0
     for way in WAYS:

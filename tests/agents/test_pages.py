@@ -7,7 +7,7 @@ from text2sim.compiler.film_lights import STUDIOS
 
 
 def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
-    rigid, soft = (language.pages("actions", kinds) for kinds in ({"attach", "drive"}, {"attach", "cloth"}))
+    rigid, soft = (language.reference_pages("actions", kinds) for kinds in ({"attach", "drive"}, {"attach", "cloth"}))
     assert "Between rigid bodies it is a weld" in rigid
     for word in ("clamps", "parachute", "curtain"):
         assert word in soft
@@ -15,7 +15,7 @@ def test_a_script_of_rigid_bodies_hears_nothing_of_what_deforms() -> None:
 
 
 def test_times_of_schedules_are_said_to_be_those_of_the_run_or_since_an_event() -> None:
-    page = language.pages("actions", {"drive", "force"})
+    page = language.reference_pages("actions", {"drive", "force"})
     assert (
         "Times are relative to the start of the run, also for a force with `during`, but to the event for a drive with `on`"
         in page
@@ -39,7 +39,7 @@ def test_the_planner_reads_how_parts_of_a_cloth_are_measured_and_what_expectatio
 
 
 def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
-    page = language.pages("render", {"still"})
+    page = language.reference_pages("render", {"still"})
     for name, words in (
         ("sunlight", "a sun of {:g}, {:.0f} deg high"),
         ("golden_hour", "a warm sun of {:g}, {:.0f} deg high"),
@@ -51,13 +51,13 @@ def test_where_the_sun_of_a_lighting_stands_is_said_as_it_is() -> None:
 
 def test_fields_that_no_writer_has_a_use_for_are_left_out() -> None:
     scene, film, bodies = (
-        language.pages(reader, {"rigid", "box", "still"}) for reader in ("scene", "render", "bodies")
+        language.reference_pages(reader, {"rigid", "box", "still"}) for reader in ("scene", "render", "bodies")
     )
     assert "- `seed`" not in scene
     assert "- `density`" not in scene, "a static needs no mass"
     assert "- `density`" in bodies
     assert "- `quality`" not in film
     assert "**Overlay.**" not in film
-    assert "A line of text at the lower left" in language.explained(["Overlay"])[0], (
+    assert "A line of text at the lower left" in language.explanations(["Overlay"])[0], (
         "whoever has to write into pictures asks"
     )

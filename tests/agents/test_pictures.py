@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.frame_choice import APART, FrameMoment, chosen, moments, with_attached
-from text2sim.agents.pictures import FRAMES, frame_sheet
+from text2sim.agents.frame_choice import MIN_INTERVAL, FrameMoment, choose_frames, moments, with_attached
+from text2sim.agents.pictures import MAX_FRAMES, frame_sheet
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
 
@@ -46,7 +46,10 @@ def shown(run: Path) -> dict[float, list[str]]:
     evidence = json.loads((run / "evidence.json").read_text())
     film = read_film((run / "program" / "render.py").read_text())
     pictures = frames(film, reels(film)[MAIN], 2.0)
-    return {round(one.frame.t, 2): one.said for one in chosen(list(moments(evidence, ACTIONS)), pictures, FRAMES)}
+    return {
+        round(one.frame.t, 2): one.reasons
+        for one in choose_frames(list(moments(evidence, ACTIONS)), pictures, MAX_FRAMES)
+    }
 
 
 ACTIONS = {
@@ -63,10 +66,10 @@ def test_events_stand_with_what_is_just_before_and_after_and_neighbours_are_drop
     assert "before hit" in found[0.64]
     assert any("after hit" in said for said in found.values())
     times = sorted(found)
-    assert len(times) == FRAMES
+    assert len(times) == MAX_FRAMES
     assert times[0] == 0
     assert times[-1] >= 1.9
-    assert all(after - before >= APART - 1e-9 for before, after in zip(times, times[1:], strict=False))
+    assert all(after - before >= MIN_INTERVAL - 1e-9 for before, after in zip(times, times[1:], strict=False))
 
 
 def test_extremes_are_shown_of_what_is_expected_and_the_deepest_overlap(run: Path) -> None:
@@ -129,7 +132,7 @@ def test_what_the_preview_leaves_out_is_said(run: Path) -> None:
 def test_pictures_come_from_the_film_at_those_times(run: Path) -> None:
     tell(run, hit=0.41)
     sheet, count, _ = frame_sheet(run)
-    assert count == FRAMES
+    assert count == MAX_FRAMES
     assert sheet is not None
     first = np.asarray(sheet)[4 + SIZE[1] * 3 // 4, 4 + SIZE[0] // 2, 0]
     assert abs(int(first) - 40) <= 2, "the film's first picture, not one that was kept"
@@ -149,7 +152,7 @@ def test_the_longest_time_without_a_picture_gets_one() -> None:
     """Everything that is measured happens early; what comes to pass between there and the end is shown all the same."""
     pictures = [Frame(k, "main", k * 0.05, 0.0, k * 0.05, k * 0.05, 0.0, 1.0) for k in range(141)]
     wanted = [FrameMoment(0.15 * k, f"event {k}") for k in range(1, 15)]
-    times = [one.frame.t for one in chosen(wanted, pictures, 12)]
+    times = [one.frame.t for one in choose_frames(wanted, pictures, 12)]
     assert len(times) == 12 and times[0] == 0.0 and times[-1] == 7.0
     assert max(np.diff(times)) < 7.0 / 2
 
@@ -166,5 +169,5 @@ def test_slow_motion_shows_what_is_nearer_to_each_other(speed: float, count: int
     step = speed / 25
     pictures = [Frame(k, "main", k * step, 0, k * step, k * step, 0, speed) for k in range(round(2 / step))]
     wanted = [FrameMoment(1.07, "landing"), FrameMoment(1.12, "min of squash")]
-    said = [one.said for one in chosen(wanted, pictures, 12) if one.said]
+    said = [one.reasons for one in choose_frames(wanted, pictures, 12) if one.reasons]
     assert len(said) == count

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.conversation import Wrong, typed
+from text2sim.agents.conversation import Wrong, typed_parser
 from text2sim.agents.language import body_kinds
 from text2sim.agents.models.parsing import read_reply
 from text2sim.agents.rehearsal import plan_faults
@@ -61,7 +61,7 @@ def faults(text: str, **changes: Any) -> list[str]:
             inner = inner[step]
         inner[last] = value
     try:
-        return plan_faults(typed(CasePlan)(data), Path("case.yaml"))
+        return plan_faults(typed_parser(CasePlan)(data), Path("case.yaml"))
     except Wrong as wrong:
         return wrong.reasons
 
@@ -238,7 +238,7 @@ def test_recorded_plans_pass() -> None:
 )  # fmt: skip
 def test_nothing_of_a_decision_is_without_effect(form: Any, data: dict[str, Any], about: str) -> None:
     with pytest.raises(Wrong) as wrong:
-        typed(form)(data)
+        typed_parser(form)(data)
     assert about in "\n".join(wrong.value.reasons)
 
 

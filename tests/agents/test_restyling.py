@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.restyling import TouchesPhysics, physics, restyled
+from text2sim.agents.restyling import TouchesPhysics, physics_digest, restyle
 
 PATH = Path("somewhere/case.yaml")
 CASE = """\
@@ -53,18 +53,18 @@ PHYSICS: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("operations", STYLE, ids=lambda rows: rows[0]["path"])
 def test_looks_and_film_change_and_the_physics_is_the_same(operations: list[Any]) -> None:
-    made = restyled(CASE, operations, PATH)
+    made = restyle(CASE, operations, PATH)
     assert made != CASE
-    assert physics(made, PATH) == physics(CASE, PATH)
+    assert physics_digest(made, PATH) == physics_digest(CASE, PATH)
 
 
 @pytest.mark.parametrize("operation", PHYSICS, ids=lambda row: f"{row['op']} {row['path']}")
 def test_whatever_touches_the_physics_is_refused(operation: Any) -> None:
     with pytest.raises(TouchesPhysics):
-        restyled(CASE, [*STYLE[0], operation], PATH)
+        restyle(CASE, [*STYLE[0], operation], PATH)
 
 
 def test_the_digest_is_what_tells_physics_apart() -> None:
     heavier = CASE.replace('radius: "${r}"}, pose', 'radius: "${r}"}, material: {density: 500}, pose')
-    assert physics(heavier, PATH) != physics(CASE, PATH)
-    assert physics(CASE.replace("[0.1, 0.5]", "[0.1, 0.6]"), PATH) != physics(CASE, PATH)
+    assert physics_digest(heavier, PATH) != physics_digest(CASE, PATH)
+    assert physics_digest(CASE.replace("[0.1, 0.5]", "[0.1, 0.6]"), PATH) != physics_digest(CASE, PATH)

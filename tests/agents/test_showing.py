@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.agents.attempts import Attempt
-from text2sim.agents.critic_view import exhibit, kept, only_looks
+from text2sim.agents.critic_view import critic_exhibit, only_looks, what_holds
 from text2sim.spec_schema.load import load_text
 
 TEXT = (Path(__file__).parent / "recorded" / "edit_colour" / "base.yaml").read_text("utf-8")
@@ -38,19 +38,21 @@ def test_a_body_called_look_is_a_body() -> None:
 def test_a_change_of_looks_is_shown_without_the_case() -> None:
     attempt = Attempt(1, TEXT.replace("color: gold", "color: green"), "as was wished", state="finished")
     attempt.expect = {"pushed": {"ok": True, "wanted": "w", "why": "0.3 m at 1.8 s"}}
-    shown = exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE)
+    shown = critic_exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE)
     assert shown.case == ""
     assert "green" in shown.evidence
     assert "all the evidence" not in shown.evidence
-    assert exhibit([attempt], attempt, "all the evidence", (), "", FILE).case == attempt.text
+    assert critic_exhibit([attempt], attempt, "all the evidence", (), "", FILE).case == attempt.text
     attempt.expect["pushed"]["ok"] = False
-    assert exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE).case == attempt.text, "something went wrong"
+    assert critic_exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE).case == attempt.text, (
+        "something went wrong"
+    )
 
 
 def test_owners_are_told_what_holds() -> None:
     attempt = Attempt(1, TEXT, "x")
     attempt.expect = {"pushed": {"ok": True, "why": "0.3 m"}, "late": {"ok": False, "why": "never"}}
     attempt.critique = {"requirements": {"red": {"mark": 1}, "fast": {"mark": 0.5}}}
-    rows = kept(attempt)
+    rows = what_holds(attempt)
     assert rows[:2] == ["pushed: 0.3 m", "requirement red is met"]
     assert not any("late" in row or "fast" in row for row in rows)

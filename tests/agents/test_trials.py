@@ -78,7 +78,7 @@ def test_after_its_trials_the_planner_decides_and_may_not_try_again(monkeypatch:
     )  # fmt: skip
     for name in ("_asked", "_announced", "_trials"):
         setattr(loop, name, getattr(AgentLoop, name).__get__(loop))
-    decision = AgentLoop._decided(loop, attempt, AttemptReport())
+    decision = AgentLoop._decide(loop, attempt, AttemptReport())
     assert decision.params == {"height": 2}
     assert asked == [("", 3), ("- {'height': 2}: finished", 0)]
 

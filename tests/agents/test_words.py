@@ -22,7 +22,9 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     """Runs a command in an empty folder and returns what the loop would be asked, by the folder of the case."""
     monkeypatch.chdir(tmp_path)
     begun: list[Any] = []
-    monkeypatch.setattr("text2sim.cli.generate._work", lambda session, as_json, film, minutes: begun.append(session))
+    monkeypatch.setattr(
+        "text2sim.cli.generate._run_session", lambda session, as_json, film, minutes: begun.append(session)
+    )
 
     def run(*arguments: str, typed: str | None = None) -> tuple[str, str]:
         done = CliRunner().invoke(app, [*arguments, *MODEL], input=typed)

@@ -11,7 +11,7 @@ from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
 from text2sim.agents.roles import ROLES, render, writer_prompt
-from text2sim.agents.section_writer import Unchanged, _kinds_for, change_section, reading, write_section
+from text2sim.agents.section_writer import Unchanged, _kinds_for, change_section, write_section, writer_pages
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -63,7 +63,7 @@ def test_verbs_name_kinds_in_any_form_and_names_of_bodies_name_none() -> None:
     found = _kinds_for("actions", plan, "The arm drives the spin, which is released at 1 s.")
     assert {"drive", "release"} <= found
     assert "spin" not in found
-    assert "- `release`" in language.named("actions", "Let it be released later.")
+    assert "- `release`" in language.named_reference("actions", "Let it be released later.")
 
 
 def test_another_section_is_not_taken(tmp_path: Path) -> None:
@@ -144,27 +144,27 @@ def test_the_colours_that_are_told_are_known() -> None:
 
 
 def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
-    pages = reading("bodies", PLAN)
+    pages = writer_pages("bodies", PLAN)
     assert "- `sphere`:" in pages
     assert "- `funnel`:" not in pages
     assert "`funnel`" in pages, "that there is more is said"
     assert "SoftMaterial" not in pages
     assert "range_deg" not in pages, "nothing is mounted"
-    sizes = {section: len(reading(section, PLAN)) for section in SECTIONS}
+    sizes = {section: len(writer_pages(section, PLAN)) for section in SECTIONS}
     assert sum(sizes.values()) < 31_000, sizes
-    assert len(language.pages("bodies")) > 3 * len(pages)
+    assert len(language.reference_pages("bodies")) > 3 * len(pages)
 
 
 def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
     agreed = PLAN.model_copy(update={"shared": ["torque that is needed: 93 N m; friction 0.5"]})
-    actions = reading("actions", agreed)
+    actions = writer_pages("actions", agreed)
     assert "- `torque`:" not in actions, "a unit is no control"
-    hold = reading("actions", agreed.model_copy(update={"briefs": {"actions": "Two holds (`attach`)."}}))
+    hold = writer_pages("actions", agreed.model_copy(update={"briefs": {"actions": "Two holds (`attach`)."}}))
     assert "- `attach`:" in hold
     assert "deform" not in hold.partition("- `attach`:")[2].partition("- `to`")[0].partition("  - ")[2], (
         "nothing deforms"
     )
-    assert "noslip" not in reading("scene", agreed)
+    assert "noslip" not in writer_pages("scene", agreed)
 
 
 def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:
@@ -210,7 +210,7 @@ def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
 def test_a_change_hears_of_what_it_changes_and_of_nothing_that_is_not_there(
     section: str, instruction: str, there: set[str], told: tuple[str, ...], left_out: tuple[str, ...], most: int
 ) -> None:
-    page = language.named(section, instruction, there)
+    page = language.named_reference(section, instruction, there)
     assert [word for word in told if word not in page] == []
     assert [word for word in left_out if word in page] == []
     assert len(page) < most

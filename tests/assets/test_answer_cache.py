@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from text2sim.assets import answer_cache as memory
-from text2sim.assets.answer_cache import cached, cached_net, packed
+from text2sim.assets.answer_cache import cached_answer, cached_net, packed
 from text2sim.assets.inspection import inspect_model
 from text2sim.assets.mechanism import load_mechanism
 
@@ -36,7 +36,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_is_asked_once(cache: Path) -> None:
     ask = Asked()
-    assert cached([b"a", b"b"], MEMBERS, ask) == cached([b"a", b"b"], MEMBERS, ask) == ANSWER
+    assert cached_answer([b"a", b"b"], MEMBERS, ask) == cached_answer([b"a", b"b"], MEMBERS, ask) == ANSWER
     assert ask.times == 1
     assert [path.suffix for path in cache.iterdir()] == [".json"]
 
@@ -44,10 +44,10 @@ def test_is_asked_once(cache: Path) -> None:
 def test_any_other_content_is_another_question(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ask = Asked()
     for question in ([b"ab"], [b"a", b"b"], [b"", b"ab"], [b"b", b"a"]):
-        cached(question, MEMBERS, ask)
+        cached_answer(question, MEMBERS, ask)
     assert ask.times == 4
     monkeypatch.setattr(memory, "_version", lambda name: "99")
-    cached([b"ab"], MEMBERS, ask)
+    cached_answer([b"ab"], MEMBERS, ask)
     assert ask.times == 5, "another version of MuJoCo may say something else"
 
 
@@ -56,31 +56,31 @@ def test_any_other_content_is_another_question(cache: Path, monkeypatch: pytest.
 )
 def test_odd_answers_are_not_believed(cache: Path, text: str) -> None:
     ask = Asked()
-    cached([b"a"], MEMBERS, ask)
+    cached_answer([b"a"], MEMBERS, ask)
     (path,) = cache.iterdir()
     path.write_text(text)
-    assert cached([b"a"], MEMBERS, ask) == ANSWER
+    assert cached_answer([b"a"], MEMBERS, ask) == ANSWER
     assert ask.times == 2
     assert json.loads(path.read_text()) == ANSWER, "the right one is kept instead"
 
 
 def test_faults_and_refusals_are_not_kept(cache: Path) -> None:
     with pytest.raises(KeyError):
-        cached([b"a"], MEMBERS, Asked(KeyError("no")))
-    assert cached([b"a"], MEMBERS, Asked({"error": "is refused"})) == {"error": "is refused"}
+        cached_answer([b"a"], MEMBERS, Asked(KeyError("no")))
+    assert cached_answer([b"a"], MEMBERS, Asked({"error": "is refused"})) == {"error": "is refused"}
     assert not cache.exists()
 
 
 def test_nothing_is_needed_to_write_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
-    assert cached([b"a"], MEMBERS, Asked()) == ANSWER
+    assert cached_answer([b"a"], MEMBERS, Asked()) == ANSWER
 
 
 def test_the_oldest_go(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "MAX_ANSWERS", 3)
     for number in range(6):
-        cached([b"%d" % number], MEMBERS, Asked())
+        cached_answer([b"%d" % number], MEMBERS, Asked())
     assert len(list(cache.iterdir())) == 3
 
 

@@ -22,7 +22,7 @@ from text2sim.assets.manifest import (
     verify_manifest,
 )
 from text2sim.assets.mesh_repair import RepairGoal
-from text2sim.assets.safe_write import keep, place_in
+from text2sim.assets.safe_write import place_in, write_asset
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.text.source import Source
 
@@ -104,7 +104,7 @@ def test_what_is_no_manifest_is_refused(text: str):
 
 def test_files_that_changed_are_found(tmp_path: Path):
     (tmp_path / "box.stl").write_bytes(bytes(trimesh.creation.box((1, 2, 3)).export(file_type="stl")))
-    add(tmp_path, tmp_path / "box.stl", "box", wish=RepairGoal(size=0.3), licence="CC0")
+    add(tmp_path, tmp_path / "box.stl", "box", goal=RepairGoal(size=0.3), licence="CC0")
     asset = read_manifest(tmp_path).assets["box"]
     assert asset.size == pytest.approx((0.1, 0.2, 0.3))
     assert (asset.closed, asset.triangles, asset.licence) == (True, 12, "CC0")
@@ -136,7 +136,7 @@ def test_nothing_is_written_outside_of_the_case(tmp_path: Path, file: str):
     os.symlink(tmp_path, case / "link")
     os.symlink(tmp_path / "elsewhere", case / "assets" / "out")
     with pytest.raises(AssetError):
-        keep(case, file, b"x")
+        write_asset(case, file, b"x")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case"]
 
 

@@ -12,7 +12,7 @@ from PIL import Image
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
-from text2sim.assets.confined import environment
+from text2sim.assets.confined import environment_without_keys
 from text2sim.assets.mesh_intake import read_surface
 from text2sim.assets.mesh_output import mesh_bytes
 from text2sim.assets.mesh_repair import RepairGoal, parse_size, repair
@@ -323,4 +323,4 @@ def test_a_material_beside_the_file_is_read(tmp_path: Path):
 def test_the_child_gets_no_keys(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MESHY_API_KEY", "secret")
     monkeypatch.setenv("SOME_TOKEN", "secret")
-    assert "secret" not in environment().values()
+    assert "secret" not in environment_without_keys().values()

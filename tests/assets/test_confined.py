@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from text2sim.assets import confined as module
-from text2sim.assets.confined import confined
+from text2sim.assets.confined import call_confined
 from text2sim.spec_schema.errors import AssetError
 
 
@@ -33,10 +33,10 @@ def found_by_a_child(monkeypatch: Any) -> None:
 def test_a_small_file_is_read_here_and_a_large_one_elsewhere(tmp_path: Path) -> None:
     path = tmp_path / "mesh.obj"
     path.write_bytes(b"x" * 100)
-    assert confined(read, path, "") == (100, os.getpid())
-    path.write_bytes(b"x" * (module.SMALL + 1))
-    size, process = confined(read, path, "")
-    assert size == module.SMALL + 1
+    assert call_confined(read, path, "") == (100, os.getpid())
+    path.write_bytes(b"x" * (module.MAX_LOCAL_SIZE + 1))
+    size, process = call_confined(read, path, "")
+    assert size == module.MAX_LOCAL_SIZE + 1
     assert process != os.getpid()
 
 
@@ -47,12 +47,12 @@ def test_a_small_file_is_read_here_and_a_large_one_elsewhere(tmp_path: Path) -> 
 def test_a_reader_that_fails_is_a_refusal(tmp_path: Path, wish: str, words: str) -> None:
     (tmp_path / "mesh.obj").write_bytes(b"")
     with pytest.raises(AssetError) as refused:
-        confined(read, tmp_path / "mesh.obj", wish, large=True)
+        call_confined(read, tmp_path / "mesh.obj", wish, large=True)
     assert words in str(refused.value)
 
 
 def test_a_reader_that_takes_for_ever_is_stopped(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.04)
+    monkeypatch.setattr(module, "WALL_TIME_FACTOR", 0.04)
     (tmp_path / "mesh.obj").write_bytes(b"")
     with pytest.raises(AssetError, match="takes more than"):
-        confined(read, tmp_path / "mesh.obj", "spin", large=True)
+        call_confined(read, tmp_path / "mesh.obj", "spin", large=True)

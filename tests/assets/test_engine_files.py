@@ -36,7 +36,7 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "secret.obj").write_text(PYRAMID)
     (tmp_path / "secret.xml").write_text("<mujoco/>")
     monkeypatch.setattr(engine_files, "engine_assets", lambda: root.resolve())
-    engine_files._listed.cache_clear()
+    engine_files._list_files.cache_clear()
     return root
 
 

@@ -213,7 +213,7 @@ def test_a_damaged_ledger_is_not_paid_over(tmp_path: Path, server: MeshyServer):
 def test_a_made_mesh_is_mended_and_registered(tmp_path: Path, server: MeshyServer):
     from text2sim.assets.mesh_repair import RepairGoal
 
-    added = generate(tmp_path, "teapot", WISH, client(tmp_path, server), wish=RepairGoal(size=0.3))
+    added = generate(tmp_path, "teapot", WISH, client(tmp_path, server), goal=RepairGoal(size=0.3))
     assert added.asset.source == "meshy"
     assert added.asset.prompt == "a ceramic teapot"
     assert max(added.asset.size or ()) == pytest.approx(0.3)

@@ -11,7 +11,7 @@ import trimesh
 from PIL import Image
 from typer.testing import CliRunner
 
-from text2sim.asset_intake.mechanism_check import check_mechanism, preview
+from text2sim.asset_intake.mechanism_check import check_mechanism, draw_preview
 from text2sim.asset_intake.mesh_import import import_into_engine
 from text2sim.asset_intake.probe import probe
 from text2sim.asset_intake.register import add
@@ -79,7 +79,7 @@ def test_a_mechanism_of_the_language_is_told_as_it_is():
 
 
 def test_a_mechanism_is_drawn(arm: Path):
-    picture = np.asarray(Image.open(BytesIO(preview(arm, size=(160, 120)))).convert("L"), float)
+    picture = np.asarray(Image.open(BytesIO(draw_preview(arm, size=(160, 120)))).convert("L"), float)
     assert picture.shape == (120, 160)
     assert picture.min() < 200, "there is something darker than the ground"
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from text2sim.card_library.library import BUILT_IN, load_library
-from text2sim.card_library.retrieval import find_cards, words
+from text2sim.card_library.retrieval import find_cards, index_words
 
 LIBRARY = load_library([BUILT_IN])
 
@@ -68,6 +68,6 @@ def test_order_is_the_same_each_time_and_limited() -> None:
 
 
 def test_forms_of_a_word_meet() -> None:
-    assert words("Tunnels, tunnelled; the tunnelling") == ["tunnel"] * 3
-    assert words("slips slipping slipped") == ["slip"] * 3
-    assert words("gas is a") == ["gas"]
+    assert index_words("Tunnels, tunnelled; the tunnelling") == ["tunnel"] * 3
+    assert index_words("slips slipping slipped") == ["slip"] * 3
+    assert index_words("gas is a") == ["gas"]

@@ -16,7 +16,7 @@ from handmade import Cli
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.exchange import Message, ModelError, ModelRequest
 from text2sim.agents.models.mailbox import Mailbox
-from text2sim.assets.safe_write import keep
+from text2sim.assets.safe_write import write_asset
 from text2sim.cli import failure
 from text2sim.evidence.evidence import judge
 from text2sim.evidence.plots import PlotLine, plot_series
@@ -26,7 +26,7 @@ from text2sim.revision.installation import install
 from text2sim.revision.repository import run_git
 from text2sim.service import exits
 from text2sim.service.examined import Examined
-from text2sim.service.phrases import reason
+from text2sim.service.phrases import user_message
 from text2sim.spec_schema.errors import MachineError, RunError
 from text2sim.spec_schema.load import load_case
 from text2sim.spec_schema.whole_files import naming, write_atomically
@@ -167,7 +167,7 @@ INSIDE = {
     "legibility.json": lambda folder, case: save(folder / "legibility.json", lambda part: part.write_text("x" * 200)),
     "journal.jsonl": lambda folder, case: Journal(folder / "journal.jsonl")("asked", text="x" * 200),
     "planner-01.request.md": _letter,
-    "assets/it.obj": lambda folder, case: keep(folder, "assets/it.obj", b"v 0 0 0\n" * 100),
+    "assets/it.obj": lambda folder, case: write_asset(folder, "assets/it.obj", b"v 0 0 0\n" * 100),
 }
 
 
@@ -179,7 +179,7 @@ def test_every_writer_names_its_file(
     with pytest.raises((OSError, ModelError)) as met:
         INSIDE[name](folder, case)
     error = met.value
-    assert name in (reason(error) if isinstance(error, OSError) else str(error))
+    assert name in (user_message(error) if isinstance(error, OSError) else str(error))
     assert not [path for path in folder.rglob("*") if path.name.endswith(".part")]
 
 

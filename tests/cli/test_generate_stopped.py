@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from text2sim.cli.generate import _work
+from text2sim.cli.generate import _run_session
 
 
 def test_a_stopped_loop_says_what_was_spent_and_how_to_go_on(
@@ -18,5 +18,5 @@ def test_a_stopped_loop_says_what_was_spent_and_how_to_go_on(
     account = SimpleNamespace(total=lambda: SimpleNamespace(tokens=12_345))
     session = SimpleNamespace(case=tmp_path / "cases" / "swing", run=run, account=account)
     with pytest.raises(KeyboardInterrupt):
-        _work(session, False, "none", None)  # type: ignore[arg-type]
+        _run_session(session, False, "none", None)  # type: ignore[arg-type]
     assert "stopped after 12,345 tokens; `--resume cases/swing` continues" in capsys.readouterr().err

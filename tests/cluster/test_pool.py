@@ -7,7 +7,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from text2sim.cluster.estimate import in_words, measured
+from text2sim.cluster.estimate import in_words, measured_needs
 from text2sim.cluster.pool import run_local
 from text2sim.cluster.task import Needs, Task
 from text2sim.recording.record import RunRecord
@@ -77,7 +77,7 @@ def test_an_estimate_is_the_mean_of_what_was_measured(tmp_path):
         (tmp_path / f"fall-{number}").mkdir()
         record = RunRecord("fall", "finished", {}, timings={"simulate": seconds}, peak_memory=10**9)
         record.write(tmp_path / f"fall-{number}")
-    needs = measured(tmp_path)["fall"]
+    needs = measured_needs(tmp_path)["fall"]
     assert (needs.seconds, needs.memory) == (60.0, 1_700_000_000)
     words = in_words([Task("", needs=needs)] * 3 + [Task("")], 2)
     # 4 tasks of 60 s on 2 workers are 120 s; 240 s of a core are 1/15 h, at 0.05 USD an hour

@@ -17,16 +17,16 @@ def reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the files that were read, in a user's cache of its own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     found: list[str] = []
-    confined = casemesh.confined
+    confined = casemesh.call_confined
     monkeypatch.setattr(
-        casemesh, "confined", lambda do, path, *more: (found.append(path.name), confined(do, path, *more))[1]
+        casemesh, "call_confined", lambda do, path, *more: (found.append(path.name), confined(do, path, *more))[1]
     )
     forget()
     return found
 
 
 def forget() -> None:
-    for memory in (casemesh._both, casemesh._mesh, casemesh._paint):
+    for memory in (casemesh._read_mesh_and_paint, casemesh._mesh, casemesh._paint):
         memory.cache_clear()
 
 

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from text2sim.compiler.build import compile_case, plan_case
-from text2sim.compiler.emit import COPIED, COPIED_SOFT, MODULES
+from text2sim.compiler.emit import COPIED_MODULES, COPIED_SOFT, MODULES
 from text2sim.compiler.emit_actions import COPIED_ACTIONS
 from text2sim.compiler.literal import Code, comment, identifier, literal
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case
 
-PROGRAM = (*MODULES, *COPIED, *COPIED_SOFT, *COPIED_ACTIONS, "cloth_friction.py")
+PROGRAM = (*MODULES, *COPIED_MODULES, *COPIED_SOFT, *COPIED_ACTIONS, "cloth_friction.py")
 # `quadrants`, the compiler of the engine, and `torch` come with it.
 ALLOWED = {
     "genesis",

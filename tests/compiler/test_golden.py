@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.compiler.build import compile_case
-from text2sim.compiler.emit import COPIED, COPIED_SOFT
+from text2sim.compiler.emit import COPIED_MODULES, COPIED_SOFT
 from text2sim.compiler.emit_actions import COPIED_ACTIONS
 from text2sim.spec_schema.load import load_case
 
@@ -28,7 +28,7 @@ CASES = sorted(path.parent for path in (ROOT.parent / "cases").glob("*/case.yaml
 def test_program_is_golden(case: Path, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     compile_case(load_case(case), tmp_path)
     paths = {str(p.relative_to(tmp_path)): p for p in sorted(tmp_path.rglob("*")) if p.is_file()}
-    paths = {name: path for name, path in paths.items() if name not in (*COPIED, *COPIED_SOFT, *COPIED_ACTIONS)}
+    paths = {name: path for name, path in paths.items() if name not in (*COPIED_MODULES, *COPIED_SOFT, *COPIED_ACTIONS)}
     made = {name: path.read_text() for name, path in paths.items() if path.suffix in PRINTED}
     made["others.txt"] = "".join(f"{name}\n" for name in paths if name not in made)
     update = request.config.getoption("--update-goldens")

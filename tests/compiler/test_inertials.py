@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.piece import Piece, cone_piece, wall_pieces
 from text2sim.compiler.shapes.rotation import quat_from_axis_angle
 from text2sim.compiler.trees.carried import carried_links
@@ -57,16 +57,16 @@ def test_an_inertial_moves_and_turns_with_its_frame() -> None:
 
 def test_inertials_together_balance_at_their_common_centre() -> None:
     a, b = Inertial(1.0, (0.0, 0.0, 0.0), (0.0,) * 6), Inertial(3.0, (1.0, 0.0, 0.0), (0.0,) * 6)
-    both = together([a, b])
+    both = combined_inertial([a, b])
     assert both.mass == 4.0
     assert both.center == pytest.approx((0.75, 0.0, 0.0))
     assert both.about(both.center, Z) == pytest.approx(1 * 0.75**2 + 3 * 0.25**2)
-    assert together([]).mass == 0.0
+    assert combined_inertial([]).mass == 0.0
 
 
 def test_a_tube_of_staves_and_a_cone_are_near_the_round_ones() -> None:
     staves = [piece_inertial(p, 1.0) for p in wall_pieces((0.2, 0.25), (0.2, 0.25), -0.3, 0.3, 24)]
-    tube = together(staves)
+    tube = combined_inertial(staves)
     assert tube.about(O, Z) / tube.mass == pytest.approx((0.2**2 + 0.25**2) / 2, rel=0.02)
     cone = piece_inertial(cone_piece(0.3, 0.8), 1.0)
     assert cone.center[2] == pytest.approx(-0.2)  # a quarter of its height above its foot

@@ -12,7 +12,7 @@ from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import RegionError, region_points
-from text2sim.compiler.shapes.remesh import divided
+from text2sim.compiler.shapes.remesh import split_long_edges
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
 from text2sim.compiler.shapes.softmesh import SoftMesh, soft_surface, write_obj
 from text2sim.compiler.shapes.tets import tet_options
@@ -213,7 +213,7 @@ class TestMeshFiles:
         from scipy.spatial import Delaunay
 
         faces = Delaunay(vertices[:, :2]).simplices
-        fine, net, _ = divided(vertices, faces, 0.05)
+        fine, net, _ = split_long_edges(vertices, faces, 0.05)
         before, after = (surface_faults(SoftMesh(v, f.astype(np.int32))) for v, f in ((vertices, faces), (fine, net)))
         assert after.crowded_edges == 0
         assert after.open_edges >= before.open_edges

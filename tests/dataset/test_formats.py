@@ -17,7 +17,7 @@ from text2sim.dataset.build import Writer
 from text2sim.dataset.item import film_of
 from text2sim.dataset.recipe import Film, Recipe
 from text2sim.dataset.simulate import DrawResult
-from text2sim.dataset.tables import BATCH
+from text2sim.dataset.tables import BATCH_ROWS
 from text2sim.recording.film_record import read_recording
 
 
@@ -104,7 +104,7 @@ def test_memory_does_not_grow_with_the_items(recipe: Recipe, take: Take, tmp_pat
         tracemalloc.stop()
     assert pq.read_table(tmp_path / "120/frames").num_rows == 960
     (table,) = (tmp_path / "120/frames").glob("*.parquet")
-    assert pq.ParquetFile(table).num_row_groups == 960 // BATCH + 1, "rows are written before there are many"
+    assert pq.ParquetFile(table).num_row_groups == 960 // BATCH_ROWS + 1, "rows are written before there are many"
     assert peaks[2] - peaks[1] < 80 * 20_000, "what is known of each is a note of how it moves"
 
 

@@ -9,8 +9,8 @@ import pytest
 import yaml
 from crates import Take
 
-from text2sim.dataset.balance import balanced, guess_by_words
-from text2sim.dataset.questions import ItemScene, ask, cause_in_words, what_if
+from text2sim.dataset.balance import balanced_questions, guess_by_words
+from text2sim.dataset.questions import ItemScene, candidate_questions, cause_in_words, what_if
 from text2sim.dataset.review import read_decisions, write_review
 from text2sim.spec_schema.errors import SpecError
 
@@ -20,7 +20,7 @@ HIT = {"kind": "contact", "name": None, "between": ["crate", "ball"], "time": 0.
 def asked(take: Take, *events: dict, speed: float = 1.0, key: str = "a") -> dict[str, dict]:
     item = take(key, speed=speed)
     (item.folder / "events.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
-    return {row["question"]: row for row in ask(item.row, item.frames, item.folder)}
+    return {row["question"]: row for row in candidate_questions(item.row, item.frames, item.folder)}
 
 
 def test_answers_and_evidence_are_those_of_the_recording(take: Take) -> None:
@@ -45,7 +45,7 @@ def test_what_starts_at_the_same_time_and_is_slower_does_not_start_later(take: T
         late = np.maximum(states["time"] - 0.1 * wait, 0)
         states["pos"][:, 2, 2] = 0.3 + speed * late  # slower than the crate
         np.savez(item.folder / "states.npz", **states)
-        rows = {row["question"]: row for row in ask(item.row, item.frames, item.folder)}
+        rows = {row["question"]: row for row in candidate_questions(item.row, item.frames, item.folder)}
         assert (question in rows) == asked_about
     assert rows[question]["right"] == "“crate”"
 
@@ -59,9 +59,9 @@ def test_what_a_thing_lies_on_is_not_what_it_touches_first(take: Take) -> None:
 def test_a_film_with_a_replay_is_not_asked_what_has_happened_by_a_picture(take: Take) -> None:
     item = take("a")
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
-    assert ask(item.row, item.frames, item.folder)
+    assert candidate_questions(item.row, item.frames, item.folder)
     item.frames[7]["time"] = 0.2
-    assert not ask(item.row, item.frames, item.folder)
+    assert not candidate_questions(item.row, item.frames, item.folder)
 
 
 def test_only_what_is_tall_falls_over(take: Take) -> None:
@@ -78,7 +78,7 @@ def test_a_touch_that_no_picture_shows_is_not_asked_about(take: Take) -> None:
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
     for thing in item.frames[5]["objects"]:
         thing["share"] = 0.0
-    rows = ask(item.row, item.frames, item.folder)
+    rows = candidate_questions(item.row, item.frames, item.folder)
     assert "yes" not in {row["right"] for row in rows}
     assert not any("Will “ball” touch “crate”" in row["question"] for row in rows)
 
@@ -89,7 +89,7 @@ def test_what_is_not_seen_is_not_asked_about(take: Take) -> None:
     for frame in item.frames:
         for thing in frame["objects"]:
             thing["hidden"] = 0.9 if thing["name"] == "ball" else thing["hidden"]
-    assert not any("ball" in row["question"] for row in ask(item.row, item.frames, item.folder))
+    assert not any("ball" in row["question"] for row in candidate_questions(item.row, item.frames, item.folder))
 
 
 def test_a_paired_run_answers_what_would_be(take: Take) -> None:
@@ -131,9 +131,9 @@ def count(rows: list[dict]) -> dict[tuple[str, str, str], Counter]:
 def test_answers_of_another_case_are_no_distractors() -> None:
     row = {"split": "train", "kind": "touches_first", "question": "What does it touch first?", "evidence": "{}"}
     rows = [row | {"case": case, "key": case, "right": right} for case, right in (("a", "cue"), ("b", "box"))]
-    assert not [*balanced(rows, count(rows), 1)]
+    assert not [*balanced_questions(rows, count(rows), 1)]
     rows.append(rows[0] | {"key": "c", "right": "floor"})
-    assert [{*one["choices"]} for one in balanced(rows, count(rows), 1)] == [{"cue", "floor"}] * 2
+    assert [{*one["choices"]} for one in balanced_questions(rows, count(rows), 1)] == [{"cue", "floor"}] * 2
 
 
 def test_words_alone_are_no_better_than_chance() -> None:
@@ -143,7 +143,7 @@ def test_words_alone_are_no_better_than_chance() -> None:
     found = guess_by_words(plain, [row["case"] for row in rows])
     assert found["by_words"] > 0.85, "the classifier finds what there is to be found"
     assert found["by_wording"] > 0.9 and found["by_chance"] == 0.5
-    kept = list(balanced(rows, count(rows), 1))
+    kept = list(balanced_questions(rows, count(rows), 1))
     assert len(kept) > 40
     assert not any("door" in row["question"] for row in kept), "what has one answer only is not asked"
     found = guess_by_words(kept, [case_of[row["key"]] for row in kept])

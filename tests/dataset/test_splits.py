@@ -18,7 +18,7 @@ from text2sim.dataset.check import check_dataset
 from text2sim.dataset.curation import Likeness
 from text2sim.dataset.recipe import Recipe, parse_recipe
 from text2sim.dataset.simulate import DrawResult
-from text2sim.dataset.splits import deal
+from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import SCHEMAS
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import Source
@@ -141,7 +141,7 @@ def test_sources_are_dealt_as_wholes_near_their_shares() -> None:
     recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources:\n{rows}", "r.yaml"))
     sizes = {f"s{k}": 10 + k for k in range(9)} | {"fixed": 15}
     jobs = [(name, f"case_{name}") for name, size in sizes.items() for _ in range(size)]
-    splits = deal(recipe, jobs)
+    splits = deal_splits(recipe, jobs)
     assert splits["fixed"] == "test"
     share = {name: sum(sizes[s] for s in splits if splits[s] == name) / sum(sizes.values()) for name in recipe.splits}
     assert share["train"] == pytest.approx(0.7, abs=0.1)
@@ -154,14 +154,14 @@ def test_a_few_sources_are_dealt_by_what_they_make() -> None:
     text = f"text2sim_dataset: 1\nname: x\nsources: {{{rows}, b: {{cases: [c]}}, c: {{cases: [c]}}}}\n"
     recipe = parse_recipe(Source(text.replace("{x:", "{bodies.b.look.color:").replace("{y:", "{params.y:"), "r.yaml"))
     jobs = [("a", "one")] * 3 + [("b", "two")] * 4 + [("c", "three")] * 2
-    assert deal(recipe, jobs) == {"a": "train", "b": "validation", "c": "test"}
+    assert deal_splits(recipe, jobs) == {"a": "train", "b": "validation", "c": "test"}
 
 
 def test_sources_with_a_case_in_common_stay_together() -> None:
     rows = "a: {cases: [c], split: test}, b: {cases: [c]}, c: {cases: [c]}, d: {cases: [c]}"
     recipe = parse_recipe(Source(f"text2sim_dataset: 1\nname: x\nsources: {{{rows}}}\n", "r.yaml"))
     jobs = [("a", "one"), ("b", "one"), ("b", "two"), ("c", "two"), *[("d", "three")] * 9]
-    assert deal(recipe, jobs) == {"a": "test", "b": "test", "c": "test", "d": "train"}
+    assert deal_splits(recipe, jobs) == {"a": "test", "b": "test", "c": "test", "d": "train"}
     apart = parse_recipe(
         Source(
             f"text2sim_dataset: 1\nname: x\nsources: {{{rows.replace('b: {cases: [c]', 'b: {cases: [c], split: train')}}}\n",
@@ -169,7 +169,7 @@ def test_sources_with_a_case_in_common_stay_together() -> None:
         )
     )
     with pytest.raises(RunError, match="shares a case"):
-        deal(apart, jobs)
+        deal_splits(apart, jobs)
 
 
 def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from PIL import Image
 
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing.layout import layout
-from text2sim.drawing.stage import BUDGET, _level, stage
+from text2sim.drawing.stage import STAGE_TRIANGLES, _level, stage
 from text2sim.legibility.layout import at_start
 from text2sim.spec_schema.load import load_text
 
@@ -93,7 +93,7 @@ def test_coarse_meshes_keep_their_triangles():
     most = _level([(10, 5), (1000, 1), (90_000, 1)], 20_000)
     assert 18_000 < most < 19_000
     assert _level([(500, 10), (400, 10)], 2000) == 100
-    assert _level([], BUDGET) == 0
+    assert _level([], STAGE_TRIANGLES) == 0
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,13 @@ import pytest
 from PIL import Image
 
 from tests.evaluation.conftest import write_film
-from text2sim.evaluation.film_frames import EVENLY, film_frames, length_of, pictures_at
+from text2sim.evaluation.film_frames import EVEN_FRAMES, film_frames, length_of, pictures_at
 from text2sim.spec_schema.errors import RunError
 
 
 def test_pictures_are_spread_evenly_at_the_films_own_size(tmp_path: Path) -> None:
     found = film_frames(write_film(tmp_path / "a.mp4", size=(320, 180)))
-    assert len(found.images) == EVENLY
+    assert len(found.images) == EVEN_FRAMES
     assert (found.size, found.duration) == ((320, 180), pytest.approx(3.0))
     assert found.times[0] == 0
     assert found.times[-1] == pytest.approx(2.9)
@@ -23,7 +23,7 @@ def test_pictures_are_spread_evenly_at_the_films_own_size(tmp_path: Path) -> Non
 
 def test_the_first_picture_behind_a_change_of_scene_is_shown(tmp_path: Path) -> None:
     found = film_frames(write_film(tmp_path / "a.mp4", cut=17))
-    assert len(found.times) == EVENLY + 1
+    assert len(found.times) == EVEN_FRAMES + 1
     assert 1.7 in [round(t, 3) for t in found.times]
 
 

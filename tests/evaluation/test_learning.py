@@ -12,11 +12,19 @@ import pytest
 from tests.agents.test_distilling import CASE
 from tests.evaluation.conftest import PHYSICAL, Judge
 from text2sim.agents.conversation import Wrong
-from text2sim.agents.distilling import CardProposal, TriedAttempt, drafted
+from text2sim.agents.distilling import CardProposal, TriedAttempt, draft_card
 from text2sim.card_library.library import BUILT_IN, load_library
-from text2sim.card_library.retrieval import SAME, alike
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
 from text2sim.evaluation.learning import Learning
-from text2sim.evaluation.ledger import CardRecord, Debt, check_split, digest_of, enter, read_ledger, retrieved
+from text2sim.evaluation.ledger import (
+    CardDebt,
+    CardRecord,
+    check_split,
+    count_dealt_cards,
+    digest_of,
+    read_ledger,
+    record_card,
+)
 from text2sim.evaluation.method_folder import CaseResult, MethodRecord, write_method, write_result
 from text2sim.evaluation.methods import Allowance
 from text2sim.evaluation.suite import Prompt, read_suite
@@ -157,10 +165,10 @@ def shelve(cards: Path, id: str, title: str, source: str, prompts: dict[str, Pro
     import yaml
 
     proposal.card.update(yaml.safe_load(text))
-    drafted(proposal, {1: attempt(), 2: attempt(2, "0.4", True)}).write(cards / id)
+    draft_card(proposal, {1: attempt(), 2: attempt(2, "0.4", True)}).write(cards / id)
     entry = load_library([cards]).find(id)
-    debt = Debt(prompt=source, failure="it is still in the air", evidence="frame 10")
-    enter(cards, id, CardRecord(state="kept", digest=digest_of(entry), owes=[debt]), {source: prompts[source]})
+    debt = CardDebt(prompt=source, failure="it is still in the air", evidence="frame 10")
+    record_card(cards, id, CardRecord(state="kept", digest=digest_of(entry), owes=[debt]), {source: prompts[source]})
 
 
 def test_two_cards_that_say_the_same_become_one_that_owes_what_both_owed(
@@ -233,7 +241,7 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
     low = {"op": "add", "path": "/actions/expect/low", "value": {"measure": "height", "at": "end", "below": 0.3}}
     lower = {"op": "replace", "path": "/bodies/ball/pose/pos/2", "value": 0.4}
     attempts = {1: attempt(), 2: attempt(2, "0.5", True)}
-    draft = drafted(CardProposal(failing=1, expect=[measure, low], repair=[lower], card=card), attempts)
+    draft = draft_card(CardProposal(failing=1, expect=[measure, low], repair=[lower], card=card), attempts)
     assert "low:" in draft.failing and "2.0" in draft.failing
     assert "low:" in draft.repaired and "0.4" in draft.repaired
     for wrong, why in (
@@ -246,21 +254,21 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
         ),
     ):
         with pytest.raises(Wrong, match=why):
-            drafted(wrong, attempts)
+            draft_card(wrong, attempts)
 
 
 def test_built_in_cards_say_different_things() -> None:
     entries = [entry.card for entry in load_library([BUILT_IN]).entries.values()]
-    most = max(alike(one, other) for one, other in itertools.combinations(entries, 2))
-    assert most < 0.3 < SAME
-    assert alike(entries[0], entries[0]) == 1
+    most = max(likeness(one, other) for one, other in itertools.combinations(entries, 2))
+    assert most < 0.3 < DUPLICATE_LIKENESS
+    assert likeness(entries[0], entries[0]) == 1
 
 
 def test_who_was_given_which_card(tmp_path: Path) -> None:
     for k, cards in enumerate(({"planner": ["a"], "bodies": ["a", "b"]}, {}, {"critic": ["a"]})):
         (tmp_path / str(k) / "generation").mkdir(parents=True)
         (tmp_path / str(k) / "generation" / "run.json").write_text(json.dumps({"cards": cards}))
-    loops, dealt = retrieved([tmp_path, tmp_path / "0"])
+    loops, dealt = count_dealt_cards([tmp_path, tmp_path / "0"])
     assert loops == 3
     assert dealt == {"a": 2, "b": 1}
 

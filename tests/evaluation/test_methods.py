@@ -17,7 +17,7 @@ from tests.agents.models.chat_server import ChatServer, completion
 from tests.evaluation.conftest import SUITE, write_film
 from text2sim.evaluation import genesis_docs
 from text2sim.evaluation.method_folder import read_made, read_method
-from text2sim.evaluation.methods import Allowance, method_of, run_method
+from text2sim.evaluation.methods import Allowance, parse_method, run_method
 from text2sim.evaluation.suite import read_suite
 from text2sim.spec_schema.errors import RunError
 
@@ -44,7 +44,9 @@ print("keys:", [name for name in os.environ if "KEY" in name or "TOKEN" in name]
 
 def run(suite: Path, word: str, out: Path, models: list[str] | None = None, **allowance: Any) -> Path:
     read, _ = read_suite(suite)
-    return run_method(read, read.prompts, method_of(word), models or [], Allowance(**allowance), out, lambda line: None)
+    return run_method(
+        read, read.prompts, parse_method(word), models or [], Allowance(**allowance), out, lambda line: None
+    )
 
 
 def test_any_command_fills_a_method_folder(suite: Path, tmp_path: Path) -> None:
@@ -107,7 +109,7 @@ def test_what_is_answered_is_not_asked_again(suite: Path, tmp_path: Path) -> Non
 @pytest.mark.parametrize("word", ["text3sim", "text2sim:cards", "a b=ls", "x=", "x='"])
 def test_words_that_are_no_method_are_refused(word: str) -> None:
     with pytest.raises(RunError, match="is not a method"):
-        method_of(word)
+        parse_method(word)
 
 
 def test_the_agent_reads_runs_mends_and_is_done(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -186,7 +188,7 @@ def test_the_digest_is_of_the_installed_genesis() -> None:
         "RigidEntity.control_dofs_position(",
     ):
         assert name in digest
-    assert "Young" in genesis_docs.explained(["MPM.Elastic"])
+    assert "Young" in genesis_docs.docstrings_of(["MPM.Elastic"])
 
 
 def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from text2sim.evaluation.statistics import (
     case_scores,
     estimate,
     judges_agree,
-    paired,
+    paired_difference,
     repeats_agree,
     spread_within,
 )
@@ -44,11 +44,11 @@ def test_scatter_is_the_root_of_the_mean_variance_within_cases() -> None:
 
 
 def test_differences_are_of_the_same_prompts_alone() -> None:
-    found = paired(case_scores(ROWS, "physical"), "a", "b")
+    found = paired_difference(case_scores(ROWS, "physical"), "a", "b")
     assert found is not None
     assert (found.mean, found.count) == (10, 2)
     assert (found.low, found.high) == (0, 20), "two cases: the interval reaches from one to the other"
-    assert paired(case_scores(ROWS, "physical"), "a", "c") is None
+    assert paired_difference(case_scores(ROWS, "physical"), "a", "c") is None
 
 
 def test_intervals_are_those_of_the_bootstrap_and_the_same_every_time() -> None:

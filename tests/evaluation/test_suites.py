@@ -10,7 +10,7 @@ from tests.agents.models.chat_server import ChatServer, completion
 from tests.evaluation.conftest import SUITE
 from text2sim.cli.main import app
 from text2sim.evaluation.drafting import suite_text, write_frozen
-from text2sim.evaluation.suite import Suite, read_suite, selected, shared_sources
+from text2sim.evaluation.suite import Suite, read_suite, select_prompts, shared_sources
 from text2sim.spec_schema.errors import SpecError
 
 
@@ -94,7 +94,7 @@ def test_the_command_refuses_suites_that_share_a_source(suite: Path, tmp_path: P
 
 def test_an_unknown_prompt_is_told_with_the_nearest(suite: Path) -> None:
     with pytest.raises(SpecError) as caught:
-        selected(read_suite(suite)[0], ["drip"])
+        select_prompts(read_suite(suite)[0], ["drip"])
     assert caught.value.problems[0].hint == "drop"
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from text2sim.evidence.evidence import judge
 from text2sim.harness.rescue import rescue
-from text2sim.recording.inventory import RECORDED, fault, list_files
+from text2sim.recording.inventory import RECORDED, first_fault, list_files
 from text2sim.recording.record import RunRecord
 
 EXPECT = {
@@ -77,13 +77,13 @@ def test_the_count_of_frames_is_known_without_a_record(run: Path, case: Any):
 def test_a_chunk_of_another_run_is_noticed_by_its_digest(run: Path):
     record = RunRecord.read(run)
     assert record is not None
-    assert fault(run, record.recorded) == ""
+    assert first_fault(run, record.recorded) == ""
     path = run / "states" / "chunk_00001.npz"
     data = bytearray(path.read_bytes())
     data[-200] ^= 1
     path.write_bytes(data)
-    assert fault(run, record.recorded, content=False) == ""
-    assert fault(run, record.recorded) == "states/chunk_00001.npz is not the file that the run wrote"
+    assert first_fault(run, record.recorded, content=False) == ""
+    assert first_fault(run, record.recorded) == "states/chunk_00001.npz is not the file that the run wrote"
 
 
 @pytest.mark.parametrize(

@@ -419,7 +419,7 @@ def test_they_are_listed_where_the_case_watches_them(pile, make_case):
 
 
 def test_above_the_limit_the_hardest_touches_are_listed(pile, make_case, monkeypatch):
-    monkeypatch.setattr(module, "EPISODES", 10)
+    monkeypatch.setattr(module, "MAX_LISTED_EPISODES", 10)
     found = judge(pile, make_case(bodies=("brick",)))
     assert sorted(listed(pile)) == sorted(["floor", f"brick[{i}]"] for i in range(50, 60))
     assert found["contacts"]["left_out"] == 50

@@ -12,7 +12,7 @@ from text2sim.runtime.child import Limits, run_child
 from text2sim.runtime.stop import Stop
 
 
-@pytest.mark.parametrize(("age", "left"), [(kernel_cache.STALE + 5, False), (5.0, True)])
+@pytest.mark.parametrize(("age", "left"), [(kernel_cache.STALE_LOCK_AGE + 5, False), (5.0, True)])
 def test_a_lock_that_was_left_behind_is_removed_before_a_program_starts(
     age: float, left: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

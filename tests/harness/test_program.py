@@ -129,7 +129,7 @@ time.sleep(60)
 
 @pytest.mark.parametrize(("step", "frames", "hopeless"), [(1e-4, 600, True), (1e-1, 60, False)])
 def test_a_simulation_that_cannot_end_in_time_is_not_waited_for(make_run, monkeypatch, step, frames, hopeless):
-    monkeypatch.setattr("text2sim.runtime.program.SETTLED", 0.3)
+    monkeypatch.setattr("text2sim.runtime.program.SPEED_SETTLES_AFTER", 0.3)
     body = f"""
 with (OUT / "progress.jsonl").open("a", buffering=1) as progress:
     for k in range({frames}):

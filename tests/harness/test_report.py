@@ -117,7 +117,7 @@ def test_plots_are_pictures_of_legible_size(fall, make_case):
 
 
 def test_a_large_film_is_linked(fall, make_case, monkeypatch):
-    monkeypatch.setattr(module, "EMBEDDED", 100)
+    monkeypatch.setattr(module, "MAX_EMBEDDED_SIZE", 100)
     folder = fall.write()
     add_film(folder, b"x" * 200)
     page = show(folder, make_case(**ACTIONS))

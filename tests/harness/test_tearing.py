@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from text2sim.evidence.soft_diagnostics import first_torn
-from text2sim.evidence.tearing import TIED, pieces
+from text2sim.evidence.tearing import MAX_TIED_DISTANCE, pieces
 
 SPACING = 0.01
 
@@ -31,8 +31,8 @@ def bar(stretch: float = 1.0, gap: float = 0.0, lost: int = 0) -> np.ndarray:
     [
         (bar(), 1, 1.0),
         (bar(stretch=3.0), 1, 1.0),  # 1.9 cells from layer to layer: still tied
-        (bar(gap=(TIED - 1.2) * SPACING), 1, 1.0),
-        (bar(gap=TIED * SPACING), 2, 0.75),
+        (bar(gap=(MAX_TIED_DISTANCE - 1.2) * SPACING), 1, 1.0),
+        (bar(gap=MAX_TIED_DISTANCE * SPACING), 2, 0.75),
         (bar(stretch=3.3), 20, 0.05),
         (bar(lost=1), 1, 319 / 320),  # a particle that is lost is no piece
     ],

@@ -20,7 +20,7 @@ from text2sim.spec_schema.errors import EngineError
 
 def test_an_engine_that_waits_for_a_processor_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warm_engine, "START_LIMIT", 1.5)
-    monkeypatch.setattr(warm_engine, "PATIENCE", 3.0)
+    monkeypatch.setattr(warm_engine, "EXTRA_WALL_TIME", 3.0)
     (tmp_path / "slow_engine.py").write_text("import sys\nsys.stdin.read()\n")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     engine = Engine(tmp_path, queue.Queue(), 10**10, "slow_engine")

@@ -10,7 +10,7 @@ from lint_support import data_of, findings, report_on
 from text2sim.compiler.build import resolve_case
 from text2sim.lint import lint_case
 from text2sim.lint.reference import lint_reference
-from text2sim.lint.rules import EARLIER, RULES, Rule, find_rule
+from text2sim.lint.rules import EARLIER_RULES, RULES, Rule, find_rule
 from text2sim.spec_schema.load import load_case, load_text
 
 every_rule = pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
@@ -57,7 +57,7 @@ def test_a_row_says_everything(rule: Rule) -> None:
 
 
 def test_ids_are_unique() -> None:
-    ids = [*(rule.id for rule in RULES), *EARLIER]
+    ids = [*(rule.id for rule in RULES), *EARLIER_RULES]
     assert len(set(ids)) == len(ids)
     assert find_rule("no such rule") is None
 

@@ -71,7 +71,7 @@ def test_a_driven_body_is_where_its_motion_says(simulate, agree, substeps):
 def test_a_driven_body_pushes_and_is_not_pushed_back(simulate, agree, substeps):
     """A paddle pushes 50 kg at its own speed with the force of friction, mu m g (the floor's, as the larger).
 
-    It keeps to its path but for the blow at the start: 25 N s on 1e4 kg (`IMMOVABLE`) are made good in the next step.
+    It keeps to its path but for the blow at the start: 25 N s on 1e4 kg (`DRIVEN_ARMATURE`) are made good in the next step.
     The elliptic cone is for the load: on the pyramid it hops, and is pushed by blows.
     """
     trial = simulate(DRIVEN, dt=DT, substeps=substeps)

@@ -1,7 +1,7 @@
 """Collisions: restitution, and what they conserve.
 
 Restitution is made from the damping of a spring contact, whose substep h and frequency w have w h = 1/4
-(`text2sim.compiler.settings.CRISPNESS`). Where in a step two bodies first touch is a matter of chance: up to a step's
+(`text2sim.compiler.settings.CONTACT_PHASE`). Where in a step two bodies first touch is a matter of chance: up to a step's
 damping, 2 z w h of the speed, and a step's spring energy, (w h)^2 of the whole, are then missing or too many, half of it
 on average.
 """
@@ -9,14 +9,14 @@ on average.
 import numpy as np
 import pytest
 
-from text2sim.compiler.settings import CRISPNESS, damping_ratio
+from text2sim.compiler.settings import CONTACT_PHASE, damping_ratio
 
 G = 9.81
 
 
 def scatter(restitution):
     """Bound of the error of a restitution, of first order in the substep."""
-    return restitution * 2 * damping_ratio(restitution) * CRISPNESS + CRISPNESS**2 / 8
+    return restitution * 2 * damping_ratio(restitution) * CONTACT_PHASE + CONTACT_PHASE**2 / 8
 
 
 @pytest.mark.parametrize("e", [0.3, 0.5, 0.7, 0.9, 0.99])
@@ -65,7 +65,7 @@ bodies:
     for body, e in (("ball", 0.8), ("half", 0.4), ("block", np.exp(-2))):
         agree(f"one floor, {body}: speed after / before", trial.vel(body)[:, 2].max() / fall, e, within=scatter(e))
         deepest = 0.05 - trial.pos(body)[:, 2].min()
-        agree(f"one floor, {body}: depth, of v / w", deepest * CRISPNESS / 0.0005 / fall, 0.5, within=0.5)
+        agree(f"one floor, {body}: depth, of v / w", deepest * CONTACT_PHASE / 0.0005 / fall, 0.5, within=0.5)
 
 
 COLLISION = """

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from text2sim.lint.soft.feet import FOOT
+from text2sim.lint.soft.feet import MIN_FOOT_CELLS
 
 SCENE = """
 scene: {duration: 0.5, dt: 0.002, mpm: {cell: 0.02}, statics: {floor: {shape: {kind: plane}}}}
@@ -17,9 +17,9 @@ bodies:
 
 
 def test_feet_of_few_nodes_tip_and_wide_ones_stand(simulate: Callable[..., Any]) -> None:
-    """Three cylinders two cells wide and three of `FOOT` cells, at three places between the nodes."""
+    """Three cylinders two cells wide and three of `MIN_FOOT_CELLS` cells, at three places between the nodes."""
     bodies, measures = "", ""
-    for name, cells, y in (("narrow", 2.0, -0.07), ("wide", FOOT, 0.07)):
+    for name, cells, y in (("narrow", 2.0, -0.07), ("wide", MIN_FOOT_CELLS, 0.07)):
         for k, x in enumerate((-0.14, 0.0067, 0.1533)):
             bodies += (
                 f"  {name}_{k}: {{kind: rigid, shape: {{kind: cylinder, radius: {cells * 0.01:g}, height: 0.12}}, "

@@ -15,11 +15,11 @@ from PIL import Image
 from tests.agents.scripted import Scripted, fenced
 from text2sim.agents import cinematography
 from text2sim.agents.attempts import Attempts
-from text2sim.agents.cinematography import Cinematography, Marks, styled
+from text2sim.agents.cinematography import Cinematography, Marks, best_treatment
 from text2sim.agents.conversation import Conversation
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import StoppedError
-from text2sim.agents.restyling import physics
+from text2sim.agents.restyling import physics_digest
 from text2sim.agents.revising import data_of
 from text2sim.compiler.build import plan_case
 from text2sim.harness import run as harness_run
@@ -56,7 +56,7 @@ HEAVY = treatment("{op: add, path: /bodies/box/material, value: {density: 1}}")
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures of a real size take a minute each without LLVM."""
-    monkeypatch.setattr(cinematography, "WIDTH", 64)
+    monkeypatch.setattr(cinematography, "STILL_WIDTH", 64)
 
 
 class Studio:
@@ -79,7 +79,7 @@ class Studio:
         self.events.append((event, what))
 
     def shoot(self) -> str:
-        return styled(
+        return best_treatment(
             self.cinematography, CASE, lambda loaded: self.refilmed.append(loaded.source.text), self.path, self.emit
         )
 
@@ -102,7 +102,7 @@ def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run:
     text = studio.shoot()
     assert "lighting: golden_hour" in text
     assert studio.refilmed == [text], "the run gets the film of the best"
-    assert physics(text, studio.path) == physics(CASE, studio.path)
+    assert physics_digest(text, studio.path) == physics_digest(CASE, studio.path)
     assert studio.states() == before, "not a byte of what was recorded is another"
     assert studio.asked == ["viewer", "render", "render", "viewer", "viewer"], "as it is; proposals; both of them"
     refused = studio.model.questions("render")[1]

@@ -7,7 +7,7 @@ import av
 import pytest
 from filmed import MakeRun
 
-from text2sim.cli.last_film import DRAFT, _size, last_film
+from text2sim.cli.last_film import MAX_DRAFT_PIXELS, _size, last_film
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering.budget import FrameTime, cut_down
 from text2sim.rendering.film import Filming
@@ -107,5 +107,5 @@ def test_a_draft_is_no_larger_than_it_has_to_be() -> None:
     assert _size((640, 360)) == (640, 360)
     assert _size((1920, 1080)) == (1280, 720)
     width, height = _size((1080, 1920))
-    assert width * height <= 1.01 * DRAFT
+    assert width * height <= 1.01 * MAX_DRAFT_PIXELS
     assert width % 2 == height % 2 == 0

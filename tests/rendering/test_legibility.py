@@ -13,8 +13,8 @@ from text2sim.evidence.events import EventLog
 from text2sim.evidence.visibility import summarise_legibility
 from text2sim.legibility.film import Watcher, _middles
 from text2sim.legibility.layout import at_start
-from text2sim.legibility.recorded import coarse
-from text2sim.legibility.sight import SPECK, Sight, Things, contrast, look
+from text2sim.legibility.recorded import coarsened
+from text2sim.legibility.sight import SPECK_PIXELS, Sight, Things, contrast, look
 from text2sim.legibility.summary import Moment, summarise
 from text2sim.recording.film_record import read_recording
 from text2sim.spec_schema.load import load_text
@@ -66,7 +66,7 @@ def test_glass_is_seen_and_hides_nothing() -> None:
 
 def test_a_speck_counts_a_quarter_of_a_pixel_unless_it_is_hidden() -> None:
     speck = sheet((0.021, 0.022), 0.0, (0.011, 0.012))
-    assert seen(speck).seen.tolist() == [SPECK]
+    assert seen(speck).seen.tolist() == [SPECK_PIXELS]
     assert seen(speck, sheet((-0.5, 0.5), -1.0)).seen[0] == 0
     assert seen(speck).measures()[0].hidden is None, "too small to tell"
 
@@ -87,7 +87,7 @@ def test_a_fine_mesh_made_coarse_covers_the_same(make_run: MakeRun) -> None:
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     corners = np.concatenate([np.stack(rows, axis=2).reshape(-1, 3, 3) for rows in ((a, b, c), (a, c, d))])
     vertices = corners.reshape(-1, 3)
-    few = vertices[coarse(vertices, np.arange(len(vertices)).reshape(-1, 3), 400)]
+    few = vertices[coarsened(vertices, np.arange(len(vertices)).reshape(-1, 3), 400)]
     assert 100 < len(few) <= 600
     assert seen(few).seen[0] == pytest.approx(seen(corners).seen[0], rel=0.06)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
-from text2sim.recording.film_record import _dressed
+from text2sim.recording.film_record import _look_by_color
 from text2sim.rendering.backdrop import backdrop_mesh, clearness
 from text2sim.rendering.finishes import FINISHES, drawn_finish
 from text2sim.spec_schema.load import load_case
@@ -50,14 +50,14 @@ def test_links_and_parts_keep_their_finishes(tmp_path: Path) -> None:
 
 def test_recorded_colours_find_their_looks() -> None:
     red, blue, grey = ((*color, 1.0) for color in (RED, BLUE, GREY))
-    found = _dressed([red, blue, red], [look(BLUE, "glass"), look(RED, "wood")])
+    found = _look_by_color([red, blue, red], [look(BLUE, "glass"), look(RED, "wood")])
     assert found[red]["finish"] == "wood"
     assert found[blue]["finish"] == "glass"
     # Grey was painted green since: red still is red, though green is no further from it than from grey.
-    found = _dressed([red, grey], [look((0.3, 0.9, 0.3), "cloth"), look(RED, "wood")])
+    found = _look_by_color([red, grey], [look((0.3, 0.9, 0.3), "cloth"), look(RED, "wood")])
     assert found[red]["finish"] == "wood"
     assert found[grey]["finish"] == "cloth"
-    assert _dressed([red, blue], look(GREY, "paper"))[blue]["finish"] == "paper", "one look is that of all parts"
+    assert _look_by_color([red, blue], look(GREY, "paper"))[blue]["finish"] == "paper", "one look is that of all parts"
 
 
 def test_dark_glass_is_not_clear() -> None:

@@ -26,7 +26,7 @@ def test_the_sheet_is_path_traced_and_the_preview_stands_in_for_it(
     assert count == 4
     assert told.startswith("The frames are path-traced")
     assert (first[..., 0] > first[..., 2] + 60).any(), "the crate"
-    monkeypatch.setattr(pictures, "SECONDS", -1.0)
+    monkeypatch.setattr(pictures, "MAX_TRACING_TIME", -1.0)
     for kept in (run / "render" / "frames").iterdir():
         kept.unlink()
     sheet, count, told = pictures.frame_sheet(run)

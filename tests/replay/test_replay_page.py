@@ -16,7 +16,7 @@ from text2sim.cli.main import app
 from text2sim.evidence.report import write_report
 from text2sim.exchange.scenery import Scenery
 from text2sim.replay import motion, page
-from text2sim.replay.motion import pack_contacts, pack_figures, pack_links, thinned
+from text2sim.replay.motion import evenly_spaced, pack_contacts, pack_figures, pack_links
 from text2sim.replay.packing import Blob
 from text2sim.replay.page import write_replay
 from text2sim.replay.pictures import Pictures
@@ -141,8 +141,8 @@ def test_without_a_judgement_it_still_shows_the_run(tmp_path: Path, case: Case) 
 
 def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", frames=200), detailed=False)
-    monkeypatch.setattr(motion, "RIGID", 14 * 2 * 50)
-    monkeypatch.setattr(motion, "SOFT", 6 * 23 * 60)
+    monkeypatch.setattr(motion, "MAX_RIGID_SIZE", 14 * 2 * 50)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 6 * 23 * 60)
     blob, notes = Blob(), list[str]()
     _, _, taken = pack_links(scenery, blob, notes)
     assert len(taken) <= 50
@@ -158,7 +158,7 @@ def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytes
 
 def test_too_many_particles_are_sampled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", cloth=False), detailed=False)
-    monkeypatch.setattr(motion, "SOFT", 6 * FRAMES * 4)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 6 * FRAMES * 4)
     notes = list[str]()
     (sand,) = pack_figures(scenery, Blob(), Pictures(notes), notes)
     assert sand["count"] == 4
@@ -168,7 +168,7 @@ def test_too_many_particles_are_sampled(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_a_surface_that_finds_no_room_is_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", grains=False), detailed=False)
-    monkeypatch.setattr(motion, "SOFT", 100)
+    monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 100)
     notes = list[str]()
     assert pack_figures(scenery, Blob(), Pictures(notes), notes) == []
     assert notes == ["sheet is left out: its surface has 16 points"]
@@ -176,7 +176,7 @@ def test_a_surface_that_finds_no_room_is_left_out(tmp_path: Path, monkeypatch: p
 
 @pytest.mark.parametrize(("count", "most"), [(1, 10), (2, 2), (100, 10), (100, 100), (601, 300)])
 def test_frames_that_are_taken(count: int, most: int) -> None:
-    taken = thinned(count, most)
+    taken = evenly_spaced(count, most)
     assert len(taken) <= max(most, 3)
     assert (taken[0], taken[-1]) == (0, count - 1)
 

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from text2sim.revision.merging import MergeResult, merge_files
-from text2sim.spec_schema.changes.merge_text import unmarked
+from text2sim.spec_schema.changes.merge_text import split_at_markers
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
 
@@ -124,7 +124,7 @@ def test_a_deleted_measure_and_a_new_expectation_of_it_are_both_marked(tmp_path:
     (ours, _), (theirs, _) = made(([7, 15], None), 31), made(([10], None), 52)
     result = merged(tmp_path, BASE.encode(), ours, theirs)
     assert not result.clean
-    sides = unmarked(result.text.decode())
+    sides = split_at_markers(result.text.decode())
     assert sides is not None
     one, other = (load_text(text).data["actions"] for text in sides)
     assert ("fast" in one["measures"], "slow" in one.get("expect", {})) == (False, False)

@@ -12,7 +12,7 @@ from patch_strategies import patches
 from text2sim.spec_schema.changes.diff import NOTHING
 from text2sim.spec_schema.changes.edit import edit_text
 from text2sim.spec_schema.changes.merge import Conflict, merge
-from text2sim.spec_schema.changes.merge_text import marked, merge_texts, unmarked
+from text2sim.spec_schema.changes.merge_text import merge_texts, split_at_markers, with_conflict_markers
 from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
@@ -131,7 +131,7 @@ def test_merged_text_says_what_merged_data_says(data: st.DataObject):
     assert found.conflicts == merged.conflicts
     if not found.conflicts:
         assert same(parse_document(Source(found.text)).data, merged.data)
-    elif (sides := unmarked(found.text)) is not None:
+    elif (sides := split_at_markers(found.text)) is not None:
         assert same(parse_document(Source(sides[0])).data, merged.data)
 
 
@@ -192,7 +192,7 @@ def test_a_conflict_is_marked_at_the_smallest_entry_and_the_rest_is_merged():
         "    pose: {pos: [-3, 0, 0.5]}\n"
     )
     assert found.text.count("<<<<<<<") == 1
-    sides = unmarked(found.text)
+    sides = split_at_markers(found.text)
     assert sides is not None
     for text, density in zip(sides, (500, 900), strict=True):
         assert check_references(load_text(text)) == []
@@ -203,7 +203,7 @@ def test_markers_for_what_one_side_took_away():
     line = "  nail: {kind: rigid, shape: {kind: sphere, radius: 0.01}, mount: {kind: fixed}, pose: {pos: [0, 0, 3]}}\n"
     found = texts(replaced(TEXT, (line, "")), replaced(TEXT, ("pos: [0, 0, 3]", "pos: [0, 0, 4]")))
     assert "<<<<<<< ours\n=======\n" in found.text
-    sides = unmarked(found.text)
+    sides = split_at_markers(found.text)
     assert sides is not None
     assert ["nail" in load_text(text).data["bodies"] for text in sides] == [False, True]
     assert load_text(sides[1]).data["bodies"]["nail"]["pose"]["pos"] == [0, 0, 4]
@@ -223,8 +223,8 @@ def test_versions_of_the_language_meet():
 
 def test_markers_there_and_back():
     ours, theirs = "a\nb\nc\n", "a\nx\ny\nc\n"
-    assert marked(ours, theirs, 7) == "a\n<<<<<<< ours\nb\n=======\nx\ny\n>>>>>>> theirs\nc\n"
-    assert unmarked(marked(ours, theirs, 9)) == (ours, theirs)
-    assert unmarked("a\n<<<<<<< x\nb\n||||||| base\nz\n=======\n>>>>>>> y\n") == ("a\nb\n", "a\n")
-    assert unmarked("a\n=======\nb\n") is None
-    assert unmarked("<<<<<<< ours\na\n") is None
+    assert with_conflict_markers(ours, theirs, 7) == "a\n<<<<<<< ours\nb\n=======\nx\ny\n>>>>>>> theirs\nc\n"
+    assert split_at_markers(with_conflict_markers(ours, theirs, 9)) == (ours, theirs)
+    assert split_at_markers("a\n<<<<<<< x\nb\n||||||| base\nz\n=======\n>>>>>>> y\n") == ("a\nb\n", "a\n")
+    assert split_at_markers("a\n=======\nb\n") is None
+    assert split_at_markers("<<<<<<< ours\na\n") is None

@@ -4,7 +4,7 @@ import json
 
 from small_case import problems_of, small
 
-from text2sim.spec_schema.errors import SHOWN, Problem, SpecError, format_problems, nearest
+from text2sim.spec_schema.errors import MAX_SHOWN_PROBLEMS, Problem, SpecError, format_problems, nearest
 
 
 def test_a_problem_is_shown_with_its_line_and_a_caret():
@@ -31,8 +31,8 @@ def test_long_lines_are_cut_around_the_place():
 def test_of_thousands_of_problems_the_first_are_shown():
     text = small(top="\n".join(f"k{i}: 1" for i in range(5000)))
     shown = format_problems(problems_of(text), text).splitlines()
-    assert len(shown) == 3 * SHOWN + 1
-    assert shown[-1] == f"… and {5000 - SHOWN} more problems"
+    assert len(shown) == 3 * MAX_SHOWN_PROBLEMS + 1
+    assert shown[-1] == f"… and {5000 - MAX_SHOWN_PROBLEMS} more problems"
 
 
 def test_without_a_source_there_is_no_excerpt():

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from text2sim.study.analyse import OVERALL, alpha, analyse
+from text2sim.study.analyse import OVERALL, analyse, krippendorff_alpha
 from text2sim.study.answers import Answers, StudyAnswer
 from text2sim.study.build import QUESTIONS, Study
 from text2sim.study.plan import assignments
@@ -91,9 +91,9 @@ def test_agreement_is_krippendorffs_alpha() -> None:
         [1, 2, 3, 3, 2, 4, 4, 1, 2, 5, 1, none],
     ]
     groups = [[r for r in unit if r is not None] for unit in zip(*coders, strict=True)]
-    assert alpha(groups) == pytest.approx(0.849, abs=5e-4)
-    assert alpha([[1], [2]]) is None
-    assert alpha([[1, 1], [1, 1]]) is None
+    assert krippendorff_alpha(groups) == pytest.approx(0.849, abs=5e-4)
+    assert krippendorff_alpha([[1], [2]]) is None
+    assert krippendorff_alpha([[1, 1], [1, 1]]) is None
 
 
 def test_an_assignment_that_was_left_goes_to_another(tmp_path: Path) -> None:

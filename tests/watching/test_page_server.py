@@ -10,7 +10,7 @@ import pytest
 
 from text2sim.replay.page import live_page, scripts
 from text2sim.watching.page_state import PageState
-from text2sim.watching.server import LISTENERS, PageServer
+from text2sim.watching.server import MAX_LISTENERS, PageServer
 
 SCENE = b'{"contents": {}, "blob": ""}'
 
@@ -162,8 +162,8 @@ def test_pages_are_let_go_at_the_end(state):
 
 
 def test_there_are_not_more_pages_than_it_can_follow(server):
-    listeners = [Listener(server) for _ in range(LISTENERS + 1)]
-    assert [listener.answer.status for listener in listeners] == [200] * LISTENERS + [503]
+    listeners = [Listener(server) for _ in range(MAX_LISTENERS + 1)]
+    assert [listener.answer.status for listener in listeners] == [200] * MAX_LISTENERS + [503]
 
 
 def test_a_port_that_is_taken(server, state):

@@ -63,7 +63,7 @@ class Agreement:
                     rows.append(f"/actions/{part}/{name} comes from the request and must stay as it is")
         return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
 
-    def take_down(self, examined: Examination) -> Contract:
+    def record_examined(self, examined: Examination) -> Contract:
         """Record the contract of a valid case; differences from the previous contract are shown to the Critic."""
         assert examined.loaded is not None
         fresh, old = self._contract_of(examined.loaded), self.contract or self._replaced
@@ -133,7 +133,9 @@ class Agreement:
         text, self.plan = self.changed(text, decision)
         amendment = decision.plan or PlanPatch()
         for name in [name for name, rows in amendment.facts.items() if before.get(name, rows) != rows]:
-            self.say_restated(f"fact `{name}` was {_told(before[name])}, is {_told(amendment.facts[name])}")
+            self.say_restated(
+                f"fact `{name}` was {_claims_text(before[name])}, is {_claims_text(amendment.facts[name])}"
+            )
         if amendment.rename:
             self.first = Fragments.model_validate(revising.words_renamed(self.first.model_dump(), amendment.rename))
         fresh = [name for name in amendment.checks.expect if name not in self.names]
@@ -142,10 +144,10 @@ class Agreement:
             self.first = self.first.model_copy(update={"expect": self.first.expect | amendment.checks.expect})
             self._emit("expected", names=fresh, says={name: amendment.says.get(name, "") for name in fresh})
         if decision.restate is not None or decision.params or decision.patch or fresh:
-            self._take_anew(decision.restate.why if decision.restate is not None else "a parameter has changed")
+            self._renew(decision.restate.why if decision.restate is not None else "a parameter has changed")
         return text
 
-    def take_back(self, earlier: "Agreement") -> None:
+    def restore(self, earlier: "Agreement") -> None:
         """Restore the state of an earlier copy."""
         vars(self).update(vars(earlier))
 
@@ -167,9 +169,9 @@ class Agreement:
         """Replace the plan; binding expectations stay, and new ones are added."""
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})
         self.plan, self.names, self.planned_anew = plan, tuple(plan.checks.expect), True
-        self._take_anew("it was planned anew")
+        self._renew("it was planned anew")
 
-    def _take_anew(self, why: str) -> None:
+    def _renew(self, why: str) -> None:
         """Have the contract recorded again from the next valid case, with the reason for the Critic."""
         if self.contract is None and self._replaced is not None and why not in self._why:
             why = f"{self._why}; {why}"  # there was no valid case in between
@@ -180,13 +182,13 @@ class Agreement:
         return Contract.of(loaded, self.names, planned)
 
 
-def _told(claims: Iterable[Claim]) -> str:
+def _claims_text(claims: Iterable[Claim]) -> str:
     return str([claim.model_dump(exclude_defaults=True) for claim in claims])
 
 
 def _duration_path(text: str) -> str:
     """Pointer to the duration of a case, or to the parameter if the duration is just `${parameter}`."""
     data = revising.data_of(text)
-    said = _PARAMETER.fullmatch(str(revising.mapping(data, "scene").get("duration")))
-    named = said is not None and said[1] in revising.mapping(data, "params")
-    return f"/params/{said[1]}" if said is not None and named else "/scene/duration"
+    parameter = _PARAMETER.fullmatch(str(revising.mapping(data, "scene").get("duration")))
+    named = parameter is not None and parameter[1] in revising.mapping(data, "params")
+    return f"/params/{parameter[1]}" if parameter is not None and named else "/scene/duration"

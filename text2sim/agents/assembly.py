@@ -16,9 +16,9 @@ from text2sim.spec_schema.text.source import plain_text
 
 Data = dict[str, Any]
 FROZEN_PARTS = ("measures", "events", "expect")
-PLANNERS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
+PLANNER_PARTS = ("params", "waive", "variants", "sweeps", "prefabs", "name", "prompt")
 """Parts of a case that no Writer owns: the Planner patches them."""
-_OF_NAMES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
+_NAME_RULES = frozenset(f"unknown-{what}" for what in ("attach", "body", "camera", "event", "joint", "link", "measure"))
 """Rules about names, which are meaningless while other sections are missing."""
 
 
@@ -32,7 +32,7 @@ class Examination:
     warnings: list[Problem] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     """Derived settings."""
-    meant: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    intended: Mapping[tuple[str, str], str] = field(default_factory=dict)
     """Owners' reasons for intended warnings, by rule and path."""
     seconds: float = 0.0
     """Estimated wall time of a run on two idle cores [s]; 0 if unknown."""
@@ -41,8 +41,8 @@ class Examination:
     def derived(self) -> str:
         """One line with the settings that the case leaves open and the compiler derives."""
         rows = [note.partition(": ")[0] for note in self.notes]
-        told = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
-        return f"derived: {'; '.join(told)}" if told else ""
+        settings = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
+        return f"derived: {'; '.join(settings)}" if settings else ""
 
     @property
     def ok(self) -> bool:
@@ -55,20 +55,20 @@ def examine(text: str, path: Path) -> Examination:
     from text2sim.compiler.build import resolve_case
     from text2sim.lint import lint_case
 
-    found = Examination(text)
+    examination = Examination(text)
     try:
-        found.loaded = load_text(text, path)
-        resolution = resolve_case(found.loaded)
+        examination.loaded = load_text(text, path)
+        resolution = resolve_case(examination.loaded)
         report = lint_case(resolution)
-        problems, found.seconds = list(report.problems), report.seconds
-        found.notes = list(resolution.plan.notes)
+        problems, examination.seconds = list(report.problems), report.seconds
+        examination.notes = list(resolution.plan.notes)
     except SpecError as error:
         problems = error.problems
     except Text2SimError as error:
         problems = [Problem("", str(error), file=str(path), rule="asset")]
-    found.errors = [problem for problem in problems if problem.severity == "error"]
-    found.warnings = [problem for problem in problems if problem.severity != "error"]
-    return found
+    examination.errors = [problem for problem in problems if problem.severity == "error"]
+    examination.warnings = [problem for problem in problems if problem.severity != "error"]
+    return examination
 
 
 def case_text(plan: CasePlan, request: str, params: Mapping[str, Any], sections: Mapping[str, Any]) -> str:
@@ -122,8 +122,8 @@ def section_faults(
     try:
         load_text(format_text(json.dumps(document, ensure_ascii=False)), path)
     except SpecError as error:
-        mine = [problem for problem in error.problems if owner_of(problem, ()) == section]
-        return [said(problem) for problem in mine if problem.rule not in _OF_NAMES]
+        own = [problem for problem in error.problems if owner_of(problem, ()) == section]
+        return [format_problem(problem) for problem in own if problem.rule not in _NAME_RULES]
     return []
 
 
@@ -144,25 +144,25 @@ def owner_of(problem: Problem, frozen: Iterable[str]) -> str:
     return section if section in SECTIONS else "plan"
 
 
-def said(problem: Problem) -> str:
+def format_problem(problem: Problem) -> str:
     """Format a problem for a model: place, message, nearest valid word, and rule."""
     hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
     return f"{problem.path or 'the case'}: {problem.message}{hint} [{problem.rule}]"
 
 
-def names_in(data: Mapping[str, Any], without: str = "") -> str:
+def names_for_owner(data: Mapping[str, Any], section: str = "") -> str:
     """List the names that the owner of one section may refer to: those of all other sections."""
     rows = []
     scene = data.get("scene") if isinstance(data.get("scene"), dict) else {}
-    if without != "scene":
+    if section != "scene":
         rows.append(f"duration {(scene or {}).get('duration')}")
         rows.append("statics " + ", ".join((scene or {}).get("statics") or {}))
-    if without != "bodies":
+    if section != "bodies":
         rows.append("bodies " + ", ".join(_body_names(data.get("bodies") or {})))
-    if without != "actions":
+    if section != "actions":
         actions = data.get("actions") or {}
         rows += [f"{part} {', '.join(actions.get(part) or {})}" for part in ("controls", *FROZEN_PARTS)]
-    if without != "render":
+    if section != "render":
         rows.append("cameras " + ", ".join((data.get("render") or {}).get("cameras") or {}))
     return "; ".join(row for row in rows if not row.endswith(" "))
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 from pydantic import Field, StringConstraints
 
 from text2sim.agents import language
-from text2sim.agents.asset_proof import Proof, tried
-from text2sim.agents.conversation import Conversation, Wrong, typed
-from text2sim.agents.inputs import told
+from text2sim.agents.asset_proof import Proof, try_body
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
+from text2sim.agents.inputs import describe_joint
 from text2sim.agents.planning import Request, plan_text
 from text2sim.agents.replies import Answer, Asset, CasePlan, Line, Lines
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -53,7 +53,7 @@ class Supplies:
     """Notes on them for the Writers."""
 
 
-def supply(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
+def make_asset(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, case: Path) -> Supplies:
     """Have one asset made.
 
     Args:
@@ -73,18 +73,20 @@ def _mechanism(chat: Conversation, asset: Asset, plan: CasePlan, request: Reques
     def check(answer: MechanismAnswer) -> None:
         if answer.body.get("kind") not in LINKED:
             raise Wrong([f"/body/kind: a mechanism is one of {', '.join(LINKED)}"])
-        proof = tried(asset.body, answer.body, plan, case, asset.what)
+        proof = try_body(asset.body, answer.body, plan, case, asset.what)
         if proof.faults:
             raise Wrong(proof.faults)
         proofs.append(proof)
 
     kinds = {"articulated", "hinge", "slider", "ball", "fixed", "free", "compound", "cylinder", "capsule", "tube"}
-    system = system_prompt(ROLES["articulation"], rules=language.rules(), pages=language.pages("bodies", kinds))
+    system = system_prompt(
+        ROLES["articulation"], rules=language.rules(), pages=language.reference_pages("bodies", kinds)
+    )
     question, images = _question(asset, plan, request), request.images
-    answer = chat.ask("articulation", system, question, typed(MechanismAnswer, check), images)
+    answer = chat.ask("articulation", system, question, typed_parser(MechanismAnswer, check), images)
     links = ", ".join(f"{asset.body}.{name}" for name in answer.body.get("links") or {})
     words = f"`{asset.body}`: a mechanism, complete. Links and joints: {links or 'see its kind'}."
-    joints = [told(f"{asset.body}.{name}", one) for name, one in (proofs[-1].control or {}).items()]
+    joints = [describe_joint(f"{asset.body}.{name}", one) for name, one in (proofs[-1].control or {}).items()]
     probed = [f"Tried in the engine: {'; '.join(joints)}."] if joints else []
     return Supplies({asset.body: answer.body}, words=[" ".join([words, *answer.controls, *probed, *proofs[-1].notes])])
 
@@ -105,13 +107,13 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
             raise Wrong([f"/shape/kind: {got}, which takes {', '.join(takes)}"])
         # A static is tried as a rigid body. A deformable body keeps its kind, since its mesh must be watertight.
         body = {"kind": "rigid" if kind not in language.body_kinds() else kind, "shape": answer.shape}
-        if wrong := tried(asset.body, body, plan, case, asset.what).faults:
+        if wrong := try_body(asset.body, body, plan, case, asset.what).faults:
             raise Wrong(wrong)
 
-    pages = language.pages("bodies", set(takes) & _SHAPES | _SCULPTED)
+    pages = language.reference_pages("bodies", set(takes) & _SHAPES | _SCULPTED)
     system = system_prompt(ROLES["mesh"], rules=language.rules(), pages=pages, text_to_3d=_text_to_3d())
     question = _question(asset, plan, request, f"It is for a `{kind}` body, which takes the shapes {', '.join(takes)}.")
-    answer = chat.ask("mesh", system, question, typed(ShapeAnswer, check), request.images)
+    answer = chat.ask("mesh", system, question, typed_parser(ShapeAnswer, check), request.images)
     shape = answer.shape
     if shape is None:
         assert answer.generate is not None
@@ -134,10 +136,10 @@ def _generated(name: str, wish: MeshWish, case: Path) -> dict[str, Any]:
     """Generate a mesh with Meshy, repair it, and register it in the case's manifest."""
     from text2sim.asset_intake.register import generate
     from text2sim.assets.mesh_repair import RepairGoal
-    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.meshy import BASE_URL, Meshy, Order3D
 
-    meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE))
-    added = generate(case, name, Order3D(wish.prompt), meshy, wish=RepairGoal(wish.size))
+    meshy = Meshy(case, base=os.environ.get("TEXT2SIM_MESHY_URL", BASE_URL))
+    added = generate(case, name, Order3D(wish.prompt), meshy, goal=RepairGoal(wish.size))
     return {"kind": "mesh", "file": added.asset.file}
 
 
@@ -153,7 +155,7 @@ def _question(asset: Asset, plan: CasePlan, request: Request, receiver: str = ""
     )
 
 
-def merged(parts: Sequence[Supplies]) -> Supplies:
+def merge_supplies(parts: Sequence[Supplies]) -> Supplies:
     """Merge the output of several agents."""
     whole = Supplies()
     for part in parts:

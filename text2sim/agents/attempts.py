@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.assembly import Examination
-from text2sim.agents.contract import numbered
-from text2sim.agents.counterfactual import TITLE, Found, compared, part_of, untried
-from text2sim.agents.facts import found, kept
+from text2sim.agents.contract import numbered_copies
+from text2sim.agents.counterfactual import TITLE, Found, compare_causes, part_of, untried_causes
+from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.requirements import Requirement
-from text2sim.agents.run_summary import citable, evidence_text
+from text2sim.agents.run_summary import citable_items, evidence_text
 from text2sim.agents.tracks import tracks_text
 from text2sim.agents.trials import Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 LARGEST_INPUT = 100_000_000
 """Largest file that comes with a request [bytes]."""
-DEAR = 0.1
+MAX_REPEAT_SHARE = 0.1
 """Part of the time left that a run may take to be repeated without a cause."""
-ESTIMATE = "slow-scene"
+DURATION_RULE = "slow-scene"
 """The rule that estimates the duration of a run; it is ignored once a run was timed."""
 
 
@@ -73,7 +73,7 @@ class Attempt:
 
     def missed(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return those of the named expectations that failed."""
-        known = {one: name for name in names for one in numbered(name, self.expect)}
+        known = {one: name for name in names for one in numbered_copies(name, self.expect)}
         return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
 
     def sound(self, names: Sequence[str]) -> bool:
@@ -164,14 +164,14 @@ class Attempts:
             attempt: The attempt that the Planner is asked about.
             now: Minutes left by the clock; None without a limit.
         """
-        told, asked = self._told(attempt.number), self._asked[attempt.number]
-        if len(told) <= asked:
-            told.append(now)
+        estimates, asked = self._told_minutes(attempt.number), self._asked[attempt.number]
+        if len(estimates) <= asked:
+            estimates.append(now)
             # Not in attempt.json, which may hold results that a resumed loop is about to recall.
             self.of(attempt.number).mkdir(parents=True, exist_ok=True)
-            write_atomically(self.of(attempt.number) / "minutes.json", json.dumps(told) + "\n")
+            write_atomically(self.of(attempt.number) / "minutes.json", json.dumps(estimates) + "\n")
         self._asked[attempt.number] += 1
-        return told[asked]
+        return estimates[asked]
 
     def too_late(self, attempt: Attempt, now: float | None) -> bool:
         """Whether the time left is less than half of the wall time of an attempt's run.
@@ -182,14 +182,14 @@ class Attempts:
             attempt: The attempt.
             now: Minutes left by the clock; None without a limit.
         """
-        asked_before = len(self._told(attempt.number)) > self._asked[attempt.number]
+        asked_before = len(self._told_minutes(attempt.number)) > self._asked[attempt.number]
         return now is not None and not asked_before and 60 * now < attempt.wall / 2
 
-    def _told(self, number: int) -> list[float | None]:
+    def _told_minutes(self, number: int) -> list[float | None]:
         if number not in self._minutes:
             try:
-                told = json.loads((self.of(number) / "minutes.json").read_text("utf-8"))
-                self._minutes[number] = [one if one is None else float(one) for one in told]
+                minutes = json.loads((self.of(number) / "minutes.json").read_text("utf-8"))
+                self._minutes[number] = [one if one is None else float(one) for one in minutes]
             except (OSError, ValueError, TypeError):
                 self._minutes[number] = []
         return self._minutes[number]
@@ -263,26 +263,26 @@ class Attempts:
         loaded = examined.loaded
         attempt.pictures, frames, pictured = self._pictures(attempt, result.folder, lambda: run_case(loaded, **rest))
         bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
-        asked = [one for name in given for one in numbered(name, result.expectations)]
-        told = vars(record) if record is not None else {}
+        asked = [one for name in given for one in numbered_copies(name, result.expectations)]
+        recorded = vars(record) if record is not None else {}
         if record is not None and record.time > 0:
             attempt.pace = round(record.timings.get("simulate", 0.0) / record.time, 2)
-        text = evidence_text(result.folder, result.evidence, told, asked, pictured)
+        text = evidence_text(result.folder, result.evidence, recorded, asked, pictured)
         if result.evidence is not None and (
             tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])
         ):
             text += f"\n\n{tracks}"
         if examined.derived:
             text += f"\n\n{examined.derived}"
-        if warnings := [p for p in examined.warnings if p.rule != ESTIMATE]:
+        if warnings := [p for p in examined.warnings if p.rule != DURATION_RULE]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
-                f"- {p.path}: {p.message} [{p.rule}]{_meant(examined.meant.get((p.rule, p.path)))}"
+                f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
                 for p in warnings[:10]
             )
         if result.problem is not None:
             text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
         attempt.evidence = text
-        attempt.cites = sorted(citable(result.evidence, frames, bodies))
+        attempt.cites = sorted(citable_items(result.evidence, frames, bodies))
         self.keep(attempt)
 
     def refilm(self, loaded: LoadedCase) -> None:
@@ -312,7 +312,7 @@ class Attempts:
             loaded: The case of the attempt.
         """
         about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
-        attempt.facts = [*kept(found(plan.facts, loaded, self.case / attempt.run)), *about_causes]
+        attempt.facts = [*facts_as_data(compute_facts(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
     def compare(
@@ -341,12 +341,12 @@ class Attempts:
             return result.state, result.expectations
 
         if plan.causes and TITLE not in attempt.evidence:
-            if now is not None and attempt.wall > DEAR * 60 * now:
-                facts = [untried(plan, attempt.wall)]
+            if now is not None and attempt.wall > MAX_REPEAT_SHARE * 60 * now:
+                facts = [untried_causes(plan, attempt.wall)]
             else:
-                facts = compared(plan, attempt.text, self.case / "case.yaml", simulate)
+                facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
             attempt.evidence = f"{attempt.evidence}\n\n{part_of(facts)}"
-            attempt.facts += kept(facts)
+            attempt.facts += facts_as_data(facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
 
@@ -390,14 +390,14 @@ class Attempts:
 
     def _pictures(self, attempt: Attempt, run: Path, preview: Callable[[], Any]) -> tuple[list[str], int, str]:
         """Make the sheet of numbered frames for the Critic; return its file name, the number of frames, and a note."""
-        sheet, count, told = frame_sheet(run, preview)
+        sheet, count, note = frame_sheet(run, preview)
         if sheet is None:
             return [], 0, ""
         folder = self.of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         with replacing(folder / "frames.png") as part:
             sheet.save(part, "PNG", optimize=True)
-        return ["frames.png"], count, told
+        return ["frames.png"], count, note
 
     def publish(self, attempt: Attempt) -> None:
         """Copy an attempt's case to `case.yaml`."""
@@ -422,11 +422,11 @@ def copy_input(file: Path, folder: Path) -> Path:
     return target
 
 
-def _meant(why: str | None) -> str:
+def _intended_note(why: str | None) -> str:
     return "" if why is None else f" (meant, as its owner says{f': {why}' if why else ''})"
 
 
-def changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+def changed_expectations(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """Describe the expectations whose result changed."""
     rows = []
     for name, row in after.items():

@@ -15,38 +15,38 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from text2sim.agents import language
-from text2sim.agents.assembly import said
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.assembly import format_problem
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.pictures import moments_of
 from text2sim.agents.replies import Answer, Line, Name
-from text2sim.agents.restyling import TouchesPhysics, restyled
+from text2sim.agents.restyling import TouchesPhysics, restyle
 from text2sim.agents.revising import data_of
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.recording.run_files import read_events
-from text2sim.runtime.trouble import told
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 
-ENOUGH = 80.0
+GOOD_ENOUGH_MARK = 80.0
 """Total mark (0 to 100) at which no better treatment is sought."""
-ROUNDS = 3
+MAX_ROUNDS = 3
 """Number of rounds of proposals and judgements."""
-PROPOSED = 2
+FIRST_PROPOSALS = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
 FILMED_BY_HAND = ("cameras", "shots", "speed", "during")
 """Fields of `render` without which cameras and pace are derived from what was recorded."""
-WIDTH = 480
+STILL_WIDTH = 480
 """Width of a still [pixels]."""
-LISTED = 30
+MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
-EVENTS, EVENLY = 4, 4
+MAX_EVENT_STILLS, EVEN_STILLS = 4, 4
 """Largest number of stills of events, and number of evenly spaced stills."""
-WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
+MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""
 Score = Annotated[float, Field(ge=0, le=100)]
 
@@ -80,7 +80,7 @@ class Marks(Answer):
     @property
     def total(self) -> float:
         """Total mark, 0 to 100."""
-        return round(sum(weight * getattr(self, name) for name, weight in WEIGHTS.items()), 1)
+        return round(sum(weight * getattr(self, name) for name, weight in MARK_WEIGHTS.items()), 1)
 
 
 @dataclass(frozen=True)
@@ -123,21 +123,21 @@ class Cinematography:
         """
         if not self._chat.vision("viewer"):
             return None
-        self._tried = [self._judged("as_it_is", text, self._sheet(text))]
+        self._tried = [self._judge_still("as_it_is", text, self._sheet(text))]
         try:
-            for round_ in range(ROUNDS):
-                if self._best().marks.total >= ENOUGH:
+            for round_ in range(MAX_ROUNDS):
+                if self._best_so_far().marks.total >= GOOD_ENOUGH_MARK:
                     break
-                for name, tried in self._proposed(self._best(), first=round_ == 0).items():
+                for name, tried in self._proposed(self._best_so_far(), first=round_ == 0).items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
-                        self._tried.append(self._judged(name, tried, sheet))
+                        self._tried.append(self._judge_still(name, tried, sheet))
         except StoppedError:
             raise
         except Text2SimError as error:  # earlier judgements count
             self._emit("treatments_failed", why=str(error))
-        return self._best()
+        return self._best_so_far()
 
-    def _best(self) -> FilmedTreatment:
+    def _best_so_far(self) -> FilmedTreatment:
         return max(self._tried, key=lambda one: one.marks.total)
 
     # --- proposals ------------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ class Cinematography:
             derived = {"automatic": self._automatic(best.text), "suggested": self._suggested(best.text)}
             found |= {name: text for name, text in derived.items() if text is not None}
         try:
-            found |= self._written(best, PROPOSED if first else 1)
+            found |= self._written(best, FIRST_PROPOSALS if first else 1)
         except RoleFailed as failed:  # go on with the treatments at hand
             self._emit("treatments_failed", why=str(failed))
         return found
@@ -158,12 +158,10 @@ class Cinematography:
         """The case with the film that is derived from what was recorded; None if it has that already."""
         written = data_of(text).get("render")
         chosen = [key for key in FILMED_BY_HAND if isinstance(written, dict) and key in written]
+        if not chosen:
+            return None
         try:
-            return (
-                restyled(text, [{"op": "remove", "path": f"/render/{key}"} for key in chosen], self._path)
-                if chosen
-                else None
-            )
+            return restyle(text, [{"op": "remove", "path": f"/render/{key}"} for key in chosen], self._path)
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"automatic: {error}")
             return None
@@ -174,8 +172,8 @@ class Cinematography:
 
         loaded = load_text(text, self._path)
         try:
-            proposal = suggest(_recording(self._run, loaded), loaded, lambda said: None)
-            return restyled(text, proposal.operations, self._path)
+            proposal = suggest(_recording(self._run, loaded), loaded, lambda _: None)
+            return restyle(text, proposal.operations, self._path)
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"--suggest: {error}")
             return None
@@ -188,9 +186,9 @@ class Cinematography:
             wrong: list[str] = []
             for number, treatment in enumerate(answer.treatments[:count]):
                 try:
-                    texts[treatment.name] = restyled(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
+                    texts[treatment.name] = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
                 except SpecError as error:
-                    wrong += [f"/treatments/{number}: {said(problem)}" for problem in error.problems[:4]]
+                    wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:
                     wrong.append(f"/treatments/{number}: {error}")
             if wrong and not texts:
@@ -198,24 +196,28 @@ class Cinematography:
 
         many = f"{count} treatments" if count > 1 else "one treatment"
         system = system_prompt(
-            ROLES["render"], "treat", count=many, rules=language.rules(brief=True), pages=language.pages("render")
+            ROLES["render"],
+            "treat",
+            count=many,
+            rules=language.rules(brief=True),
+            pages=language.reference_pages("render"),
         )
         question = render(
             "treat_ask",
             request=self._request,
-            case=yaml_text(_shown(best.text)),
+            case=yaml_text(_appearance_of(best.text)),
             recorded=recorded_text(_recording(self._run, load_text(best.text, self._path))),
             best=best.name,
             marks=yaml_text(
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
             sheet=self._chat.vision("render"),
-            evenly=EVENLY,
-            events=EVENTS,
+            evenly=EVEN_STILLS,
+            events=MAX_EVENT_STILLS,
             instruction=f"Propose {many} that would be marked higher.",
         )
         images = (best.sheet,) if self._chat.vision("render") else ()
-        self._chat.ask("render", system, question, typed(Treatments, check), images)
+        self._chat.ask("render", system, question, typed_parser(Treatments, check), images)
         return dict(texts)
 
     # --- judgement ------------------------------------------------------------------------------------------------
@@ -231,18 +233,20 @@ class Cinematography:
             self._emit("treatments_failed", why=f"{name}: {error}")
             return None
 
-    def _judged(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
+    def _judge_still(self, name: str, text: str, sheet: tuple[bytes, int]) -> FilmedTreatment:
         picture, count = Image("film.png", "image/png", sheet[0]), sheet[1]
         question = render("view", request=self._request, count=count)
-        marks: Marks = self._chat.ask("viewer", system_prompt(ROLES["viewer"]), question, typed(Marks), (picture,))
-        parts = {part: getattr(marks, part) for part in WEIGHTS}
+        marks: Marks = self._chat.ask(
+            "viewer", system_prompt(ROLES["viewer"]), question, typed_parser(Marks), (picture,)
+        )
+        parts = {part: getattr(marks, part) for part in MARK_WEIGHTS}
         if any(take.name == name for take in self._tried):
             name = f"{name}_{len(self._tried)}"
         self._emit("viewed", treatment=name, total=marks.total, marks=parts, better=marks.better)
         return FilmedTreatment(name, text, marks, picture)
 
 
-def styled(
+def best_treatment(
     cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
 ) -> str:
     """Return the case with its best treatment, or unchanged if there is no better one.
@@ -267,7 +271,7 @@ def styled(
         emit("not_styled", why=str(error))  # a failure of the film must not lose the accepted case
         return text
     except Exception as error:  # noqa: BLE001 - nor may an internal error
-        emit("not_styled", why=told(error))
+        emit("not_styled", why=internal_error_message(error))
         return text
     if best is None:
         emit("not_styled", why="the judge's model does not accept pictures")
@@ -286,23 +290,23 @@ def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:
     from PIL import Image as Pictures
 
     from text2sim.evidence.contact_sheet import contact_sheet
-    from text2sim.legibility.film import nearest_frame, spread
+    from text2sim.legibility.film import nearest_frame, spread_numbers
     from text2sim.rendering.film import Filming, Reel
 
     recording = _recording(run, loaded)
     wide, tall = recording.film["resolution"]
-    filming = Filming(recording, "draft", size=(WIDTH, max(2, round(WIDTH * tall / wide / 2) * 2)))
+    filming = Filming(recording, "draft", size=(STILL_WIDTH, max(2, round(STILL_WIDTH * tall / wide / 2) * 2)))
     reel = filming.reels()[0]
-    told = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
-    evenly = [reel.frames[k] for k in spread(len(reel.frames), EVENLY)]
-    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(told))[:EVENTS]}))
+    frames = [frame for one in moments_of(run) if (frame := nearest_frame(reel.frames, one.t))]
+    evenly = [reel.frames[k] for k in spread_numbers(len(reel.frames), EVEN_STILLS)]
+    few = Reel(reel.name, sorted({*evenly, *list(dict.fromkeys(frames))[:MAX_EVENT_STILLS]}))
     paths = filming.render(few, lambda progress: None)
     thumbnails = [
         ("film", f"{number}: {frame.k / filming.fps:.1f} s", Pictures.fromarray(picture))
         for number, (frame, picture) in enumerate(zip(few.frames, filming.pictures(few, paths), strict=True), 1)
     ]
     sheet = io.BytesIO()
-    contact_sheet(thumbnails, width=WIDTH, columns=2).save(sheet, "png", optimize=True)
+    contact_sheet(thumbnails, width=STILL_WIDTH, columns=2).save(sheet, "png", optimize=True)
     return sheet.getvalue(), len(thumbnails)
 
 
@@ -313,9 +317,9 @@ def recorded_text(recording: Any) -> str:
         if row["name"]:
             first.setdefault(row["name"], float(row["time"]))
     rows = [f"0 to {recording.last:.3g} s."]
-    rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:LISTED]]
+    rows += [f"- event `{name}`: first at {t:.3g} s" for name, t in list(first.items())[:MAX_LISTED]]
     rows += [_light_row(name, light) for name, light in recording.film["lights"].items()]
-    for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:LISTED]:
+    for name in list(dict.fromkeys(body.split("[")[0] for body in recording.bodies))[:MAX_LISTED]:
         start, end = (_box(recording.states.bounds([name], t)) for t in (0.0, recording.last))
         rows.append(f"- `{name}`: {start}" + ("" if start == end else f"; at the end {end}"))
     return "\n".join(rows)
@@ -348,7 +352,7 @@ def _recording(run: Path, loaded: LoadedCase) -> Any:
     return read_recording(run, plan_case(loaded))
 
 
-def _shown(text: str) -> dict[str, Any]:
+def _appearance_of(text: str) -> dict[str, Any]:
     """The parts of a case that define its appearance: `render` and looks."""
     data = data_of(text)
     scene = data.get("scene") or {}

@@ -33,6 +33,11 @@ def plain(text: str) -> str:
     return _RULE.sub("", _LINK.sub(r"\1", text))
 
 
+def first_sentence(text: str) -> str:
+    """Return the first sentence without its full stop."""
+    return text.partition(". ")[0].removesuffix(".")
+
+
 def section_brief(section: ReferenceSection, only: Collection[str] | None = None, *, intro: bool = True) -> str:
     """Return a condensed page.
 
@@ -52,10 +57,10 @@ def section_brief(section: ReferenceSection, only: Collection[str] | None = None
         lines += [_example(text) for text in load_examples().get(section.examples, {}).values()]
         return "\n".join(lines)
     kinds = section_kinds(section.models)
-    told = [kind for kind in kinds if only is None or kind in only]
-    lines += kinds_brief(section, told)
-    if rest := [f"`{kind}`" for kind in kinds if kind not in told]:
-        lines.append(("Other kinds: " if told else "Kinds: ") + ", ".join(rest))
+    described = [kind for kind in kinds if only is None or kind in only]
+    lines += kinds_brief(section, described)
+    if rest := [f"`{kind}`" for kind in kinds if kind not in described]:
+        lines.append(("Other kinds: " if described else "Kinds: ") + ", ".join(rest))
     return "\n".join(lines)
 
 
@@ -82,15 +87,15 @@ def kinds_line_by_line(section: ReferenceSection) -> str:
         if model.__module__ == soft_measures.__name__:
             deforming.append(f"`{kind}` `{text}`")
         else:
-            lines.append(f"- `{kind}`: {model_doc(model).partition('. ')[0].removesuffix('.')}. `{text}`{more}")
+            lines.append(f"- `{kind}`: {first_sentence(model_doc(model))}. `{text}`{more}")
     if deforming:
         lines.append(f"- of what deforms, with more by `read`: {', '.join(deforming)}")
     return "\n".join(lines)
 
 
-def kinds_brief(section: ReferenceSection, told: Collection[str]) -> list[str]:
+def kinds_brief(section: ReferenceSection, described: Collection[str]) -> list[str]:
     """Describe the kinds `told` of a page and their fields; shared fields are listed once."""
-    kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in told}
+    kinds = {kind: model for kind, model in section_kinds(section.models).items() if kind in described}
     everybody = list(section_kinds(section.models).values())
     shared = shared_bases(everybody)
     lines = []

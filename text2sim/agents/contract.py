@@ -13,8 +13,8 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.selectors import body_of, strings_in
 
 Data = dict[str, Any]
-PARTS = ("expect", "measures", "events")
-SLACK = 0.5
+CONTRACT_PARTS = ("expect", "measures", "events")
+MAX_RELAXATION = 0.5
 """Fraction by which the Planner may relax a bound when it restates an expectation."""
 
 
@@ -32,7 +32,7 @@ class Contract:
     @property
     def pointers(self) -> tuple[str, ...]:
         """JSON Pointers to the contract's entries in a case."""
-        return tuple(f"/actions/{part}/{name}" for part in PARTS for name in self.values[part])
+        return tuple(f"/actions/{part}/{name}" for part in CONTRACT_PARTS for name in self.values[part])
 
     @classmethod
     def of(cls, loaded: LoadedCase, names: Iterable[str], planned: Iterable[str] = ()) -> "Contract":
@@ -44,19 +44,21 @@ class Contract:
             planned: Names of bodies that are dynamic in the plan, whatever they are in the case.
         """
         actions = loaded.data.get("actions") or {}
-        names = [one for name in names for one in numbered(name, actions.get("expect") or {})]
-        values: dict[str, Data] = {part: {} for part in PARTS}
-        waiting = [("expect", name) for name in names]
-        while waiting:
-            part, name = waiting.pop()
+        names = [copy for name in names for copy in numbered_copies(name, actions.get("expect") or {})]
+        values: dict[str, Data] = {part: {} for part in CONTRACT_PARTS}
+        pending = [("expect", name) for name in names]
+        while pending:
+            part, name = pending.pop()
             row = (actions.get(part) or {}).get(name)
             if row is None or name in values[part]:
                 continue
             values[part][name] = row
             words = strings_in(row)
-            waiting += [(other, word) for other in PARTS[1:] for word in words if word in (actions.get(other) or {})]
+            pending += [
+                (other, word) for other in CONTRACT_PARTS[1:] for word in words if word in (actions.get(other) or {})
+            ]
         bodies = loaded.data.get("bodies") or {}
-        named = {body_of(word) for part in PARTS[1:] for word in strings_in(values[part])}
+        named = {body_of(word) for part in CONTRACT_PARTS[1:] for word in strings_in(values[part])}
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
         return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
@@ -68,7 +70,7 @@ class Contract:
             for name in self.names
             if name not in self.values["expect"]
         ]
-        for part in PARTS:
+        for part in CONTRACT_PARTS:
             for name, row in self.values[part].items():
                 now = (actions.get(part) or {}).get(name)
                 if now is None:
@@ -84,7 +86,7 @@ class Contract:
         return found
 
 
-def numbered(name: str, known: Iterable[str]) -> list[str]:
+def numbered_copies(name: str, known: Iterable[str]) -> list[str]:
     """Return the names of an entry's copies in a case whose `repeat` entries are expanded.
 
     Args:
@@ -94,10 +96,10 @@ def numbered(name: str, known: Iterable[str]) -> list[str]:
     known = list(known)
     if name in known:
         return [name]
-    return [one for one in known if re.fullmatch(rf"{re.escape(name)}_\d+", one)] or [name]
+    return [copy for copy in known if re.fullmatch(rf"{re.escape(name)}_\d+", copy)] or [name]
 
 
-def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
+def weakened_bounds(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
     """Describe how restated expectations are weaker, as far as their bounds alone show it.
 
     Args:
@@ -110,18 +112,20 @@ def weakened(old: Mapping[str, Data], new: Mapping[str, Data]) -> list[str]:
         if before is None:
             found.append(f"{name}: only an expectation that is there can be restated")
             continue
-        was, now = _bounds(before), _bounds(row)
-        if was - now:
-            found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(was - now))}")
-        several, left = before.get("repeat"), row.get("repeat", 1)
-        if isinstance(several, int) and isinstance(left, int) and left < several:
-            found.append(f"{name}: it stands for {several}, and goes on standing for them: `repeat: {several}`")
+        bounds_before, bounds_after = _bounds(before), _bounds(row)
+        if bounds_before - bounds_after:
+            found.append(f"{name}: a restated expectation keeps its {', '.join(sorted(bounds_before - bounds_after))}")
+        copies, copies_left = before.get("repeat"), row.get("repeat", 1)
+        if isinstance(copies, int) and isinstance(copies_left, int) and copies_left < copies:
+            found.append(f"{name}: it stands for {copies}, and goes on standing for them: `repeat: {copies}`")
         for side, sign in (("above", -1), ("below", 1)):
             old_bound, new_bound = before.get(side), row.get(side)
             if not (isinstance(old_bound, int | float) and isinstance(new_bound, int | float)):
                 continue
-            if sign * (new_bound - old_bound) > SLACK * abs(old_bound):
-                found.append(f"{name}: `{side}` may move by {SLACK:.0%} of {old_bound:g} at most: this asks for less")
+            if sign * (new_bound - old_bound) > MAX_RELAXATION * abs(old_bound):
+                found.append(
+                    f"{name}: `{side}` may move by {MAX_RELAXATION:.0%} of {old_bound:g} at most: this asks for less"
+                )
     return found
 
 

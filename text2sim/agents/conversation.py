@@ -17,22 +17,22 @@ from text2sim.spec_schema.errors import RunError, nearest
 
 T = TypeVar("T")
 
-ROUNDS = 3
+MAX_ANSWERS = 3
 """Largest number of answers to one question."""
-LOOKS = 2
+MAX_PAGE_REQUESTS = 2
 """Largest number of requests for pages before an answer."""
-MUCH = 20
+MAX_REQUESTED_PAGES = 20
 """Largest number of pages in one request."""
-ECHO = 12_000
+MAX_QUOTED_ANSWER = 12_000
 """Characters of a refused answer that are sent back with its faults."""
-SHOWN = 12
+MAX_LISTED_FAULTS = 12
 """Largest number of faults that are sent back."""
-CHANGES = "changes"
+CHANGES_KEY = "changes"
 """Key of an answer that contains only the differences from the refused one."""
-LONG = 2_000
+MIN_LENGTH_FOR_CHANGES = 2_000
 """Length from which a refused answer may be corrected by its differences [characters]."""
 IN_FULL = "Answer again, in full, in one fenced ```yaml block."
-PARTLY = (
+ANSWER_WITH_CHANGES = (
     "Answer in one fenced ```yaml block with the one key `changes`, and under it only the keys that change, each at "
     "its place: mappings are merged, any other value, lists too, takes the place of the old one, and null removes a "
     "key. (Or answer again, in full.)"
@@ -56,7 +56,7 @@ class RoleFailed(RunError):
 
     def __init__(self, role: str, reasons: Sequence[str]) -> None:
         self.role, self.reasons = role, list(reasons)
-        super().__init__(f"the {role} gave no usable answer in {ROUNDS} tries: {'; '.join(self.reasons[:3])}")
+        super().__init__(f"the {role} gave no usable answer in {MAX_ANSWERS} tries: {'; '.join(self.reasons[:3])}")
 
 
 class BudgetSpent(RunError):
@@ -102,8 +102,8 @@ class Conversation:
         question: str,
         read: Callable[[Any], T],
         images: Sequence[Image] = (),
-        rounds: int = ROUNDS,
-        more: Callable[[list[str]], str] | None = None,
+        rounds: int = MAX_ANSWERS,
+        read_pages: Callable[[list[str]], str] | None = None,
     ) -> T:
         """Ask a role a question, and return its parsed answer.
 
@@ -114,8 +114,8 @@ class Conversation:
             read: Parses the data of an answer; raises `Wrong` with the faults that the model has to fix.
             images: Images that accompany the question.
             rounds: Largest number of answers.
-            more: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in the
-                next message.
+            read_pages: Returns pages by name. With it, the role may first answer `read: [name, …]`; the pages follow in
+                the next message.
 
         Raises:
             RoleFailed: If no answer is usable.
@@ -130,12 +130,12 @@ class Conversation:
             reply = self.reply(role, messages)
             try:
                 data = read_reply(reply)[0]
-                if more is not None and looks < LOOKS and (names := _wanted(data)):
+                if read_pages is not None and looks < MAX_PAGE_REQUESTS and (names := _requested_pages(data)):
                     looks += 1
-                    messages += [Message("assistant", _echo(reply)), Message("user", more(names) + NOW)]
+                    messages += [Message("assistant", _echo(reply)), Message("user", read_pages(names) + ANSWER_NOW)]
                     continue
-                if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES}:
-                    data = merged(before, data[CHANGES])
+                if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES_KEY}:
+                    data = apply_merge_patch(before, data[CHANGES_KEY])
                 before = data
                 return read(data)
             except ReplyError as error:
@@ -143,8 +143,8 @@ class Conversation:
             except Wrong as error:
                 reasons = error.reasons
             round_ += 1
-            self._emit("answer_refused", role=role, round=round_, reasons=reasons[:SHOWN])
-            way = PARTLY if isinstance(before, dict) and len(reply) > LONG else IN_FULL
+            self._emit("answer_refused", role=role, round=round_, reasons=reasons[:MAX_LISTED_FAULTS])
+            way = ANSWER_WITH_CHANGES if isinstance(before, dict) and len(reply) > MIN_LENGTH_FOR_CHANGES else IN_FULL
             messages += [Message("assistant", _echo(reply)), Message("user", _complaint(reasons, way))]
         raise RoleFailed(role, reasons)
 
@@ -164,7 +164,7 @@ class Conversation:
         request = ModelRequest(role=role, messages=tuple(messages), number=number)
         reply = self._log.ask(self._endpoint(role), request, self._stop, attempt=self.attempt)
         with self._lock:
-            again = self._beginnings.again(self._endpoint(role).name, request)
+            again = self._beginnings.cached_tokens(self._endpoint(role).name, request)
         self.account.add(role, self.attempt, reply, again)
         tokens = reply.tokens_in + reply.tokens_out
         self._emit("answered", live=True, role=role, number=number, tokens=tokens, seconds=reply.seconds)
@@ -174,7 +174,7 @@ class Conversation:
         return self._endpoints.get(role) or self._endpoints[""]
 
 
-def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
+def typed_parser(model: type[BaseModel], check: Callable[[Any], None] | None = None) -> Callable[[Any], Any]:
     """Return a parser of answers of one type, for `Conversation.ask`.
 
     Args:
@@ -186,7 +186,7 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
         try:
             answer = model.model_validate(data)
         except ValidationError as error:
-            raise Wrong(_said(error, model)) from None
+            raise Wrong(_describe_errors(error, model)) from None
         if check is not None:
             check(answer)
         return answer
@@ -194,25 +194,29 @@ def typed(model: type[BaseModel], check: Callable[[Any], None] | None = None) ->
     return read
 
 
-NOW = "\n\nNow answer the question above."
+ANSWER_NOW = "\n\nNow answer the question above."
 
 
-def _wanted(data: Any) -> list[str]:
+def _requested_pages(data: Any) -> list[str]:
     """Names of the pages that an answer asks for; empty for any other answer."""
     names = data.get("read") if isinstance(data, dict) and len(data) == 1 else None
     if isinstance(names, str):
         names = [names]
-    return [str(name)[:80] for name in names[:MUCH]] if isinstance(names, list) else []
+    return [str(name)[:80] for name in names[:MAX_REQUESTED_PAGES]] if isinstance(names, list) else []
 
 
 def _echo(reply: str) -> str:
     """A rejected answer as it is sent back; shortened, so that a huge one is not paid for three times."""
-    return reply if len(reply) <= ECHO else f"{reply[: ECHO // 2]}\n[…]\n{reply[-ECHO // 2 :]}"
+    return (
+        reply
+        if len(reply) <= MAX_QUOTED_ANSWER
+        else f"{reply[: MAX_QUOTED_ANSWER // 2]}\n[…]\n{reply[-MAX_QUOTED_ANSWER // 2 :]}"
+    )
 
 
-def _said(error: ValidationError, model: type[BaseModel]) -> list[str]:
+def _describe_errors(error: ValidationError, model: type[BaseModel]) -> list[str]:
     rows = []
-    for problem in error.errors(include_url=False, include_input=False)[:SHOWN]:
+    for problem in error.errors(include_url=False, include_input=False)[:MAX_LISTED_FAULTS]:
         where, message = "/" + "/".join(map(str, problem["loc"])), problem["msg"]
         if problem["type"] == "extra_forbidden":
             message = _unknown_field(str(problem["loc"][-1]), model, problem["loc"][:-1])
@@ -237,7 +241,7 @@ def _models_in(kind: Any) -> list[type[BaseModel]]:
     return [model for part in get_args(kind) for model in _models_in(part)]
 
 
-def merged(data: Any, changes: Any) -> Any:
+def apply_merge_patch(data: Any, changes: Any) -> Any:
     """Return data with a JSON Merge Patch applied (RFC 7396): null removes a key."""
     if not isinstance(changes, dict):
         return changes
@@ -246,11 +250,11 @@ def merged(data: Any, changes: Any) -> Any:
         if value is None:
             made.pop(key, None)
         else:
-            made[key] = merged(made.get(key), value)
+            made[key] = apply_merge_patch(made.get(key), value)
     return made
 
 
 def _complaint(reasons: Sequence[str], way: str) -> str:
-    rows = "\n".join(f"- {' '.join(reason.split())[:600]}" for reason in reasons[:SHOWN])
-    more = f"\n- … and {len(reasons) - SHOWN} more" if len(reasons) > SHOWN else ""
+    rows = "\n".join(f"- {' '.join(reason.split())[:600]}" for reason in reasons[:MAX_LISTED_FAULTS])
+    more = f"\n- … and {len(reasons) - MAX_LISTED_FAULTS} more" if len(reasons) > MAX_LISTED_FAULTS else ""
     return f"This cannot be used:\n\n{rows}{more}\n\n{way}\n"

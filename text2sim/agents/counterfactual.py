@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import revising
-from text2sim.agents.assembly import examine, said
-from text2sim.agents.contract import numbered
+from text2sim.agents.assembly import examine, format_problem
+from text2sim.agents.contract import numbered_copies
 from text2sim.agents.facts import Fact
 from text2sim.agents.replies import CasePlan
 from text2sim.spec_schema.errors import RunError
@@ -16,16 +16,19 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
-MOST = 2
+MAX_CAUSES = 2
 """Largest number of causes that are tested; each costs a simulation."""
 TITLE = "## Without the cause"
 PARTS = ("controls", "measures", "events", "expect")
-CAME: dict[bool | None, str] = {True: "COMES TRUE AS WELL: no cause", False: "does not come true, as it must be"}
+CAUSE_VERDICTS: dict[bool | None, str] = {
+    True: "COMES TRUE AS WELL: no cause",
+    False: "does not come true, as it must be",
+}
 """Verdict on a cause, by whether the effect's expectation came true in a finished run without it."""
 Found = Mapping[str, Mapping[str, Any]]
 
 
-def without(case: Data, names: Collection[str]) -> Data:
+def case_without(case: Data, names: Collection[str]) -> Data:
     """Return a case without its film, and without the named bodies, statics and controls and all references to them."""
     left = {key: row for key, row in copy.deepcopy(case).items() if key not in ("render", "variants", "sweeps")}
     scene, actions = left.get("scene") or {}, left.get("actions") or {}
@@ -54,7 +57,7 @@ def _refers(row: Any, names: Collection[str]) -> bool:
     return isinstance(row, list) and any(_refers(value, names) for value in row)
 
 
-def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
+def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
     """Run a case once without each cause that the plan names, and compare.
 
     Args:
@@ -67,41 +70,49 @@ def compared(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tu
         A fact for each effect; none if the plan names no cause.
     """
     facts = []
-    for requirement, causes in list(plan.causes.items())[:MOST]:
-        told = f"without {', '.join(f'`{name}`' for name in causes)}"
-        case = without(revising.data_of(text), causes)
+    for requirement, causes in list(plan.causes.items())[:MAX_CAUSES]:
+        description = f"without {', '.join(f'`{name}`' for name in causes)}"
+        case = case_without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}
         # An expectation in `keeps` holds from the start, so it is no effect.
         effects = [name for name in plan.meets.get(requirement, ()) if name in expected and name not in plan.keeps]
         if not effects:
-            facts.append(Fact(requirement, None, f"{told} nothing that is measured of it is left"))
+            facts.append(Fact(requirement, None, f"{description} nothing that is measured of it is left"))
         elif examined.errors:
-            facts.append(Fact(requirement, None, f"{told} the case cannot be run: {said(examined.errors[0])}"))
+            facts.append(
+                Fact(requirement, None, f"{description} the case cannot be run: {format_problem(examined.errors[0])}")
+            )
         else:
             try:
                 state, found = simulate(examined.loaded)
             except RunError as error:
-                facts.append(Fact(requirement, None, f"{told} the run failed: {error}"))
+                facts.append(Fact(requirement, None, f"{description} the run failed: {error}"))
                 continue
-            for name in (one for written in effects for one in numbered(written, found)):
+            for name in (one for written in effects for one in numbered_copies(written, found)):
                 row = found.get(name, {})
                 came = row.get("ok") if state == "finished" else None
-                why = row.get("why") if came in CAME else f"the run ended as: {state}"
+                why = row.get("why") if came in CAUSE_VERDICTS else f"the run ended as: {state}"
                 ok = None if came is None else not came
-                facts.append(Fact(requirement, ok, f"{told} `{name}` {CAME.get(came, 'could not be told')} ({why})"))
+                facts.append(
+                    Fact(
+                        requirement,
+                        ok,
+                        f"{description} `{name}` {CAUSE_VERDICTS.get(came, 'could not be told')} ({why})",
+                    )
+                )
     return facts
 
 
-def untried(plan: CasePlan, seconds: float) -> Fact:
+def untried_causes(plan: CasePlan, seconds: float) -> Fact:
     """Return what is told of causes where a further run takes too long.
 
     Args:
         plan: The plan that names the causes.
         seconds: Wall time of a run [s].
     """
-    told = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
-    return Fact(next(iter(plan.causes)), None, told)
+    note = f"the case was not run without its causes, since a run takes {seconds / 60:.0f} min: judge by the pictures"
+    return Fact(next(iter(plan.causes)), None, note)
 
 
 def part_of(facts: Iterable[Fact]) -> str:

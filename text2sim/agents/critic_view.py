@@ -5,19 +5,19 @@ from io import BytesIO
 from pathlib import Path
 
 from text2sim.agents import revising
-from text2sim.agents.attempts import Attempt, changed
+from text2sim.agents.attempts import Attempt, changed_expectations
 from text2sim.agents.criticism import Exhibit
 from text2sim.agents.facts import Fact
 from text2sim.agents.models.exchange import Image
-from text2sim.agents.restyling import physics
-from text2sim.agents.run_summary import attempts_table, judgement
+from text2sim.agents.restyling import physics_digest
+from text2sim.agents.run_summary import attempts_table, judgement_text
 from text2sim.spec_schema.errors import Text2SimError
 
-GLANCE = 800
+SHORT_FORM_SIZE = 800
 """Largest side of the pictures in the short form [pixels]."""
 
 
-def exhibit(
+def critic_exhibit(
     made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str, path: Path
 ) -> Exhibit:
     """Return the exhibit for the Critic.
@@ -34,24 +34,24 @@ def exhibit(
     cites, facts = frozenset(attempt.cites), tuple(Fact(**row) for row in attempt.facts)
     if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text, path):
         rows = "\n".join(f"- {line}" for line in revising.change_lines(base, attempt.text))
-        told = (
+        sentence = (
             f"Nothing but looks and film differ from the case as it was, so that the motion is the same: all "
             f"{len(attempt.expect)} expectations are true.\n\n{rows}\n\nA change is judged by the pictures. If "
             "something has to be mended, say what in `failures`; patches are not needed."
         )
-        return Exhibit(attempt.number, "", told, cites, tuple(map(_smaller, images)), missed, facts)
+        return Exhibit(attempt.number, "", sentence, cites, tuple(map(_smaller, images)), missed, facts)
     return Exhibit(
-        attempt.number, attempt.text, evidence, cites, images, missed, facts, judgements(made),
+        attempt.number, attempt.text, evidence, cites, images, missed, facts, earlier_judgements(made),
         finished=attempt.state == "finished",
     )  # fmt: skip
 
 
-def judgements(made: Sequence[Attempt]) -> str:
+def earlier_judgements(made: Sequence[Attempt]) -> str:
     """Return earlier judgements with the fate of their patches, and a table of expectations over all attempts."""
     earlier = [one for one in made[:-1] if one.number]
     if not earlier:
         return ""
-    rows = [judgement(one.number, one.cause, one.critique, one.fates) for one in earlier]
+    rows = [judgement_text(one.number, one.cause, one.critique, one.fates) for one in earlier]
     return "\n\n".join([*rows, attempts_table([(one.number, one.expect) for one in made if one.expect])])
 
 
@@ -60,12 +60,12 @@ def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
     earlier = [other for other in made[:-1] if other.expect]
     if not earlier or not attempt.changes:
         return attempt.evidence
-    turned = changed(earlier[-1].expect, attempt.expect)
+    turned = changed_expectations(earlier[-1].expect, attempt.expect)
     rows = [f"- changed: {line}" for line in attempt.changes[:15]] + [f"- {row}" for row in turned]
     return f"{attempt.evidence}\n\n## Since attempt {earlier[-1].number}\n\n" + "\n".join(rows)
 
 
-def kept(attempt: Attempt) -> list[str]:
+def what_holds(attempt: Attempt) -> list[str]:
     """Return what holds in an attempt and must stay true after the next change."""
     marks = (attempt.critique or {}).get("requirements", {})
     rows = [f"{name}: {row['why']}" for name, row in attempt.expect.items() if row.get("ok") is True]
@@ -84,7 +84,7 @@ def only_looks(before: str, after: str, path: Path) -> bool:
         path: Path of the case file.
     """
     try:
-        return physics(before, path) == physics(after, path)
+        return physics_digest(before, path) == physics_digest(after, path)
     except Text2SimError:
         return False  # nothing is known of a case that cannot be resolved
 
@@ -95,7 +95,7 @@ def _smaller(image: Image) -> Image:
 
     with Picture.open(BytesIO(image.data)) as picture:
         small = picture.convert("RGB")
-    small.thumbnail((GLANCE, GLANCE))
+    small.thumbnail((SHORT_FORM_SIZE, SHORT_FORM_SIZE))
     out = BytesIO()
     small.save(out, "PNG", optimize=True)
     return Image(image.name, "image/png", out.getvalue())

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.assembly import said
+from text2sim.agents.assembly import format_problem
 from text2sim.agents.contract import Contract
-from text2sim.agents.conversation import Conversation, RoleFailed, typed
-from text2sim.agents.facts import Fact, false
+from text2sim.agents.conversation import Conversation, RoleFailed, typed_parser
+from text2sim.agents.facts import Fact, false_facts
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch
-from text2sim.agents.requirements import rows, score
+from text2sim.agents.requirements import requirement_rows, weighted_score
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.revision.revise import RefusedPatch, revise
@@ -71,8 +71,8 @@ def criticise(
     """
     evidence = exhibit.evidence
     if restated:
-        told = "\n".join(f"- {row}" for row in restated)
-        evidence += f"\n\n## Restated expectations: do they ask for less?\n\n{told}"
+        restatements = "\n".join(f"- {row}" for row in restated)
+        evidence += f"\n\n## Restated expectations: do they ask for less?\n\n{restatements}"
     if not exhibit.images:
         evidence += "\n\nThere are no pictures of this run."
     elif not chat.vision("critic"):
@@ -90,7 +90,7 @@ def criticise(
     )
     images = (*exhibit.images, *request.images)
     system = system_prompt(CRITIC)
-    critique: Critique = chat.ask("critic", system, question, typed(Critique), images)
+    critique: Critique = chat.ask("critic", system, question, typed_parser(Critique), images)
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(chat, system, critique, wrong, exhibit)
     return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
@@ -99,7 +99,7 @@ def criticise(
 def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
     """The requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
-    for line, name in zip(rows(request.requirements).splitlines(), request.requirements, strict=True):
+    for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
         lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
         lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
@@ -113,13 +113,13 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
     except PatchError as error:
         return [str(error)]
     except RefusedPatch as refused:
-        return [said(problem) for problem in _worst(refused.problems)]
+        return [format_problem(problem) for problem in _most_severe(refused.problems)]
     except SpecError as error:
-        return [said(problem) for problem in _worst(error.problems)]
+        return [format_problem(problem) for problem in _most_severe(error.problems)]
     return contract.breaches(load_text(revision.text, path))
 
 
-def _worst(problems: Sequence[Problem]) -> list[Problem]:
+def _most_severe(problems: Sequence[Problem]) -> list[Problem]:
     return [problem for problem in problems if problem.severity == "error"][:4]
 
 
@@ -137,9 +137,9 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
     case = exhibit.case if critique.patches else ""
-    question = render("judge_again", judgement=yaml_text(_stated(critique)), wrong=wrong, case=case)
+    question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
     try:
-        more: Amendment = chat.ask("critic", system, question, typed(Amendment), rounds=1)
+        more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
     except RoleFailed:
         return critique
     return critique.model_copy(
@@ -151,7 +151,7 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
     )
 
 
-def _stated(critique: Critique) -> dict[str, object]:
+def _critique_as_data(critique: Critique) -> dict[str, object]:
     return critique.model_dump(mode="json", exclude={"refused"}, exclude_defaults=True)
 
 
@@ -162,7 +162,7 @@ def _short_of(critique: Critique, request: Request) -> list[str]:
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
     """A copy of a judgement in which requirements contradicted by a fact are not met."""
-    against = false(facts)
+    against = false_facts(facts)
     marks = {
         name: row.model_copy(update={"mark": 0.5, "why": against[name]}) if name in against and row.mark == 1 else row
         for name, row in critique.requirements.items()
@@ -180,9 +180,10 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         else:
             patches.append(patch)
     failures = [
-        failure.model_copy(update={"cites": _known(failure.cites, exhibit) or ["run"]}) for failure in critique.failures
+        failure.model_copy(update={"cites": _known_cites(failure.cites, exhibit) or ["run"]})
+        for failure in critique.failures
     ]
-    told = " ".join(failure.what for failure in failures)
+    failure_text = " ".join(failure.what for failure in failures)
     cited = {cite for failure in failures for cite in failure.cites}
     section = critique.responsible or "plan"
     for name in exhibit.missed:
@@ -191,10 +192,10 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
             failures.append(Failure(what=what, cites=[f"expect:{name}"], section=section))
     for name in _short_of(critique, request):
         row = critique.requirements[name]
-        if name not in told and not set(row.cites) & cited:
+        if name not in failure_text and not set(row.cites) & cited:
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
-            failures.append(Failure(what=what, cites=_known(row.cites, exhibit) or ["run"], section=section))
+            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=section))
     for name in request.requirements:
         if name not in critique.requirements:
             what = f"not marked: {request.requirements[name].what}"
@@ -203,7 +204,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     whole = all(marks.get(name) == 1 for name in request.requirements)
     passed = critique.verdict == "pass" and not exhibit.missed and whole
     verdict = "repair" if critique.verdict == "pass" and not passed else critique.verdict
-    found = score(request.requirements, marks) if request.requirements else critique.score
+    found = weighted_score(request.requirements, marks) if request.requirements else critique.score
     return critique.model_copy(
         update={"patches": patches, "refused": refused, "failures": failures, "verdict": verdict, "score": found}
     )
@@ -226,5 +227,5 @@ def decision_to_film(critique: Mapping[str, Any] | None) -> Decision | None:
     return Decision(action="repair", why=critique["summary"] or patches[0]["why"], take=[*range(1, len(patches) + 1)])
 
 
-def _known(cites: Sequence[str], exhibit: Exhibit) -> list[str]:
+def _known_cites(cites: Sequence[str], exhibit: Exhibit) -> list[str]:
     return [cite for cite in cites if cite.split("[")[0].strip() in exhibit.cites]

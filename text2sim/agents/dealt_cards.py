@@ -11,11 +11,11 @@ from text2sim.card_library.model import Mode
 if TYPE_CHECKING:
     from text2sim.card_library.library import CardLibrary
 
-ATTACHED = 2
+MAX_DEALT_CARDS = 2
 """Largest number of cards with one question."""
-ALIKE = 0.5
+MIN_WORD_SCORE = 0.5
 """Smallest word score of a card without a matching signature, as a fraction of the best match."""
-OFFERED = 6
+MAX_OFFERED_CARDS = 6
 """Largest number of cards that are offered to the Planner after a failure."""
 
 
@@ -28,7 +28,7 @@ class DealtCards:
     dealt: dict[str, set[str]] = field(default_factory=dict)
     """Ids of the cards that each role received."""
 
-    def index(self) -> str:
+    def card_ids(self) -> str:
         """Return the ids of all cards, for the Planner; an id names the card's subject."""
         return "" if self.library is None else ", ".join(sorted(self.library.entries))
 
@@ -55,7 +55,7 @@ class DealtCards:
             cards: Ids of the cards; unknown ones are ignored.
             about: The question, for the record.
         """
-        chosen = [card for card in dict.fromkeys(cards) if self.has(card)][:ATTACHED]
+        chosen = [card for card in dict.fromkeys(cards) if self.has(card)][:MAX_DEALT_CARDS]
         if not chosen:
             return ""
         assert self.library is not None
@@ -75,21 +75,25 @@ class DealtCards:
         """
         if self.library is None:
             return ""
-        from text2sim.card_library.retrieval import find_cards, words
+        from text2sim.card_library.retrieval import find_cards, index_words
 
         known: Any = [mode for mode in modes if mode in _MODES]
-        matches = find_cards(self.library, text=text, modes=known, signatures=signatures, limit=OFFERED)
-        told = set(words(about))
+        matches = find_cards(self.library, text=text, modes=known, signatures=signatures, limit=MAX_OFFERED_CARDS)
+        subject_words = set(index_words(about))
         fitting = [
             match
             for match in matches
             if match.signatures
-            or (match.modes and match.words >= ALIKE and told & set(words(" ".join(match.entry.card.applies.tags))))
+            or (
+                match.modes
+                and match.words >= MIN_WORD_SCORE
+                and subject_words & set(index_words(" ".join(match.entry.card.applies.tags)))
+            )
         ]
         return "\n".join(f"- {match.entry.card.index_line()}" for match in fitting)
 
 
-def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
+def failure_signatures(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: str) -> set[str]:
     """Return the signatures of a failure, by which cards are indexed.
 
     Args:
@@ -97,7 +101,7 @@ def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: 
         expect: Results of the expectations, by name.
         evidence: Text of the run's evidence.
     """
-    found = {sign for words_, sign in _REMARKS.items() if words_ in evidence}
+    found = {signature for wording, signature in _SIGNATURES_BY_WORDING.items() if wording in evidence}
     for name, row in expect.items():
         wanted = checks.expect.get(name, {})
         if row.get("ok") is True:
@@ -110,23 +114,38 @@ def signs(checks: Fragments, expect: Mapping[str, Mapping[str, Any]], evidence: 
             continue
         measure = checks.measures.get(str(wanted.get("measure")), {})
         kind = "count" if measure.get("stat") == "count" else str(measure.get("kind"))
-        short = "above" in wanted
-        found |= {"measure never crosses"} | _SHORT.get(kind, set()) if short else _LONG.get(kind, set())
+        too_small = "above" in wanted
+        found |= (
+            {"measure never crosses"} | _SIGNATURES_OF_SMALL.get(kind, set())
+            if too_small
+            else _SIGNATURES_OF_LARGE.get(kind, set())
+        )
         if str(row.get("why", "")).startswith("0 "):
             found.add("measure is zero")
     return found
 
 
-_REMARKS = {"leaves the picture": "leaves-picture", "never sees": "not visible", "- suspicions": "suspicion"}
+_SIGNATURES_BY_WORDING = {
+    "leaves the picture": "leaves-picture",
+    "never sees": "not visible",
+    "- suspicions": "suspicion",
+}
 """Signatures of cards by wording of the evidence."""
-_HEIGHT, _COUNT = ("extent", "position"), ("count", "count_in", "contact_count")
-_SHORT = {kind: {"height too small"} for kind in _HEIGHT} | {kind: {"count too small"} for kind in _COUNT} | {
-    "share_in": {"share too small"}, "joint_position": {"joint does not move"}, "displacement": {"falls short"},
-}  # fmt: skip
+_SIGNATURES_OF_SMALL = {
+    **dict.fromkeys(("extent", "position"), {"height too small"}),
+    **dict.fromkeys(("count", "count_in", "contact_count"), {"count too small"}),
+    "share_in": {"share too small"},
+    "joint_position": {"joint does not move"},
+    "displacement": {"falls short"},
+}
 """Signatures of a measure that stays too small, by its kind."""
-_LONG = {kind: {"height too large", "jumps"} for kind in _HEIGHT} | {kind: {"count too large"} for kind in _COUNT} | {
-    "distance": {"distance too large"}, "penetration": {"penetration"}, "energy": {"energy grows"},
+_SIGNATURES_OF_LARGE = {
+    **dict.fromkeys(("extent", "position"), {"height too large", "jumps"}),
+    **dict.fromkeys(("count", "count_in", "contact_count"), {"count too large"}),
+    "distance": {"distance too large"},
+    "penetration": {"penetration"},
+    "energy": {"energy grows"},
     "displacement": {"creeps"},
-}  # fmt: skip
+}
 """Signatures of a measure that gets too large, by its kind."""
 _MODES = frozenset(get_args(Mode))

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, examine, owner_of, said
-from text2sim.agents.contract import weakened
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, format_problem, owner_of
+from text2sim.agents.contract import weakened_bounds
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.planning import PLANNER, Request, card_faults, plan_text
-from text2sim.agents.rehearsal import TAKEN, plan_faults
+from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Opening
 from text2sim.agents.roles import render, system_prompt
 from text2sim.agents.run_summary import to_decide_by
@@ -112,9 +112,9 @@ def decide(
         left=report.left,
         cards=offer,
     )
-    system = system_prompt(PLANNER, "decide", taken=", ".join(TAKEN))
+    system = system_prompt(PLANNER, "decide", taken=", ".join(RESERVED_NAMES))
     try:
-        return chat.ask("planner", system, question, typed(Decision, check))
+        return chat.ask("planner", system, question, typed_parser(Decision, check))
     except RoleFailed as failed:
         if not last or (sound := _sound_part(last[-1], faults)) is None:
             raise
@@ -186,14 +186,16 @@ def decision_faults(
     ]
     for number, route in enumerate(decision.routes):
         wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
-    wrong += [f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in TAKEN]
-    wrong += foreign(decision.patch) + _check_faults(decision, agreement)
-    if not (work and (set(work) - {"plan"} or _does(decision))):
+    wrong += [
+        f"/params/{n}: expressions know this name; choose another" for n in decision.params if n in RESERVED_NAMES
+    ]
+    wrong += foreign_operations(decision.patch) + _check_faults(decision, agreement)
+    if not (work and (set(work) - {"plan"} or _changes_anything(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
-    return wrong or _tried(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
+    return wrong or _problems_introduced(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
 
 
 def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: Path, allowed: int) -> list[str]:
@@ -209,7 +211,7 @@ def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: P
     return wrong or refused or settings_faults(text, decision.trials, path)
 
 
-def _does(decision: Decision) -> bool:
+def _changes_anything(decision: Decision) -> bool:
     """Whether a change of the plan also changes the case or creates work for a Writer."""
     plan = decision.plan
     return plan is not None and bool(
@@ -217,10 +219,11 @@ def _does(decision: Decision) -> bool:
     )
 
 
-def foreign(operations: Sequence[Mapping[str, Any]]) -> list[str]:
+def foreign_operations(operations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Describe the operations that touch a Writer's section."""
     return [
-        f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for {', '.join(f'/{part}' for part in PLANNERS)}"
+        f"/patch/{k}: `{place}` is a Writer's: route it; your patch is for "
+        f"{', '.join(f'/{part}' for part in PLANNER_PARTS)}"
         for k, row in enumerate(operations)
         for place in dict.fromkeys((row.get("path"), row.get("from", row.get("path"))))
         if str(place).split("/")[1:2] in ([], [""], *([section] for section in SECTIONS))
@@ -232,7 +235,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     wrong, plan = [], agreement.plan
     if decision.restate is not None:
         checks = decision.restate.checks
-        wrong += weakened(agreement.first.expect, checks.expect)
+        wrong += weakened_bounds(agreement.first.expect, checks.expect)
         if all(same(getattr(plan.checks, part).get(n), row) for part in FROZEN_PARTS for n, row in _part(checks, part)):
             wrong.append("/restate/checks: they say what stands there already")
     if decision.plan is None:
@@ -262,7 +265,7 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
     for old, name in decision.plan.rename.items():
         if old not in plan.params:
             wrong.append(f"/plan/rename/{old}: there is no such parameter")
-        elif name in plan.params or name in TAKEN:
+        elif name in plan.params or name in RESERVED_NAMES:
             wrong.append(f"/plan/rename/{old}: `{name}` is taken")
     return wrong
 
@@ -271,7 +274,7 @@ def _part(checks: Fragments, part: str) -> list[tuple[str, dict[str, Any]]]:
     return list(getattr(checks, part).items())
 
 
-def _tried(
+def _problems_introduced(
     decision: Decision, agreement: Agreement, case: str, path: Path, taken: Sequence[Mapping[str, Any]]
 ) -> list[str]:
     """Problems that a decision would introduce and that no Writer could fix.
@@ -302,7 +305,7 @@ def _new_plan_faults(old: CasePlan, new: CasePlan, path: Path) -> list[str]:
 def _new_problems(case: str, text: str, agreement: Agreement, path: Path) -> list[str]:
     before = {(problem.path, problem.rule) for problem in examine(case, path).errors}
     return [
-        said(problem)
+        format_problem(problem)
         for problem in examine(text, path).errors
         if (problem.path, problem.rule) not in before and owner_of(problem, agreement.pointers) == "plan"
     ]
@@ -312,16 +315,16 @@ def _reported(report: AttemptReport) -> str:
     parts = []
     if report.problems:
         parts.append(
-            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _listed(report.problems)
+            "It could not be run. What is wrong, and was not mended by its owners:\n\n" + _bullets(report.problems)
         )
     if report.doubts:
         parts.append(
             "It has not been run yet: the check has doubts about it. Fix what is true of them (`restate`, `plan`, "
             "`params`, `routes`); if something is intended, say so (`waive` the rule, or `plan: {keeps: […]}`):\n\n"
-            + _listed(report.doubts)
+            + _bullets(report.doubts)
         )
     if report.referred:
-        parts.append("Writers refer to you:\n\n" + _listed(report.referred))
+        parts.append("Writers refer to you:\n\n" + _bullets(report.referred))
     if report.evidence:
         parts.append("# Evidence\n\n" + to_decide_by(report.evidence))
     if report.trials:
@@ -335,7 +338,7 @@ def _reported(report: AttemptReport) -> str:
     return "\n\n".join(parts)
 
 
-def _listed(lines: Sequence[str]) -> str:
+def _bullets(lines: Sequence[str]) -> str:
     return "\n".join(f"- {line}" for line in lines)
 
 
@@ -383,20 +386,22 @@ def open_case(
             for name in opening.checks.expect
             if name not in opening.says
         ]
-        wrong += foreign(opening.patch)
+        wrong += foreign_operations(opening.patch)
         new = any(route.section == "bodies" for route in opening.routes)
-        told = [body for rows in opening.facts.values() for row in rows for body in row.bodies] if new else []
-        wrong += claim_faults(opening.facts, request.requirements, [*agreement.plan.bodies, *told])
+        named_bodies = [body for rows in opening.facts.values() for row in rows for body in row.bodies] if new else []
+        wrong += claim_faults(opening.facts, request.requirements, [*agreement.plan.bodies, *named_bodies])
         if not wrong and opening.possible != "no":
             wrong = _opening_faults(opening, agreement, case, path)
         if wrong:
             raise Wrong(wrong)
 
     rules, kinds = language.rules(brief=True), language.kinds_to_expect_with()
-    system = system_prompt(PLANNER, "open", taken=", ".join(TAKEN), rules=rules, kinds=kinds)
+    system = system_prompt(PLANNER, "open", taken=", ".join(RESERVED_NAMES), rules=rules, kinds=kinds)
     rows = {name: one.what for name, one in request.requirements.items()}
     question = render("open_ask", request=request.text, requirements=rows, case=case, evidence=evidence, left=left)
-    return chat.ask("planner", system, question, typed(Opening, check), request.images, more=PageRequests())
+    return chat.ask(
+        "planner", system, question, typed_parser(Opening, check), request.images, read_pages=PageRequests()
+    )
 
 
 def as_decision(opening: Opening) -> Decision:
@@ -421,4 +426,6 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
     # Bodies that a Writer is asked to add do not exist yet.
     later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
-    return [said(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)]
+    return [
+        format_problem(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)
+    ]

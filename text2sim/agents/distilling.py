@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from text2sim import __version__
-from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.replies import Answer
 from text2sim.agents.roles import ROLES, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -22,7 +22,7 @@ from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.spec_schema.text.source import Source
 from text2sim.spec_schema.whole_files import write_atomically
 
-MOST = 3
+MAX_CARDS = 3
 """Largest number of cards from one loop."""
 
 
@@ -42,7 +42,7 @@ class CardProposal(Answer):
 class Proposals(Answer):
     """Answer of the Distiller."""
 
-    cards: Annotated[list[CardProposal], Field(max_length=MOST)] = []
+    cards: Annotated[list[CardProposal], Field(max_length=MAX_CARDS)] = []
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,10 @@ def attempts_of(case: Path) -> dict[int, TriedAttempt]:
     for folder in sorted((case / "generation" / "attempts").glob("[0-9][0-9]*")):
         try:
             record = json.loads((folder / "attempt.json").read_text("utf-8"))
-            one = TriedAttempt(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
+            attempt = TriedAttempt(int(folder.name), (folder / "case.yaml").read_text("utf-8"), record)
         except (OSError, ValueError, KeyError):
             continue
-        found[one.number] = one
+        found[attempt.number] = attempt
     return found
 
 
@@ -116,7 +116,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
         RunError: If the loop has no failed and no passed attempt, or the folder of a card exists already.
     """
     attempts = attempts_of(case)
-    outcomes = {one.outcome for one in attempts.values()} - {None}
+    outcomes = {attempt.outcome for attempt in attempts.values()} - {None}
     if "passed" not in outcomes or len(outcomes) < 2:
         raise RunError(
             f"{case}: there is nothing to learn: it needs one attempt that failed in a run, and one that passed"
@@ -128,7 +128,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
         drafts.clear()
         for proposal in answer.cards:
             try:
-                drafts.append(drafted(proposal, attempts))
+                drafts.append(draft_card(proposal, attempts))
             except Wrong as error:
                 wrong += error.reasons
         if len({draft.data["id"] for draft in drafts}) < len(drafts):
@@ -136,7 +136,12 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
         if wrong:
             raise Wrong(wrong)
 
-    chat.ask("distiller", system_prompt(ROLES["distiller"], form=form()), told(attempts), typed(Proposals, check))
+    chat.ask(
+        "distiller",
+        system_prompt(ROLES["distiller"], form=proposal_template()),
+        attempts_text(attempts),
+        typed_parser(Proposals, check),
+    )
     folders = {out / str(draft.data["id"]): draft for draft in drafts}
     for folder, draft in folders.items():
         if not draft.fits(folder):
@@ -146,7 +151,7 @@ def distill(chat: Conversation, case: Path, out: Path) -> list[str]:
     return [folder.name for folder in folders]
 
 
-def drafted(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> CardDraft:
+def draft_card(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> CardDraft:
     """Turn a proposal into a draft, checked as far as possible without running it.
 
     Outcomes of attempts are filled in from the record; those of patched cases are claims until `card_library.verify`
@@ -155,27 +160,27 @@ def drafted(proposal: CardProposal, attempts: Mapping[int, TriedAttempt]) -> Car
     Raises:
         Wrong: If the proposal is not a valid card.
     """
-    bad, good = attempts.get(proposal.failing), attempts.get(proposal.repaired or 0)
+    failed, passed = attempts.get(proposal.failing), attempts.get(proposal.repaired or 0)
     names = f"{proposal.failing} and {proposal.repaired}" if proposal.repaired else str(proposal.failing)
     where = f"card of attempt{'s' if proposal.repaired else ''} {names}"
     patched = bool(proposal.expect or proposal.repair)
-    if bad is None or (good is None and proposal.repaired is not None):
+    if failed is None or (passed is None and proposal.repaired is not None):
         raise Wrong([f"{where}: there are attempts {', '.join(map(str, attempts))}"])
-    if good is None and not proposal.repair:
+    if passed is None and not proposal.repair:
         raise Wrong([f"{where}: it needs `repaired`, an attempt, or `repair`, a patch"])
-    if not patched and good is not None:
-        if bad.outcome in (None, "passed"):
-            raise Wrong([f"{where}: attempt {bad.number} did not fail in a run"])
-        if good.outcome != "passed":
-            raise Wrong([f"{where}: attempt {good.number} did not pass"])
-    failing = _patched(bad.text, proposal.expect, f"{where}: /expect")
-    repaired = _patched(good.text, proposal.expect, f"{where}: /expect") if good is not None else failing
+    if not patched and passed is not None:
+        if failed.outcome in (None, "passed"):
+            raise Wrong([f"{where}: attempt {failed.number} did not fail in a run"])
+        if passed.outcome != "passed":
+            raise Wrong([f"{where}: attempt {passed.number} did not pass"])
+    failing = _patched(failed.text, proposal.expect, f"{where}: /expect")
+    repaired = _patched(passed.text, proposal.expect, f"{where}: /expect") if passed is not None else failing
     repaired = _patched(repaired, proposal.repair, f"{where}: /repair")
     given = proposal.card.get("evidence")
     evidence = dict(given) if isinstance(given, dict) else {}
-    for key, one in (("failing", bad), ("repaired", good)):
+    for key, attempt in (("failing", failed), ("repaired", passed)):
         row = evidence.get(key)
-        fact = {} if patched or one is None else {"outcome": one.outcome}
+        fact = {} if patched or attempt is None else {"outcome": attempt.outcome}
         evidence[key] = (dict(row) if isinstance(row, dict) else {}) | fact
     evidence["measured_on"] = {"text2sim": __version__, "genesis-world": version("genesis-world")}
     draft = CardDraft({**proposal.card, "evidence": evidence}, failing, repaired)
@@ -197,16 +202,16 @@ def _patched(text: str, operations: list[dict[str, Any]], where: str) -> str:
         raise Wrong([f"{where}: {problem.path}: {problem.message}" for problem in error.problems[:4]]) from None
 
 
-def told(attempts: Mapping[int, TriedAttempt]) -> str:
+def attempts_text(attempts: Mapping[int, TriedAttempt]) -> str:
     """Return the history of a loop as text, attempt by attempt."""
-    return "\n\n".join(_told(one, attempts.get(one.number - 1)) for one in attempts.values())
+    return "\n\n".join(_attempt_text(attempt, attempts.get(attempt.number - 1)) for attempt in attempts.values())
 
 
-def _told(one: TriedAttempt, before: TriedAttempt | None) -> str:
-    record = one.record
-    parts = [f"# Attempt {one.number}: {record['cause']}", f"Outcome: {one.outcome or record['state']}"]
-    if before is None:
-        parts.append(f"```yaml\n{one.text.strip()}\n```")
+def _attempt_text(attempt: TriedAttempt, previous: TriedAttempt | None) -> str:
+    record = attempt.record
+    parts = [f"# Attempt {attempt.number}: {record['cause']}", f"Outcome: {attempt.outcome or record['state']}"]
+    if previous is None:
+        parts.append(f"```yaml\n{attempt.text.strip()}\n```")
     else:
         parts.append("Changed since the one before:\n" + "\n".join(f"- {line}" for line in record["changes"]))
     rows = [f"- `{name}`: wanted {row['wanted']}; {row['why']}" for name, row in record["expect"].items()]
@@ -216,7 +221,7 @@ def _told(one: TriedAttempt, before: TriedAttempt | None) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def form() -> str:
+def proposal_template() -> str:
     """Return the template of a proposal."""
     schema = json.dumps(card_schema(), ensure_ascii=False, separators=(",", ":"))
     return f"  - {{failing: 1, repaired: 2, card: {{…}}}}      # card: as this JSON Schema says\n# {schema}"

@@ -1,7 +1,7 @@
 """Entry of an existing case into the loop, to be repaired or changed on request."""
 
 from text2sim.agents import revising
-from text2sim.agents.assembly import examine, said
+from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.deciding import as_decision, open_case
 from text2sim.agents.loop import AgentLoop
@@ -24,7 +24,7 @@ def amend(loop: AgentLoop, text: str, *, run_first: bool) -> LoopOutcome:
         RunError: If the text is not a case at all.
     """
     loop.only_if_accepted, loop.base = True, text
-    loop.agreement.plan = planned(text, loop.case.name)
+    loop.agreement.plan = plan_of_case(text, loop.case.name)
     return loop.ending(lambda: _amended(loop, text, run_first))
 
 
@@ -45,7 +45,7 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> LoopOutcome:
     return loop.work(_opened(loop, text, opening), "as was wished")
 
 
-def planned(text: str, fallback: str) -> CasePlan:
+def plan_of_case(text: str, fallback: str) -> CasePlan:
     """Derive a plan from an existing case.
 
     Raises:
@@ -89,7 +89,7 @@ def _present_state(loop: AgentLoop, text: str, run_first: bool) -> tuple[str, li
     """Evidence of the unchanged case, or the reasons why it cannot be run."""
     examined = examine(text, loop.path)
     if examined.errors:
-        return "", [said(problem) for problem in examined.errors]
+        return "", [format_problem(problem) for problem in examined.errors]
     if not run_first:
         loop.mending.inherit(examined.warnings)
         return "", []
@@ -126,4 +126,4 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
     )
     loop.agreement.expect(plan, expect)
     text = revising.with_checks(text, opening.checks, opening.drop)
-    return loop.workshop.routed(loop.agreement.apply(text, as_decision(opening)), opening.routes)
+    return loop.workshop.follow_routes(loop.agreement.apply(text, as_decision(opening)), opening.routes)

@@ -25,17 +25,17 @@ if TYPE_CHECKING:
     from text2sim.evidence.selection import RecordedTarget
     from text2sim.spec_schema.loaded import LoadedCase
 
-SEEN = 0.0004
+MIN_VISIBLE_FRACTION = 0.0004
 """Smallest visible fraction: 19 x 19 pixels of 1280 x 720; seven hooks of 0.09 % in all are plainly seen."""
-WAY, TURN = 0.01, 5.0
+MIN_DISPLACEMENT, MIN_ROTATION_DEG = 0.01, 5.0
 """Smallest displacement [m] and rotation [deg] that count as motion."""
-MORE = 2.0
+MIN_MOTION_RATIO = 2.0
 """Smallest ratio of the motion after a touch to that before it, if the touch is the cause."""
 FROM_THE_START = 2.5
 """Number of time steps within which a touch counts as present from the start."""
-ALIKE, NEARLY = 0.12, 0.06
+COLOR_DISTANCE, COLOR_MARGIN = 0.12, 0.06
 """Distances in Oklab: a colour matches a name within the first, or if no name is nearer by more than the second."""
-TERMS: Mapping[str, str] = {
+COLOR_TERMS: Mapping[str, str] = {
     "red": "red crimson firebrick darkred #d62728 #c0392b tomato", "orange": "orange darkorange #e69f00 #d55e00 coral",
     "yellow": "yellow gold khaki mustard #f0e442", "pink": "pink hotpink deeppink #cc79a7",
     "green": "green lime limegreen forestgreen darkgreen seagreen olivedrab lightgreen emerald #009e73 turquoise",
@@ -49,7 +49,7 @@ TERMS: Mapping[str, str] = {
 
 
 Claims = Mapping[Name, list[Claim]]
-Told = tuple[bool | None, str]
+FactAnswer = tuple[bool | None, str]
 """Whether a fact holds (None if undecided), and a sentence with the values found."""
 
 
@@ -67,12 +67,12 @@ class Fact:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"
 
 
-def kept(facts: Iterable[Fact]) -> list[dict[str, Any]]:
+def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     """Return the facts as data."""
     return [asdict(fact) for fact in facts]
 
 
-def false(facts: Iterable[Fact]) -> dict[str, str]:
+def false_facts(facts: Iterable[Fact]) -> dict[str, str]:
     """Return the false facts, by requirement."""
     return {fact.requirement: fact.told for fact in facts if fact.ok is False}
 
@@ -94,7 +94,7 @@ def claim_faults(claims: Claims, requirements: Iterable[str], bodies: Iterable[s
     return wrong
 
 
-def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
+def compute_facts(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
     """Compute facts of a run.
 
     Args:
@@ -114,19 +114,25 @@ def found(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]:
         evidence["seen"] = _most_seen(read_json(run / "visibility.json"))
     except (Text2SimError, OSError, ValueError) as error:
         return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
-    return [Fact(name, *_told(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows]
+    return [
+        Fact(name, *_compute(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows
+    ]
 
 
-def _told(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _compute(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     from text2sim.evidence.selection import SelectionError
 
     try:
-        return _TOLD[claim.sort](claim, recording, resolution, evidence)
+        return _FACT_FUNCTIONS[claim.sort](claim, recording, resolution, evidence)
     except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
         return None, f"cannot be told: {str(error).splitlines()[0]}"
 
 
-def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _count(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a selector has the wanted number of bodies."""
     number = len(recording.names.select(claim.count))
     return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
@@ -135,21 +141,23 @@ def _count(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
 # --- colours -------------------------------------------------------------------------------------------------------
 
 
-def _color(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _color(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a body, part or link is drawn in a colour; every copy of a body must show it somewhere."""
     wanted = parse_selector(claim.color)
     copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
     if not copies:
         raise ValueError(f"there is no `{claim.color}`")
-    drawn = [_worn(copy, wanted.part) for copy in copies]
+    drawn = [_colors_of(copy, wanted.part) for copy in copies]
     if not all(drawn):
         return None, f"the colours of `{claim.color}` come from its file"
-    told = sorted({called(color) for colors in drawn for color in colors})
-    ok = all(any(alike(color, claim.like) for color in colors) for colors in drawn)
-    return ok, f"`{claim.color}` is {', '.join(told[:4])}, wanted {claim.like}"
+    names = sorted({color_name(color) for colors in drawn for color in colors})
+    ok = all(any(matches_color(color, claim.like) for color in colors) for colors in drawn)
+    return ok, f"`{claim.color}` is {', '.join(names[:4])}, wanted {claim.like}"
 
 
-def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
+def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
     """Colours of a copy, or of one of its parts or links; empty if the case does not define them."""
     from text2sim.compiler.looks import looks_of, rgba_of
 
@@ -171,37 +179,39 @@ def _worn(copy: Any, part: str | None) -> list[tuple[float, ...]]:
     return [rgba_of(look, copy)[:3] for look in looks]
 
 
-def alike(color: tuple[float, ...], word: str) -> bool:
+def matches_color(color: tuple[float, ...], word: str) -> bool:
     """Whether a colour (sRGB, 0 to 1) matches a name: it is near it, or the name is its nearest everyday word."""
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
-    if dist(here, oklab(rgb(word))) < ALIKE:
+    if dist(here, oklab(rgb(word))) < COLOR_DISTANCE:
         return True
-    near = _nearest(color)
+    near = _color_distances(color)
     mine = near.get(word.lower())
-    return mine is not None and mine <= min(near.values()) + NEARLY
+    return mine is not None and mine <= min(near.values()) + COLOR_MARGIN
 
 
-def called(color: tuple[float, ...]) -> str:
+def color_name(color: tuple[float, ...]) -> str:
     """Return a colour's everyday name and its hex code."""
-    near = _nearest(color)
+    near = _color_distances(color)
     digits = "".join(f"{round(255 * part):02x}" for part in color[:3])
     return f"{min(near, key=lambda term: near[term])} (#{digits})"
 
 
-def _nearest(color: tuple[float, ...]) -> dict[str, float]:
+def _color_distances(color: tuple[float, ...]) -> dict[str, float]:
     """Distance of a colour to each everyday colour word."""
     from text2sim.compiler.looks import oklab
 
     here = oklab(color)
-    return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in TERMS.items()}
+    return {term: min(dist(here, oklab(rgb(one))) for one in words.split()) for term, words in COLOR_TERMS.items()}
 
 
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
-def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _is_seen(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether the main film shows a body."""
     (body,) = claim.bodies
     films = (evidence.get("legibility") or {}).get("films") or {}
@@ -211,8 +221,9 @@ def _seen(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evi
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
     return (
-        most >= SEEN,
-        f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {100 * SEEN:.2g} % on",
+        most >= MIN_VISIBLE_FRACTION,
+        f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {100 * MIN_VISIBLE_FRACTION:.2g} "
+        "% on",
     )
 
 
@@ -246,7 +257,9 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     return log.occurrences["touch"]
 
 
-def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _has_touched(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
     rows = _touches(recording, claim.touched, claim.by)
     if not rows:
@@ -256,15 +269,17 @@ def _touched(claim: Claim, recording: "RecordedCase", resolution: "Resolution", 
         start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step
         total += max(0.0, end - max(start, until))
         until = max(until, end)
-    told = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
+    sentence = f"`{claim.by}` touches `{claim.touched}` first at {rows[0]['time']:.3g} s, for {total:.3g} s in all"
     if claim.never:
-        return False, f"{told}, wanted never"
+        return False, f"{sentence}, wanted never"
     if claim.lasting is not None:
-        return total >= claim.lasting - step / 2, f"{told}, wanted {claim.lasting:g} s"
-    return True, told
+        return total >= claim.lasting - step / 2, f"{sentence}, wanted {claim.lasting:g} s"
+    return True, sentence
 
 
-def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]) -> Told:
+def _has_moved(
+    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
+) -> FactAnswer:
     """Whether a body moves after another has touched it, and hardly before."""
     rows = _touches(recording, claim.moved, claim.by)
     names = {target.label: target for target in recording.names.select(claim.moved)}
@@ -273,19 +288,21 @@ def _moved(claim: Claim, recording: "RecordedCase", resolution: "Resolution", ev
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
     at = float(rows[0]["time"])
     (way, turn), (more, further) = _motion(recording, names[touched], at)
-    ok = (more > WAY and more > MORE * way) or (further > TURN and further > MORE * turn)
+    ok = (more > MIN_DISPLACEMENT and more > MIN_MOTION_RATIO * way) or (
+        further > MIN_ROTATION_DEG and further > MIN_MOTION_RATIO * turn
+    )
     before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
     if ok and at <= FROM_THE_START * recording.states.dt:
         return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
-_TOLD: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], Told]] = {
+_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], FactAnswer]] = {
     "count": _count,
     "color": _color,
-    "seen": _seen,
-    "moved": _moved,
-    "touched": _touched,
+    "seen": _is_seen,
+    "moved": _has_moved,
+    "touched": _has_touched,
 }
 """Function for each sort of fact (`FACTS` in `replies`)."""
 

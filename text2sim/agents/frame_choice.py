@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from text2sim.legibility.film import nearest_frame, spread
+from text2sim.legibility.film import nearest_frame, spread_numbers
 from text2sim.spec_schema.names.selectors import body_of
 
 if TYPE_CHECKING:
@@ -13,18 +13,19 @@ if TYPE_CHECKING:
 
 Data = Mapping[str, Any]
 
-APART, SLOWEST = 0.1, 0.2
+MIN_INTERVAL, MIN_SPEED_FACTOR = 0.1, 0.2
 """Smallest simulated time between frames of one camera at full speed [s]; in slow motion, it shrinks in proportion to
 the speed, down to this fraction."""
-BESIDE = 0.15
+EVENT_OFFSET = 0.15
 """Time before and after an event at which frames are taken [s]."""
-GAPS, WIDE = 2, 5
-"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `WIDE`) that counts as a gap."""
-EVENTS, EXTREMES, DEFORMED, DECIDED = 4, 4, 2, 4
+MAX_GAP_FRAMES, MIN_GAP_DIVISOR = 2, 5
+"""Number of frames for the longest gaps, and the smallest fraction of the film (one in `MIN_GAP_DIVISOR`) that counts
+as a gap."""
+MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED = 4, 4, 2, 4
 """Largest numbers of moments of each sort."""
-DEEP = 0.002
+MIN_PENETRATION = 0.002
 """Smallest penetration whose worst moment is shown [m]."""
-STRAINED = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
+MIN_DEFORMATION = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
 """Smallest deformation whose worst moment is shown; for `volume`, the relative change."""
 
 
@@ -34,7 +35,7 @@ class FrameMoment:
 
     t: float
     """Simulated time [s]."""
-    said: str = ""
+    reason: str = ""
     """Caption."""
     bodies: tuple[str, ...] = ()
     """Bodies that it is about."""
@@ -48,10 +49,10 @@ class Shown:
     moments: list[FrameMoment] = field(default_factory=list)
 
     @property
-    def said(self) -> list[str]:
+    def reasons(self) -> list[str]:
         """Captions of its moments, with the time of those that the frame does not match exactly."""
-        rows = [(one, abs(self.frame.t - one.t) > _apart(self.frame) / 2) for one in self.moments if one.said]
-        return [f"{one.said} at {one.t:.2f} s" if apart else one.said for one, apart in rows]
+        rows = [(one, abs(self.frame.t - one.t) > _min_interval(self.frame) / 2) for one in self.moments if one.reason]
+        return [f"{one.reason} at {one.t:.2f} s" if apart else one.reason for one, apart in rows]
 
     @property
     def bodies(self) -> set[str]:
@@ -67,11 +68,11 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         actions: The `actions` section of the case.
     """
     last = float(evidence["time"]["reached"])
-    decided = list(_decided(evidence, actions))
+    decided = list(_deciding_moments(evidence, actions))
     yield from decided
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
-    )[:EVENTS]
+    )[:MAX_EVENTS]
     events = [FrameMoment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
     yield from events
     used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
@@ -82,23 +83,23 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         for end in ("max", "min")
         if row.get(f"{end}_at") is not None
     ]
-    yield from _around([one for one in decided if APART < one.t < last - APART][:2])
+    yield from _frames_around([one for one in decided if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:2])
     yield from _deformed(evidence)
-    yield from [one for one in extremes if APART < one.t < last - APART][:EXTREMES]
+    yield from [one for one in extremes if MIN_INTERVAL < one.t < last - MIN_INTERVAL][:MAX_EXTREMES]
     depth = evidence.get("penetration") or {}
-    if (depth.get("value") or 0) >= DEEP:
+    if (depth.get("value") or 0) >= MIN_PENETRATION:
         yield FrameMoment(depth["time"], "deepest overlap", tuple(map(body_of, depth.get("between") or ())))
-    yield from _around(events[:3])
+    yield from _frames_around(events[:3])
 
 
-def _around(told: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
+def _frames_around(moments: Sequence[FrameMoment]) -> Iterator[FrameMoment]:
     """Yield moments shortly before and after the given ones."""
-    for row in told:
-        yield FrameMoment(row.t - BESIDE, f"before {row.said}", row.bodies)
-        yield FrameMoment(row.t + BESIDE, f"after {row.said}", row.bodies)
+    for row in moments:
+        yield FrameMoment(row.t - EVENT_OFFSET, f"before {row.reason}", row.bodies)
+        yield FrameMoment(row.t + EVENT_OFFSET, f"after {row.reason}", row.bodies)
 
 
-def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
+def _deciding_moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     """Yield the moments that decide expectations: failed ones first, measures before events."""
     rows = []
     for name, found in (evidence.get("expect") or {}).items():
@@ -108,23 +109,23 @@ def _decided(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
             about = (actions.get(part) or {}).get(asked.get(part[:-1]))
             rows.append((found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", _bodies(about))))
     rows.sort(key=lambda row: (row[0], row[1] == "events"))
-    yield from [moment for *_, moment in rows][:DECIDED]
+    yield from [moment for *_, moment in rows][:MAX_DECIDED]
 
 
 def _deformed(evidence: Data) -> Iterator[FrameMoment]:
     """Yield the moments of largest strain, stretch and change of volume."""
     found = []
     for body, row in (evidence.get("deformables") or {}).items():
-        for name, least in STRAINED.items():
+        for name, least in MIN_DEFORMATION.items():
             worst = row.get(name) or {}
             value = worst.get("value")
             if value is not None and (abs(value - 1) if name == "volume" else value) >= least:
                 found.append(FrameMoment(worst["at"], f"greatest {name} of {body}", (body,)))
                 break
-    yield from found[:DEFORMED]
+    yield from found[:MAX_DEFORMED]
 
 
-def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
+def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
     """Return the frames to show, in the film's order: first and last, the wanted moments, and evenly spaced others.
 
     Args:
@@ -134,46 +135,46 @@ def chosen(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: in
     """
     found: list[Shown] = []
     for frame in (pictures[0], pictures[-1]) if pictures else ():
-        if not _near(found, frame):
+        if not _similar_frame(found, frame):
             found.append(Shown(frame))
-    for place, limit in ((wanted, count - GAPS), (_between(found, pictures), count), (wanted, count)):
+    for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_middles_of_gaps(found, pictures), count), (wanted, count)):
         for moment in place:
             frame = nearest_frame(pictures, moment.t)
             if frame is None:
                 continue
-            same = _near(found, frame)
+            same = _similar_frame(found, frame)
             if same is None and len(found) < limit:
                 found.append(same := Shown(frame))
             if same is not None and moment not in same.moments:
                 same.moments.append(moment)
-    for k in spread(len(pictures), 2 * count):
-        if len(found) < count and not _near(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
+    for k in spread_numbers(len(pictures), 2 * count):
+        if len(found) < count and not _similar_frame(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
             found.append(Shown(pictures[k]))
     return sorted(found, key=lambda one: one.frame.k)
 
 
-def _between(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
+def _middles_of_gaps(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
     """Yield the middles of the longest spans without a chosen frame."""
-    for _ in range(GAPS):
+    for _ in range(MAX_GAP_FRAMES):
         frames = sorted((one.frame for one in found), key=lambda frame: frame.k)
         spans = [(b.k - a.k, a.k) for a, b in pairwise(frames)]
         longest, first = max(spans, default=(0, 0))
-        if WIDE * longest > len(pictures):
+        if MIN_GAP_DIVISOR * longest > len(pictures):
             yield FrameMoment(pictures[first + longest // 2].t)
 
 
-def _near(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
+def _similar_frame(found: Sequence[Shown], frame: "Frame", film: float = 0) -> Shown | None:
     """A chosen frame that shows the same as a frame, or is less than `film` frames away; None without one."""
     for one in found:
-        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _apart(frame)
+        same = one.frame.camera == frame.camera and abs(one.frame.t - frame.t) < _min_interval(frame)
         if same or abs(one.frame.k - frame.k) < film:
             return one
     return None
 
 
-def _apart(frame: "Frame") -> float:
+def _min_interval(frame: "Frame") -> float:
     """Simulated time within which other frames show the same [s]."""
-    return APART * min(1.0, max(frame.speed, SLOWEST))
+    return MIN_INTERVAL * min(1.0, max(frame.speed, MIN_SPEED_FACTOR))
 
 
 def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:

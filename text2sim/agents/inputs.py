@@ -12,7 +12,7 @@ from text2sim.compiler.shapes.sketching import strokes
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
 
 ACTUATED = ("hinge", "slider")
-PIECES, CORNERS, FINE = 12, 24, 0.004
+MAX_PIECES, MAX_CORNERS, OUTLINE_TOLERANCE = 12, 24, 0.004
 """Largest numbers of pieces of a drawing and of corners of each, and tolerance of their outlines [image heights]."""
 
 
@@ -29,7 +29,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     """
     names: list[str] = []
     for file in files:
-        name = _name(file, [*names, *_there(case)])
+        name = _name(file, [*names, *_existing_names(case)])
         try:
             add(case, file, name, licence=licence, source="user")
         except (AssetError, SpecError) as error:
@@ -38,7 +38,7 @@ def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:
     return names
 
 
-def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
+def probe_joints(case: Path, names: Sequence[str], emit: Emit) -> None:
     """Drive each joint of the mechanisms a little in the engine and record the responses, unless that was done before.
 
     Args:
@@ -66,13 +66,13 @@ def probed(case: Path, names: Sequence[str], emit: Emit) -> None:
         register(case, name, asset.model_copy(update={"control": dict(found.control), "notes": notes}))
 
 
-def described(case: Path, names: Sequence[str]) -> tuple[str, ...]:
+def describe_assets(case: Path, names: Sequence[str]) -> tuple[str, ...]:
     """Describe the assets: what they are, how to use them, and their controls."""
     assets = read_manifest(case).assets
-    return tuple(_words(assets[name]) + _drawn(case, assets[name]) for name in names)
+    return tuple(_asset_in_words(assets[name]) + _describe_drawing(case, assets[name]) for name in names)
 
 
-def _words(asset: Asset) -> str:
+def _asset_in_words(asset: Asset) -> str:
     size = " x ".join(f"{side:.3g}" for side in asset.size) + " m" if asset.size else ""
     notes = f" Notes: {'; '.join(asset.notes)}." if asset.notes else ""
     licence = f" Licence: {asset.licence}." if asset.licence else ""
@@ -88,14 +88,14 @@ def _words(asset: Asset) -> str:
         return (
             f"`{asset.file}`: a mesh, {size}, {asset.triangles:,} triangles, {closed}; use it as {use}.{licence}{notes}"
         )
-    joints = "; ".join(told(name, one) for name, one in asset.control.items()) or "none that moves"
+    joints = "; ".join(describe_joint(name, one) for name, one in asset.control.items()) or "none that moves"
     return (
         f"`{asset.file}`: a mechanism, {size}; use it as `kind: articulated, file: {asset.file}`. Joints: "
         f"{joints}.{licence}{notes}"
     )
 
 
-def _drawn(case: Path, asset: Asset) -> str:
+def _describe_drawing(case: Path, asset: Asset) -> str:
     """Describe the outlines in a drawing; empty for a photograph or a drawing of many pieces."""
     if asset.kind != "texture":
         return ""
@@ -103,12 +103,12 @@ def _drawn(case: Path, asset: Asset) -> str:
         forms = [stroke.form for stroke in strokes(asset.file, case)]
     except AssetError:
         return ""
-    if len(forms) > PIECES:
+    if len(forms) > MAX_PIECES:
         return ""
     rows = []
     for number, form in enumerate(forms):
-        line, away = form.exterior, FINE
-        while len((line := form.exterior.simplify(away)).coords) > CORNERS + 1:
+        line, away = form.exterior, OUTLINE_TOLERANCE
+        while len((line := form.exterior.simplify(away)).coords) > MAX_CORNERS + 1:
             away *= 1.5
         corners = ", ".join(f"({x:.3g}, {z:.3g})" for x, z in list(line.coords)[:-1])
         rows.append(f"part {number}: {corners}")
@@ -119,7 +119,7 @@ def _drawn(case: Path, asset: Asset) -> str:
     )
 
 
-def told(name: str, one: Control) -> str:
+def describe_joint(name: str, one: Control) -> str:
     """Describe a joint and its response when it was driven."""
     span = "" if one.range is None else f" {one.range[0]:.3g} to {one.range[1]:.3g} {one.unit}"
     motor = ""
@@ -130,7 +130,7 @@ def told(name: str, one: Control) -> str:
     return f"`{name}` ({one.kind}{span}{motor}{moved})"
 
 
-def _there(case: Path) -> list[str]:
+def _existing_names(case: Path) -> list[str]:
     """Names of the case's existing assets, which are never replaced."""
     folder = case / FOLDER
     lying = [path.stem for path in folder.iterdir()] if folder.is_dir() else []

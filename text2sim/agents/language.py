@@ -1,27 +1,34 @@
 """Language reference for a role: the pages of its section, limited to kinds that its plan or instruction names.
 
-A role can request more by name (`explained`).
+A role can request more by name (`explanations`).
 """
 
 import re
 from collections.abc import Collection, Iterable
 from functools import cache
 
-from text2sim.agents.condensed_pages import fields_named, kinds_brief, kinds_line_by_line, plain, section_brief
+from text2sim.agents.condensed_pages import (
+    fields_named,
+    first_sentence,
+    kinds_brief,
+    kinds_line_by_line,
+    plain,
+    section_brief,
+)
 from text2sim.agents.page_selection import (
-    DEFORMING,
-    EVERYDAY,
-    INDEXED,
-    NEEDED,
-    PAGES_NEEDED,
-    PLACING,
-    PLANNED,
-    PUSHES,
-    READS,
+    ALWAYS_DESCRIBED,
+    DEFORMABLE_KINDS,
+    EVERYDAY_KINDS,
+    FIELD_CONTROLS,
+    FULLY_DESCRIBED,
+    INDEXED_PAGES,
+    KINDS_BY_MODEL,
+    KINDS_BY_PAGE,
+    PAGES_BY_READER,
+    PLACING_WORDS,
+    PLANNER_PAGES,
     SOFT_FIELDS,
-    TURNING,
-    USUAL,
-    WHOLE,
+    TURNING_WORDS,
 )
 from text2sim.spec_schema.published.language_reference import section_kinds
 from text2sim.spec_schema.published.reference_prose import INTRODUCTION
@@ -32,19 +39,21 @@ OWN_COLORS = ("aluminium", "amber", "asphalt", "bone", "brass", "brick", "bronze
               "cork", "cream", "emerald", "grass", "iron", "marble", "mustard", "oak", "pine", "rubber", "rust", "sand",
               "slate", "steel", "stone", "terracotta", "walnut", "water", "wood")  # fmt: skip
 """Names of colours that CSS lacks."""
-MORE = "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
-PLACES = (
+MORE_KINDS_NOTE = (
+    "The plan's measures, events and expectations are put in for you. For more of your own, `read` the kind"
+)
+PLACES_PAGE = (
     "Or `place`, one of the two, by true shapes: `on: table` (let down until it touches), `inside: cup`, `above`, "
     "`below`, `left_of`, `right_of`, `in_front_of`, `behind` (side against side), `beside: wall`, `around: pole`, "
     "`touching: egg` with `direction: [1, 1, 0]`. What that leaves open is the middle of both, or `at: [x, y]` in the "
     "world, `at: {corner: [left, front]}` with `inset`, `align: top`; then `offset`, `clearance: 0.002` (the gap). "
     'Copies are placed as one pattern; `on: "plate[*]"` puts one on each. More: `read: [Poses and places]`.'
 )
-PLACES_OF_STATICS = (
+STATIC_PLACES_PAGE = (
     "Or `place`, one of the two, by true shapes: `on: table`, `above`, `left_of`, `beside: wall`, `around: pole` and "
     "others, with `at: [x, y]` in the world, `offset`, `clearance`. More: `read: [Poses and places]`."
 )
-EXPECTED = (
+EXPECTATIONS_PAGE = (
     "## Expectations\nOf an event, which happens: `within: [0.3, end]` (its first time), `count: 3` or `[2, 5]`, "
     "`before` another event; or `never` does (`within` a span). Of a measure, which is `above`, `below`, `equals` with "
     "`tolerance`: `at: 1.5`, `start` or `end`, or `during: [0.5, end]` or `all`, then every value or `stat` of them "
@@ -52,58 +61,61 @@ EXPECTED = (
     "which is better than a guess. `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with `k` in `${…}`."
 )
 """The Planner's page about expectations; its prompt has examples."""
-TELLING = 36
+MIN_DESCRIPTION = 36
 """Smallest length of a description that says more than the kind's name [characters]."""
-SHORTEST = 4
+MIN_FIELD_WORD = 4
 """Smallest length of a word that may name a field [characters]."""
-SERVED = 14_000
+MAX_PAGES_SIZE = 14_000
 """Largest size of the pages in one reply [characters]."""
 
 
-def pages(reader: str, kinds: Collection[str] | None = None) -> str:
+def reference_pages(reader: str, kinds: Collection[str] | None = None) -> str:
     """Return the language reference for one reader.
 
     Args:
-        reader: A key of `READS`.
+        reader: A key of `PAGES_BY_READER`.
         kinds: Kinds to describe; the other kinds of bodies, shapes and so on are only named. Default: all.
     """
-    wanted = None if kinds is None else USUAL | set(kinds)
-    parts = []
-    for section in _sections(READS[reader]):
-        needs = PAGES_NEEDED.get(section.title)
-        if wanted is not None and reader == "actions" and section.title in PLANNED:
-            if isinstance(section.models, tuple) or not wanted & set(section_kinds(section.models)):
-                continue
-        if wanted is not None and needs is not None and not needs & wanted:
-            continue
-        only = wanted
-        if isinstance(section.models, tuple):
-            only = _models(section, wanted)
-            if not only:
-                continue
-        if wanted is not None and section.title == "Poses and places":
-            pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
-            parts.append(f"{pose}\n{PLACES if reader == 'bodies' else PLACES_OF_STATICS}")
-        else:
-            parts.append(section_brief(section, only))
+    wanted = None if kinds is None else ALWAYS_DESCRIBED | set(kinds)
+    parts = [page for section in _sections(PAGES_BY_READER[reader]) if (page := _page(section, reader, wanted))]
     if wanted is not None and reader == "actions":
-        parts.append(f"{MORE}, or `Expectations`: {kinds_to_expect_with()}.")
+        parts.append(f"{MORE_KINDS_NOTE}, or `Expectations`: {kinds_to_expect_with()}.")
     if reader == "scene":
         parts.append("Colours: `#rrggbb`, or a name: those of CSS, and of materials (`oak`, `concrete`, `brass`).")
     if reader == "bodies":
         parts.append(f"Colours: `#rrggbb`, or a name: those of CSS, and {', '.join(OWN_COLORS)}.")
     text = "\n\n".join(parts)
-    text = text if wanted is None else (_RARE_OF_STATICS if reader == "scene" else _RARE).sub("", text)
-    return text if wanted is None or wanted & DEFORMING else _without_softness(text)
+    if wanted is None:
+        return text
+    text = (_RARE_STATIC_ROWS if reader == "scene" else _RARE_ROWS).sub("", text)
+    return text if wanted & DEFORMABLE_KINDS else _without_deformables(text)
 
 
-def _without_softness(text: str) -> str:
+def _page(section: ReferenceSection, reader: str, wanted: Collection[str] | None) -> str:
+    """Return a page, limited to the wanted kinds; empty if these do not need it."""
+    tabled = isinstance(section.models, tuple)
+    only = _models(section, wanted) if tabled else wanted
+    if wanted is None:
+        return section_brief(section, only)
+    needs = KINDS_BY_PAGE.get(section.title, wanted)  # pages that are not listed there are for every plan
+    planned = reader == "actions" and section.title in PLANNER_PAGES
+    if not set(needs) & set(wanted) or (tabled and not only):
+        return ""
+    if planned and (tabled or not set(wanted) & set(section_kinds(section.models))):
+        return ""
+    if section.title == "Poses and places":
+        pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False))
+        return f"{pose}\n{PLACES_PAGE if reader == 'bodies' else STATIC_PLACES_PAGE}"
+    return section_brief(section, only)
+
+
+def _without_deformables(text: str) -> str:
     """Drop rows, sentences and examples about deformable bodies."""
     rows = []
     for row in _SOFT_ROWS.sub("", text).split("\n"):
         if row.startswith("- `") and "`: " in row:
             first, *more = row.split(". ")
-            row = ". ".join([first, *(part for part in more if not _SOFT.search(part))])
+            row = ". ".join([first, *(part for part in more if not _SOFT_WORDS.search(part))])
             row += "" if row.endswith((".", ":")) or not more else "."
         if not _SOFT_EXAMPLE.match(row):
             rows.append(row)
@@ -114,9 +126,9 @@ def _without_softness(text: str) -> str:
 def to_plan_with() -> str:
     """Return the Planner's reference of measures, events and expectations: a line and an example for each kind."""
     parts = []
-    for section in _sections(READS["expectations"]):
+    for section in _sections(PAGES_BY_READER["expectations"]):
         tabled = isinstance(section.models, tuple)
-        parts.append(EXPECTED if tabled else kinds_line_by_line(section))
+        parts.append(EXPECTATIONS_PAGE if tabled else kinds_line_by_line(section))
     return "\n\n".join(parts)
 
 
@@ -135,53 +147,55 @@ def measured_kinds() -> tuple[str, ...]:
 def _models(section: ReferenceSection, wanted: Collection[str] | None) -> set[str]:
     """Names of the models of a page that the wanted kinds need."""
     names = [model.__name__ for model in section.models]
-    if wanted is None or len(names) == 1 and names[0] not in NEEDED:
+    if wanted is None or len(names) == 1 and names[0] not in KINDS_BY_MODEL:
         return set(names)
     return {
-        name for name in names if name in NEEDED and (not NEEDED[name] or NEEDED[name] & set(wanted)) or name in wanted
+        name
+        for name in names
+        if name in KINDS_BY_MODEL and (not KINDS_BY_MODEL[name] or KINDS_BY_MODEL[name] & set(wanted)) or name in wanted
     }
 
 
-def named(reader: str, text: str, there: Collection[str] = ()) -> str:
+def named_reference(reader: str, text: str, present_kinds: Collection[str] = ()) -> str:
     """Return the reference for an instruction: named kinds with all fields, and named fields of other models.
 
     Args:
-        reader: A key of `READS`.
+        reader: A key of `PAGES_BY_READER`.
         text: The instruction.
-        there: Kinds that the section has already. Fields of models that belong to neither these nor named kinds are
-            omitted.
+        present_kinds: Kinds that the section has already. Fields of models that belong to neither these nor named kinds
+            are omitted.
     """
-    words = set(re.findall(r"[a-z][a-z_0-9]*", _KEPT.sub("", text.lower())))
-    wanted = kinds_in(words) | set(there)
+    words = set(re.findall(r"[a-z][a-z_0-9]*", _UNCHANGED_CLAUSE.sub("", text.lower())))
+    wanted = kinds_in(words) | set(present_kinds)
     parts = []
-    for section in _sections(READS[reader]):
+    for section in _sections(PAGES_BY_READER[reader]):
         rows: list[str] = []
-        needs = PAGES_NEEDED.get(section.title)
+        needs = KINDS_BY_PAGE.get(section.title)
         if section.title == "Poses and places":
             rows = _places(reader, words)
         elif isinstance(section.models, tuple):
             if needs is None or needs & (wanted | words):
-                long = {word for word in words if len(word) >= SHORTEST}
-                rows = fields_named(section, long, _models(section, wanted), words & WHOLE)
-        elif kinds := kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY:
+                long = {word for word in words if len(word) >= MIN_FIELD_WORD}
+                rows = fields_named(section, long, _models(section, wanted), words & FULLY_DESCRIBED)
+        elif kinds := kinds_in(words) & set(section_kinds(section.models)) - EVERYDAY_KINDS:
             rows = kinds_brief(section, kinds)
         if rows:
             parts.append("\n".join([f"## {section.title}", *rows]))
     found = "\n\n".join(parts)
-    return found if wanted & DEFORMING else _without_softness(found)
+    return found if wanted & DEFORMABLE_KINDS else _without_deformables(found)
 
 
 def _places(reader: str, words: Collection[str]) -> list[str]:
     """Rows about poses and places, for an instruction that moves, turns or adds something."""
-    if not (PLACING | TURNING) & set(words):
+    if not (PLACING_WORDS | TURNING_WORDS) & set(words):
         return []
     (section,) = _sections(("Poses and places",))
     pose = _EXAMPLES_OF_PLACE.sub("", section_brief(section, {"Pose"}, intro=False)).partition("\n")[2]
-    relations = PLACES if reader == "bodies" else PLACES_OF_STATICS
-    return [pose, relations] if PLACING & set(words) else [pose]
+    relations = PLACES_PAGE if reader == "bodies" else STATIC_PLACES_PAGE
+    return [pose, relations] if PLACING_WORDS & set(words) else [pose]
 
 
-def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
+def explanations(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, list[str]]:
     """Return pages about kinds, prefabs and models, within the size limit, and the names that were served.
 
     Args:
@@ -193,7 +207,7 @@ def explained(names: Iterable[str], before: Collection[str] = ()) -> tuple[str, 
     left = list(dict.fromkeys(name for name in names if name not in before))
     while left:
         text = explanation(left[0])
-        if text and parts and sum(map(len, parts)) + len(text) > SERVED:
+        if text and parts and sum(map(len, parts)) + len(text) > MAX_PAGES_SIZE:
             break
         name = left.pop(0)
         parts.append(text or f"There is nothing called `{name}`.")
@@ -250,10 +264,12 @@ position counts from the start."""
 def vocabulary() -> str:
     """Return the vocabulary of a plan: a line for each kind of body, shape, mount, control, camera, and each prefab."""
     parts = []
-    for section in _sections(INDEXED):
+    for section in _sections(INDEXED_PAGES):
         kinds = section_kinds(section.models)
-        rows = _told({kind: _first(model_doc(model)) for kind, model in kinds.items() if kind not in PUSHES})
-        if some := [f"`{kind}`" for kind in kinds if kind in PUSHES]:
+        rows = _gist_rows(
+            {kind: first_sentence(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS}
+        )
+        if some := [f"`{kind}`" for kind in kinds if kind in FIELD_CONTROLS]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
         parts.append(f"{section.title}\n" + "\n".join(rows))
     return "\n\n".join([*parts, "Prefabs (`use: NAME` in bodies or statics)\n" + prefabs(brief=True)])
@@ -263,10 +279,10 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     """List the prefabs, with their parameters unless `brief`."""
     from text2sim.spec_schema.reuse.catalogue import built_in, param_rows, parts_of, usage
 
-    chosen = {name: one for name, one in built_in().items() if only is None or name in only}
-    gists = {name: _first(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
+    chosen = {name: definition for name, definition in built_in().items() if only is None or name in only}
+    gists = {name: first_sentence(" ".join(definition.model.doc.split())) for name, definition in chosen.items()}
     if brief:
-        return "\n".join(_told(gists))
+        return "\n".join(_gist_rows(gists))
     rows = []
     for name, definition in chosen.items():
         line = f"- `{name}`: {gists[name]}. `with`: " + " ".join(
@@ -278,11 +294,11 @@ def prefabs(*, brief: bool = False, only: Collection[str] | None = None) -> str:
     return "\n".join(rows)
 
 
-def _told(gists: dict[str, str]) -> list[str]:
+def _gist_rows(gists: dict[str, str]) -> list[str]:
     """One line for each kind that needs an explanation, and one line with the names of the others."""
-    told = {name: gist for name, gist in gists.items() if len(gist) >= TELLING}
-    rows = [f"- `{name}`: {gist}" for name, gist in told.items()]
-    rest = [f"`{name}`" for name in gists if name not in told]
+    explained = {name: gist for name, gist in gists.items() if len(gist) >= MIN_DESCRIPTION}
+    rows = [f"- `{name}`: {gist}" for name, gist in explained.items()]
+    rest = [f"`{name}`" for name in gists if name not in explained]
     return [*([f"- {', '.join(rest)}"] if rest else []), *rows]
 
 
@@ -355,14 +371,14 @@ def _sections(titles: Iterable[str]) -> list[ReferenceSection]:
     return [by_title[title] for title in titles]
 
 
-_KEPT = re.compile(
+_UNCHANGED_CLAUSE = re.compile(
     r"\b(?:keep(?:ing)?|nothing else|do(?: not|n't) (?:touch|change|move)|without (?:touching|changing|moving))\b[^.;]*"
     r"|\b(?:leav(?:e|ing) )[^.;]*\b(?:alone|as (?:it|they)|untouched|unchanged)\b[^.;]*"
 )
 """Clauses about parts that must not change."""
 _EXAMPLES_OF_PLACE = re.compile(r"^  e\.g\. `place: .*\n?", re.MULTILINE)
-"""Examples that `PLACES` replaces."""
-_RARE, _RARE_OF_STATICS = (
+"""Examples that `PLACES_PAGE` replaces."""
+_RARE_ROWS, _RARE_STATIC_ROWS = (
     re.compile(rf"^- `(?:{rows})` .*\n", re.MULTILINE) for rows in ("quality|tone", "seed|record|density|mass")
 )
 """Rows of fields that Writers rarely need."""
@@ -371,13 +387,9 @@ _SOFT_ROWS = re.compile(
     r"|^ *- `\w+`[^:\n]*: (?:For|Of) (?:deformable|mpm and fem) bodies.*\n",
     re.MULTILINE,
 )
-_SOFT = re.compile(r"\b(?:deforms?|deformable|[Cc]loth|soft body|mpm|pbd|fem)\b")
+_SOFT_WORDS = re.compile(r"\b(?:deforms?|deformable|[Cc]loth|soft body|mpm|pbd|fem)\b")
 _SOFT_EXAMPLE = re.compile(r"\w+: \{.*\b(?:curtain|jelly|water)\b.*\}$")
 """Names of deformable bodies in the examples."""
-
-
-def _first(text: str) -> str:
-    return text.partition(". ")[0].removesuffix(".")
 
 
 def _indented(text: str) -> str:

@@ -8,12 +8,12 @@ from pathlib import Path
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
-from text2sim.agents.attempts import ESTIMATE, Attempt, Attempts
-from text2sim.agents.cinematography import Cinematography, styled
+from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
+from text2sim.agents.cinematography import Cinematography, best_treatment
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
-from text2sim.agents.critic_view import exhibit, kept, with_effects
+from text2sim.agents.critic_view import critic_exhibit, what_holds, with_effects
 from text2sim.agents.criticism import criticise, decision_to_film
-from text2sim.agents.dealt_cards import DealtCards, signs
+from text2sim.agents.dealt_cards import DealtCards, failure_signatures
 from text2sim.agents.deciding import AttemptReport, Choices, decide
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
@@ -26,11 +26,11 @@ from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.trials import affordable
 from text2sim.agents.writer_team import Workshop
 
-STANDSTILL = 2
+MAX_STALLED_ATTEMPTS = 2
 """Number of attempts without improvement that end the loop, once all expectations are true."""
-FILMED = 5
+MAX_STALLED_REFILMS = 5
 """The same for attempts that only film a run again, which is cheap."""
-DEAR = 0.25
+MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
 
 
@@ -69,7 +69,7 @@ class AgentLoop:
         """The agreement at each attempt that ran, by number."""
         self._affordable = 0
         """Number of trials that the time left allows."""
-        self._told: set[tuple[str, str]] = set()
+        self._known_warnings: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
 
@@ -89,7 +89,7 @@ class AgentLoop:
             return LoopOutcome("impossible", plan.why, plan=plan)
         if self.prewarm:
             self.attempts.runner.start()
-        return self.work(self._drafted(), "first version")
+        return self.work(self._draft_sections(), "first version")
 
     def require(self, requirements: dict[str, Requirement]) -> None:
         """Record the requirements, before anything is built."""
@@ -128,19 +128,21 @@ class AgentLoop:
             attempt.changes = revising.change_lines(before, text) if before is not None else []
             self.made.append(attempt)
             self.chat.attempt = attempt.number
-            report = self._try(attempt)
+            report = self._try_attempt(attempt)
             if attempt.accepted:
                 self._styled(attempt)
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
             if (best := self._unbettered()) is not None:
                 if not self.only_if_accepted:
                     self._styled(next(one for one in self.made if one.number == best))
-                return self.outcome("gave_up", f"{STANDSTILL} attempts brought nothing better than attempt {best}")
+                return self.outcome(
+                    "gave_up", f"{MAX_STALLED_ATTEMPTS} attempts brought nothing better than attempt {best}"
+                )
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
                 return self.outcome("spent", f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s")
-            decision = self._decided(attempt, report)
+            decision = self._decide(attempt, report)
             before = attempt.text
             if decision.action == "plan_anew":
                 try:
@@ -148,11 +150,11 @@ class AgentLoop:
                 except RoleFailed as failed:  # keep the present plan
                     self.agreement.planned_anew = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
-                    decision = self._decided(attempt, report)
+                    decision = self._decide(attempt, report)
                 else:
                     if plan.possible == "no":
                         return self.outcome("gave_up", plan.why)
-                    text, cause = self._drafted(), f"planned anew: {decision.why}"
+                    text, cause = self._draft_sections(), f"planned anew: {decision.why}"
                     continue
             if decision.action == "give_up":
                 return self.outcome("gave_up", decision.why)
@@ -167,15 +169,15 @@ class AgentLoop:
             return
         self.emit("stage", name="style")
         way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
-        attempt.text = styled(way, attempt.text, self.attempts.refilm, self.path, self.emit)
+        attempt.text = best_treatment(way, attempt.text, self.attempts.refilm, self.path, self.emit)
 
     def _unbettered(self) -> int | None:
         """Number of the best attempt if its expectations are all true and later attempts were no better; else None."""
         best = max(self.made, key=lambda one: one.rank(self.agreement.names))
         before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
         fresh = {one.run or one.number for one in later} - {one.run for one in before}
-        stale = len(later) if len(later) >= FILMED else len(fresh)
-        return best.number if best.sound(self.agreement.names) and stale >= STANDSTILL else None
+        stale = len(later) if len(later) >= MAX_STALLED_REFILMS else len(fresh)
+        return best.number if best.sound(self.agreement.names) and stale >= MAX_STALLED_ATTEMPTS else None
 
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
@@ -188,15 +190,15 @@ class AgentLoop:
         return plan
 
     def _tell(self, plan: CasePlan) -> None:
-        told = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
-        self.emit("planned", goal=plan.event, **told)
+        opening_facts = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
+        self.emit("planned", goal=plan.event, **opening_facts)
 
     # --- first version ----------------------------------------------------------------------------------------
 
-    def _drafted(self) -> str:
+    def _draft_sections(self) -> str:
         """Have the sections written; if a Writer fails, have a simpler plan made, once."""
         try:
-            sections = self.workshop.drafted()
+            sections = self.workshop.draft_sections()
         except RoleFailed as failed:
             if self.agreement.planned_anew:
                 raise
@@ -206,16 +208,16 @@ class AgentLoop:
                 raise RoleFailed(failed.role, [*failed.reasons, f"planned anew: {again}"]) from None
             if plan.possible == "no":
                 raise
-            sections = self.workshop.drafted()
+            sections = self.workshop.draft_sections()
         plan = self.agreement.plan
         return case_text(plan, self.request.text, plan.params, sections)
 
     # --- one attempt ------------------------------------------------------------------------------------------
 
-    def _try(self, attempt: Attempt) -> AttemptReport:
+    def _try_attempt(self, attempt: Attempt) -> AttemptReport:
         """Check, repair and run an attempt, and have it judged."""
         self.emit("attempt", number=attempt.number, cause=attempt.cause, changes=attempt.changes[:20])
-        examined, problems = self.mending.checked(attempt)
+        examined, problems = self.mending.check(attempt)
         if not problems:
             examined = self._considered(attempt, examined)
         rules = frozenset(problem.rule for problem in [*examined.errors, *examined.warnings])
@@ -226,12 +228,12 @@ class AgentLoop:
             return AttemptReport(problems=problems, rules=rules)
         assert examined.loaded is not None
         self.agreement.see(attempt.text)
-        contract = self.agreement.take_down(examined)
+        contract = self.agreement.record_examined(examined)
         self._agreed[attempt.number] = copy(self.agreement)
         if not self.attempts.recall(attempt):
             guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
-            examined.meant = self.mending.meant(examined.warnings)
+            examined.intended = self.mending.intended(examined.warnings)
             self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
@@ -248,7 +250,7 @@ class AgentLoop:
         if attempt.state == "finished" or attempt.pictures:
             images = self.attempts.images(attempt)
             evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
-            shown = exhibit(self.made, attempt, evidence, images, self.base, self.path)
+            shown = critic_exhibit(self.made, attempt, evidence, images, self.base, self.path)
             critique = criticise(
                 self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
@@ -256,50 +258,50 @@ class AgentLoop:
             attempt.accepted = (
                 critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
             )
-            said = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
+            judgement = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
             failures = [failure.what for failure in critique.failures]
-            self.emit("judged", number=attempt.number, **said, failures=failures, accepted=attempt.accepted)
+            self.emit("judged", number=attempt.number, **judgement, failures=failures, accepted=attempt.accepted)
         self.attempts.keep(attempt)
         return report
 
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
-        known = {ESTIMATE} if any(one.pace for one in self.made) else set()
-        return self._doubted(attempt, *self.mending.considered(attempt, examined, known))
+        known = {DURATION_RULE} if any(one.pace for one in self.made) else set()
+        return self._settle_doubts(attempt, *self.mending.consider_warnings(attempt, examined, known))
 
-    def _doubted(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
+    def _settle_doubts(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
         """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
-        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._told}
-        self._told |= {("held-at-start", name) for name in fresh}
+        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_warnings}
+        self._known_warnings |= {("held-at-start", name) for name in fresh}
         doubts = [*doubts, *fresh.values(), *self._too_dear(attempt, examined)]
         if not doubts:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
         rules = frozenset(problem.rule for problem in examined.warnings)
-        decision = self._decided(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
+        decision = self._decide(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
             return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self._revised(attempt, decision)
         for version in (text, alone):  # contract and case change together
-            if (taken := self.mending.taken(attempt, version, examined)) is not examined:
-                return taken
-        self.agreement.take_back(agreed)
+            if (adopted := self.mending.adopt(attempt, version, examined)) is not examined:
+                return adopted
+        self.agreement.restore(agreed)
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined
 
     def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
         """Report once, before the first run, that it may take too much of the time left."""
         now = self.limits.minutes_left()
-        if now is None or "dear" in {rule for rule, _ in self._told} or any(one.pace for one in self.made):
+        if now is None or "dear" in {rule for rule, _ in self._known_warnings} or any(one.pace for one in self.made):
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
-        if left is None or needed <= DEAR * left:
+        if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
-        self._told.add(("dear", ""))
+        self._known_warnings.add(("dear", ""))
         estimate = (
             f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
         )
@@ -307,11 +309,11 @@ class AgentLoop:
 
     # --- decisions --------------------------------------------------------------------------------------------
 
-    def _decided(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
+    def _decide(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
         failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
         text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
         plan = self.agreement.plan
-        shows = {*report.rules, attempt.state, *signs(plan.checks, attempt.expect, attempt.evidence)}
+        shows = {*report.rules, attempt.state, *failure_signatures(plan.checks, attempt.expect, attempt.evidence)}
         offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
         report.left = self.left()
@@ -398,9 +400,9 @@ class AgentLoop:
         if decision.plan is not None:
             briefs = decision.plan.briefs.items()
             routes += [Route(section=section, instruction=brief) for section, brief in briefs]
-            text, told = self.workshop.fitted(text, decision.plan.assets)
-            routes += told
-        return self.workshop.routed(text, routes, kept(attempt)), left_out
+            text, instructions = self.workshop.add_assets(text, decision.plan.assets)
+            routes += instructions
+        return self.workshop.follow_routes(text, routes, what_holds(attempt)), left_out
 
     # --- outcome ----------------------------------------------------------------------------------------------
 

@@ -5,21 +5,21 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from text2sim.agents.agreement import Agreement
-from text2sim.agents.assembly import Examination, examine, owner_of, said
+from text2sim.agents.assembly import Examination, examine, format_problem, owner_of
 from text2sim.agents.attempts import Attempt
 from text2sim.agents.journal import Emit
 from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
-MENDS = 3
+MAX_REPAIRS = 3
 """Number of repairs by owners before the Planner is asked."""
-MEND = "Mend what the check found in your section, and change nothing else."
-CONSIDER = (
+REPAIR_INSTRUCTION = "Mend what the check found in your section, and change nothing else."
+WARNINGS_INSTRUCTION = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
     "`patch: []` with `why: …` if all of it is intended."
 )
 
-About = tuple[str, str, frozenset[str]]
+WarningKey = tuple[str, str, frozenset[str]]
 """Subject of a warning: its rule and path, or for a camera its rule and the names in its message."""
 
 
@@ -35,41 +35,41 @@ class Mending:
 
     def __init__(self, workshop: Workshop, agreement: Agreement, path: Path, emit: Emit) -> None:
         self.workshop, self.agreement, self.path, self.emit = workshop, agreement, path, emit
-        self._warned: set[About] = set()
+        self._warned: set[WarningKey] = set()
         """Warnings that owners were told of."""
-        self._meant: dict[About, str] = {}
+        self._meant: dict[WarningKey, str] = {}
         """Owners' reasons for intended warnings."""
 
     def inherit(self, warnings: Sequence[Problem]) -> None:
         """Accept the warnings that an existing case has before any change."""
-        self._meant |= {_about(problem): "it was there before" for problem in warnings}
+        self._meant |= {_key_of(problem): "it was there before" for problem in warnings}
 
-    def meant(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
+    def intended(self, warnings: Sequence[Problem]) -> dict[tuple[str, str], str]:
         """Return the owners' reasons for intended warnings, by rule and path."""
-        return {(p.rule, p.path): self._meant[_about(p)] for p in warnings if _about(p) in self._meant}
+        return {(p.rule, p.path): self._meant[_key_of(p)] for p in warnings if _key_of(p) in self._meant}
 
-    def checked(self, attempt: Attempt) -> tuple[Examination, list[str]]:
+    def check(self, attempt: Attempt) -> tuple[Examination, list[str]]:
         """Check an attempt and send its errors to their owners, a few times; return those that remain."""
-        told: dict[str, list[str]] = {}
-        for mend in range(MENDS + 1):
+        referrals: dict[str, list[str]] = {}
+        for mend in range(MAX_REPAIRS + 1):
             examined = examine(attempt.text, self.path)
             self.workshop.derived = examined.derived or self.workshop.derived
             errors = examined.errors or self.agreement.breaches(examined)
-            if not errors and not told:
+            if not errors and not referrals:
                 return examined, []
-            owners = self._owners(errors, told)
-            if mend == MENDS or "plan" in owners:
-                self.workshop.referred += [row for rows in told.values() for row in rows]
-                return examined, [said(one) for one in errors]
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in errors][:20])
+            owners = self._owners(errors, referrals)
+            if mend == MAX_REPAIRS or "plan" in owners:
+                self.workshop.referred += [row for rows in referrals.values() for row in rows]
+                return examined, [format_problem(problem) for problem in errors]
+            self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in errors][:20])
             before = attempt.text
-            attempt.text, told = self.workshop.fixed(before, owners, MEND)
-            self.workshop.referred += [*told.pop("plan", []), *self.workshop.refusals()]
-            if attempt.text == before and not told:  # the same question would get the same answer
-                return examined, [said(one) for one in errors]
+            attempt.text, referrals = self.workshop.fix_sections(before, owners, REPAIR_INSTRUCTION)
+            self.workshop.referred += [*referrals.pop("plan", []), *self.workshop.refusals()]
+            if attempt.text == before and not referrals:  # the same question would get the same answer
+                return examined, [format_problem(problem) for problem in errors]
         raise AssertionError("the last round returns")
 
-    def considered(
+    def consider_warnings(
         self, attempt: Attempt, examined: Examination, known: Collection[str]
     ) -> tuple[Examination, list[str]]:
         """Give owners one chance to fix the lint's warnings, which is cheaper before a run than after it.
@@ -82,22 +82,26 @@ class Mending:
         Returns:
             The result of the check afterwards, and the warnings about the plan.
         """
-        told = {*self._warned, *self._meant}
-        fresh = [p for p in examined.warnings if _about(p) not in told and p.rule not in known]
-        self._warned |= {_about(p) for p in fresh}
+        known_keys = {*self._warned, *self._meant}
+        fresh = [p for p in examined.warnings if _key_of(p) not in known_keys and p.rule not in known]
+        self._warned |= {_key_of(p) for p in fresh}
         owners = self._owners(fresh, {})
-        doubts = [said(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path]
+        doubts = [
+            format_problem(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path
+        ]
         owners.pop("plan", None)
         if owners:
-            self.emit("mending", number=attempt.number, problems=[said(problem) for problem in fresh][:20])
-            text, referred = self.workshop.fixed(attempt.text, owners, f"{CONSIDER}\n\nLeft: {self.workshop.left()}")
+            self.emit("mending", number=attempt.number, problems=[format_problem(problem) for problem in fresh][:20])
+            text, referred = self.workshop.fix_sections(
+                attempt.text, owners, f"{WARNINGS_INSTRUCTION}\n\nLeft: {self.workshop.left()}"
+            )
             said_so = {p: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers)) for p in fresh}
-            self._meant |= {_about(p): why for p, why in said_so.items() if why is not None}
-            text = self.workshop.passed_on(text, referred)
-            examined = self.taken(attempt, text, examined)
+            self._meant |= {_key_of(p): why for p, why in said_so.items() if why is not None}
+            text = self.workshop.pass_on(text, referred)
+            examined = self.adopt(attempt, text, examined)
         return examined, doubts
 
-    def taken(self, attempt: Attempt, text: str, before: Examination) -> Examination:
+    def adopt(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.
 
         Args:
@@ -105,20 +109,20 @@ class Mending:
             text: The repaired text.
             before: Result of the check of its present text.
         """
-        found = examine(text, self.path)
-        if found.errors or self.agreement.breaches(found):
+        examination = examine(text, self.path)
+        if examination.errors or self.agreement.breaches(examination):
             return before
         attempt.text = text
-        return found
+        return examination
 
-    def _owners(self, errors: Sequence[Problem], told: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-        owners: dict[str, list[str]] = {name: list(rows) for name, rows in told.items()}
+    def _owners(self, errors: Sequence[Problem], referrals: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+        owners: dict[str, list[str]] = {name: list(rows) for name, rows in referrals.items()}
         for problem in errors:
-            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(said(problem))
+            owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(format_problem(problem))
         return owners
 
 
-def _about(problem: Problem) -> About:
+def _key_of(problem: Problem) -> WarningKey:
     """Subject of a warning; the same for all cameras that do not see a body."""
     film, steps = problem.path.startswith("/render/cameras"), problem.path.split("/")
     names = frozenset(re.findall(r"`([^`]+)`", problem.message))

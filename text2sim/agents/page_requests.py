@@ -19,6 +19,6 @@ class PageRequests:
     def __call__(self, names: Sequence[str]) -> str:
         """Return the pages with these names."""
         others = {name: text for name, text in self._other(names).items() if name not in self._served}
-        text, served = language.explained([name for name in names if name not in others], self._served)
+        text, served = language.explanations([name for name in names if name not in others], self._served)
         self._served |= {*others, *served}
         return "\n\n".join(part for part in (*others.values(), text) if part) or "All of that stands above."

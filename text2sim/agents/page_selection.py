@@ -2,7 +2,7 @@
 
 from text2sim.spec_schema.models.bodies import LINKED
 
-READS: dict[str, tuple[str, ...]] = {
+PAGES_BY_READER: dict[str, tuple[str, ...]] = {
     "scene": ("`scene`: the stage", "Statics", "Settings of the scene", "Solvers of deformable bodies", "Shapes",
               "Parts of a compound", "Parts of a sculpt", "Cross-sections", "Poses and places",
               "Materials, joints and looks", "Copies"),
@@ -16,12 +16,12 @@ READS: dict[str, tuple[str, ...]] = {
     "render": ("`render`: the film", "Shots and overlays", "Cameras", "Lights"),
 }  # fmt: skip
 """Titles of the pages that each reader gets."""
-INDEXED = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
+INDEXED_PAGES = ("`bodies`: the actors", "Shapes", "Shapes of cloth", "Mounts", "Controls", "Copies")
 """Pages whose kinds the Planner sees, one line each."""
 MPM = frozenset({"soft", "granular", "liquid", "snow"})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
-NEEDED: dict[str, frozenset[str]] = {
+KINDS_BY_MODEL: dict[str, frozenset[str]] = {
     "Contact": MPM | {"cloth", "fem", "ipc"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
     "Look": frozenset(), "Pose": frozenset(),
     "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
@@ -34,7 +34,7 @@ NEEDED: dict[str, frozenset[str]] = {
     "BodyRegion": frozenset(), "BodyPoint": frozenset(), "Part": frozenset({"compound"}),
 }  # fmt: skip
 """Models of pages, and the kinds that require their description; an empty set means always. Others are on demand."""
-PAGES_NEEDED: dict[str, frozenset[str]] = {
+KINDS_BY_PAGE: dict[str, frozenset[str]] = {
     "Motions": frozenset({"driven"}), "Shapes of cloth": frozenset({"cloth"}), "Mounts": JOINTED | {"free", "fixed"},
     "Parts of a compound": frozenset({"compound"}), "Parts of a sculpt": frozenset({"sculpt"}),
     "Cross-sections": frozenset({"sculpt"}), "Copies": COPIES,
@@ -43,20 +43,20 @@ PAGES_NEEDED: dict[str, frozenset[str]] = {
     "Regions on bodies": frozenset({"cloth", "soft", "point", "region", "corner", "edge", "face"}),
 }  # fmt: skip
 """Pages, and the kinds that require them; other pages are always included."""
-DEFORMING = MPM | {"cloth"}
-PUSHES = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
+DEFORMABLE_KINDS = MPM | {"cloth"}
+FIELD_CONTROLS = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
 """Fields that concern deformable bodies alone."""
-PLANNED = ("Measures", "Events", "Expectations", "Regions of space")
+PLANNER_PAGES = ("Measures", "Events", "Expectations", "Regions of space")
 """Pages about parts that the Planner writes; the Action Writer needs them only to add its own."""
-USUAL = frozenset({"ramp", "still"})
+ALWAYS_DESCRIBED = frozenset({"ramp", "still"})
 """Kinds that are described to every reader of their page."""
-EVERYDAY = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
+EVERYDAY_KINDS = frozenset({"ball", "line", "text", "free", "still", "box", "rigid", "sphere"})
 """Kinds that are everyday words or need no explanation."""
-WHOLE = frozenset({"pattern", "label", "vary", "palette", "overlay"})
+FULLY_DESCRIBED = frozenset({"pattern", "label", "vary", "palette", "overlay"})
 """Models that are described with all fields if an instruction names them."""
-PLACING = frozenset({"place", "placed", "add", "added", "adds", "another", "new", "second"})
+PLACING_WORDS = frozenset({"place", "placed", "add", "added", "adds", "another", "new", "second"})
 """Words of an instruction that may place something."""
-TURNING = frozenset({"pose", "quat", "euler_deg", "turn", "turned", "tilt", "tilted", "rotate", "rotated"})
+TURNING_WORDS = frozenset({"pose", "quat", "euler_deg", "turn", "turned", "tilt", "tilted", "rotate", "rotated"})
 """Words of an instruction that may only move or turn something."""

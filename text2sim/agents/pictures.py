@@ -8,32 +8,32 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from text2sim.agents.frame_choice import FrameMoment, Shown, chosen, moments, with_attached
-from text2sim.legibility.film import spread
-from text2sim.runtime.trouble import keep_details
+from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
+from text2sim.legibility.film import spread_numbers
+from text2sim.runtime.internal_errors import keep_details
 
 if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded
 
 SHEET_WIDTH = 500
 """Width of a frame on the sheet [pixels]; tall frames, four in a row, have three quarters of it."""
-FRAMES = 12
+MAX_FRAMES = 12
 """Largest number of frames on the sheet."""
-CLOSE = 4
+MAX_CLOSE_UPS = 4
 """Largest number of close-ups beside them."""
-NAMED = 2
+MAX_CAPTION_REASONS = 2
 """Largest number of reasons in a caption; more would hide the frame."""
-LITTLE = 0.2
+SMALL_SUBJECT = 0.2
 """Fraction of the frame below which its subject is also shown in close-up."""
-SIGHT = 160
+LOCATING_WIDTH = 160
 """Width of the pictures in which bodies are located [pixels]."""
-SECONDS = 90.0
+MAX_TRACING_TIME = 90.0
 """Longest time for tracing the frames, at one or two seconds each [s]; if it is exceeded, the preview is used."""
 
-TOLD = "The frames are path-traced, as the film will be, but small and coarse."
-PLAIN = (None, "rough", "painted", "plastic", "smooth")
+TRACED_NOTE = "The frames are path-traced, as the film will be, but small and coarse."
+PREVIEWED_FINISHES = (None, "rough", "painted", "plastic", "smooth")
 """Finishes that a preview shows approximately."""
-LOOKS = 8
+MAX_NAMED_LOOKS = 8
 """Largest number of bodies whose missing looks are named."""
 
 Row = tuple[str, str, Any, Any]
@@ -53,24 +53,24 @@ def frame_sheet(run: Path, preview: Callable[[], Any] = lambda: None) -> tuple[A
     """
     from text2sim.evidence.contact_sheet import contact_sheet
 
-    rows, told = list(_traced(run, SECONDS)), TOLD
+    rows, note = list(_traced(run, MAX_TRACING_TIME)), TRACED_NOTE
     if not rows:
         preview()
-        rows, told = list(_filmed(run)) or list(_kept(run)), _left_out(run)
+        rows, note = list(_filmed(run)) or list(_preview_frames(run)), _left_out(run)
     if not rows:  # no preview without OpenGL
-        rows, told = list(_traced(run, inf)), TOLD
+        rows, note = list(_traced(run, inf)), TRACED_NOTE
     tall = any(picture.width < 1.4 * picture.height for _, _, picture, _ in rows)
     columns, width = (4, SHEET_WIDTH * 3 // 4) if tall else (3, SHEET_WIDTH)
     thumbnails, close = [], 0
     for number, (camera, said, picture, near) in enumerate(rows, 1):
         picture.thumbnail((width, 2 * width))
         thumbnails.append(("", f"frame {number}: {said} ({camera})", picture))
-        if near is not None and close < CLOSE:
+        if near is not None and close < MAX_CLOSE_UPS:
             close += 1
             thumbnails.append(("", f"frame {number}, close", near.resize(picture.size)))
     if not rows:
         return None, 0, ""
-    return contact_sheet(thumbnails, width=width, columns=columns), len(rows), told
+    return contact_sheet(thumbnails, width=width, columns=columns), len(rows), note
 
 
 def _read(path: Path) -> Any:
@@ -97,18 +97,18 @@ def _filmed(run: Path) -> Iterator[Row]:
         film = directed(film, States(run)) if film.get("auto") else film
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
         pictures = frames(film, reels(film)[MAIN], float(evidence["time"]["reached"]))
-        shown = {one.frame.k: one for one in chosen(_wanted(run, evidence), pictures, FRAMES)}
+        shown = {one.frame.k: one for one in choose_frames(_moments_to_show(run, evidence), pictures, MAX_FRAMES)}
         eye = _eye(run)
         with av.open(str(run / f"{MAIN}.mp4")) as video:
             for k, picture in zip(range(max(shown) + 1), video.decode(video=0), strict=False):
                 if k in shown:
                     whole = picture.to_image()
-                    yield shown[k].frame.camera, _said(shown[k]), whole, _close(eye, shown[k], whole)
+                    yield shown[k].frame.camera, _caption(shown[k]), whole, _close_up(eye, shown[k], whole)
     except (OSError, ValueError, TypeError, KeyError, AttributeError, av.error.FFmpegError):
         return  # a run without a film, or of another version: use the preview
 
 
-def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
+def _moments_to_show(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     """Moments worth showing; the case need not be readable."""
     from text2sim.spec_schema.text.document import parse_document
     from text2sim.spec_schema.text.source import read_source
@@ -120,9 +120,11 @@ def _wanted(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     return [replace(one, bodies=with_attached(one.bodies, actions)) for one in moments(evidence, actions)]
 
 
-def _said(one: Shown) -> str:
-    said = [*dict.fromkeys(one.said)]
-    return ", ".join([f"{one.frame.t:.2f} s", *said[:NAMED], *(["…"] if said[NAMED:] else [])])
+def _caption(one: Shown) -> str:
+    reasons = [*dict.fromkeys(one.reasons)]
+    return ", ".join(
+        [f"{one.frame.t:.2f} s", *reasons[:MAX_CAPTION_REASONS], *(["…"] if reasons[MAX_CAPTION_REASONS:] else [])]
+    )
 
 
 def _eye(run: Path) -> "tuple[Recorded, Any] | None":
@@ -140,7 +142,7 @@ def _eye(run: Path) -> "tuple[Recorded, Any] | None":
         return None
 
 
-def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
+def _close_up(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     """A close-up of a moment's bodies; None if they are large, out of sight, or unknown."""
     import numpy as np
 
@@ -149,17 +151,17 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     recorded, cameras = eye
     wide, tall = picture.size
     view = cameras.view(one.frame.camera, one.frame.t, one.frame.part)
-    sight = recorded.sight(one.frame.t, view, (SIGHT, max(2, round(SIGHT * tall / wide))))
+    sight = recorded.sight(one.frame.t, view, (LOCATING_WIDTH, max(2, round(LOCATING_WIDTH * tall / wide))))
     about = [k for k, name in enumerate(recorded.names) if name in one.bodies and name not in recorded.statics]
     if not about:
         return None
     rows, columns = np.nonzero(np.logical_or.reduce([sight.mask(k) for k in about]))
     if not len(rows):
         return None
-    scale = wide / SIGHT
+    scale = wide / LOCATING_WIDTH
     # Half the width of the crop: that of the bodies with a margin of 30 %, at the aspect ratio of the picture.
     half = max((np.ptp(columns) + 1) * scale, (np.ptp(rows) + 1) * scale * wide / tall, wide / 4) * 0.65
-    if half > LITTLE**0.5 * wide / 2 * 1.3:
+    if half > SMALL_SUBJECT**0.5 * wide / 2 * 1.3:
         return None
     x = float(np.clip((columns.min() + columns.max() + 1) / 2 * scale, half, wide - half))
     high = half * tall / wide
@@ -167,14 +169,14 @@ def _close(eye: "tuple[Recorded, Any] | None", one: Shown, picture: Any) -> Any:
     return picture.crop((round(x - half), round(y - high), round(x + half), round(y + high)))
 
 
-def _kept(run: Path) -> Iterator[Row]:
+def _preview_frames(run: Path) -> Iterator[Row]:
     """Yield the frames stored by the preview."""
     from text2sim.evidence.visibility import read_samples
 
     samples = read_samples(run)
-    share = FRAMES // max(1, len(samples)) or 1
+    share = MAX_FRAMES // max(1, len(samples)) or 1
     for camera, rows in samples.items():
-        for k in spread(len(rows), share):
+        for k in spread_numbers(len(rows), share):
             picture = _read(run / "frames" / f"{camera}_{k}.png")
             if picture is not None:
                 yield camera, f"{rows[k][0]:.2f} s", picture, None
@@ -195,7 +197,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         width, height = recording.film["resolution"]
         filming = Filming(recording, "draft", size=(SHEET_WIDTH, max(2, round(SHEET_WIDTH * height / width / 2) * 2)))
         reel = filming.reels()[0]
-        shown = chosen(moments_of(run), reel.frames, FRAMES)
+        shown = choose_frames(moments_of(run), reel.frames, MAX_FRAMES)
         few = Reel(reel.name, [one.frame for one in shown])
         filming.render(few, lambda progress: None, until=until)
         pictures = [Image.fromarray(picture) for picture in filming.pictures(few, filming.rendered(few))]
@@ -206,7 +208,7 @@ def _traced(run: Path, seconds: float) -> Iterator[Row]:
         return
     eye = _eye(run)
     for one, picture in zip(shown, pictures, strict=True):
-        yield one.frame.camera, _said(one), picture, _close(eye, one, picture)
+        yield one.frame.camera, _caption(one), picture, _close_up(eye, one, picture)
 
 
 def _left_out(run: Path) -> str:
@@ -216,7 +218,7 @@ def _left_out(run: Path) -> str:
         worn = {name: _unshown(look) for name, look in looks.items()}
     except (OSError, ValueError, TypeError, AttributeError):
         worn = {}
-    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:LOOKS]
+    rows = [f"{words} of `{name}`" for name, words in worn.items() if words][:MAX_NAMED_LOOKS]
     some = f", so also {'; '.join(rows)}" if rows else ""
     return (
         "The frames are of the preview, which leaves out shadows, the place around, finishes, patterns and labels"
@@ -227,12 +229,12 @@ def _left_out(run: Path) -> str:
 def _unshown(look: dict[str, Any]) -> str:
     """The parts of a look that only the path tracer shows."""
     words = [f"the {key}" for key in ("pattern", "label") if look.get(key)]
-    return " and ".join([*([look["finish"]] if look.get("finish") not in PLAIN else []), *words])
+    return " and ".join([*([look["finish"]] if look.get("finish") not in PREVIEWED_FINISHES else []), *words])
 
 
 def moments_of(run: Path) -> list[FrameMoment]:
     """Return the moments of a run that are worth showing; empty without evidence."""
     try:
-        return _wanted(run, json.loads((run / "evidence.json").read_text("utf-8")))
+        return _moments_to_show(run, json.loads((run / "evidence.json").read_text("utf-8")))
     except (OSError, ValueError, TypeError, KeyError, AttributeError):
         return []

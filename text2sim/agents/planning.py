@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 from text2sim.agents import language
 from text2sim.agents.assembly import FROZEN_PARTS
-from text2sim.agents.contract import weakened
-from text2sim.agents.conversation import Conversation, Wrong, typed
-from text2sim.agents.dealt_cards import ATTACHED
+from text2sim.agents.contract import weakened_bounds
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
+from text2sim.agents.dealt_cards import MAX_DEALT_CARDS
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Fragments
-from text2sim.agents.requirements import Requirements, rows
+from text2sim.agents.requirements import Requirements, requirement_rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from text2sim.agents.dealt_cards import DealtCards
 
 PLANNER = ROLES["planner"]
-BLIND = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
+BLIND_NOTE = "You cannot see these pictures: go by the words, and say under `assumptions` what you took them to show."
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class TriedPlan:
     """Sentence with the attempts and time left."""
 
 
-PLANNING = 6
+MAX_PLAN_ANSWERS = 6
 """Largest number of answers before planning fails, which ends the loop."""
 
 
@@ -73,31 +73,33 @@ def make_plan(
     question = render(
         "plan_ask",
         request=request.text,
-        inputs=[*request.inputs, *([BLIND] if request.images and not chat.vision("planner") else [])],
-        requirements=rows(request.requirements),
+        inputs=[*request.inputs, *([BLIND_NOTE] if request.images and not chat.vision("planner") else [])],
+        requirements=requirement_rows(request.requirements),
         minutes=request.minutes,
-        tried=_tried(tried),
+        tried=_tried_plan_text(tried),
     )
     system = system_prompt(
         PLANNER,
         vocabulary=language.vocabulary(),
         rules=language.rules(brief=True),
         pages=language.to_plan_with(),
-        cards=dealt.index(),
+        cards=dealt.card_ids(),
         modes=", ".join(MODES),
     )
-    read = typed(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
+    read = typed_parser(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
     more = PageRequests(dealt.pages)
-    return chat.ask("planner", system, question, read, request.images, more=more, rounds=PLANNING)
+    return chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
 
 
-def _tried(tried: TriedPlan | None) -> str:
+def _tried_plan_text(tried: TriedPlan | None) -> str:
     if tried is None:
         return ""
     expect = yaml_text({"says": tried.plan.says, "checks": {"expect": tried.first.expect}})
     left = f"\n\nLeft: {tried.left}" if tried.left else ""
-    told = f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
-    return told + left
+    report = (
+        f"{tried.why}\n\nAttempts so far:\n\n{tried.history}\n\nThe plan was:\n\n{plan_text(tried.plan)}\n\n{expect}"
+    )
+    return report + left
 
 
 def _check_plan(
@@ -141,7 +143,7 @@ def _check_plan(
             if name not in plan.checks.expect
         ]
         same_names = {name: row for name, row in plan.checks.expect.items() if name in tried.first.expect}
-        wrong += weakened(tried.first.expect, same_names)
+        wrong += weakened_bounds(tried.first.expect, same_names)
     wrong += claim_faults(plan.facts, requirements, plan.bodies)
     wrong += card_faults(plan.cards, dealt)
     wrong += plan_faults(plan, path)
@@ -153,8 +155,8 @@ def card_faults(cards: Mapping[str, Sequence[str]], dealt: "DealtCards") -> list
     """Describe the unknown roles and card ids of a plan."""
     wrong = [f"/cards/{role}: there is no Writer `{role}`" for role in cards if role not in SECTIONS]
     for role, ids in cards.items():
-        if len(ids) > ATTACHED:
-            wrong.append(f"/cards/{role}: {ATTACHED} cards at most go with one question")
+        if len(ids) > MAX_DEALT_CARDS:
+            wrong.append(f"/cards/{role}: {MAX_DEALT_CARDS} cards at most go with one question")
         wrong += [f"/cards/{role}: there is no card `{card}`" for card in ids if dealt.dealing and not dealt.has(card)]
     return wrong
 

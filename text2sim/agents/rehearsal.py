@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, get_args
 
-from text2sim.agents.contract import numbered
+from text2sim.agents.contract import numbered_copies
 from text2sim.agents.language import body_kinds, mount_kinds, shape_kinds
 from text2sim.agents.replies import CasePlan, Fragments, PlannedBody
 from text2sim.card_library.model import Mode
@@ -28,17 +28,17 @@ from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
 
 Data = dict[str, Any]
-TAKEN = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
+RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
-OTHERS = frozenset({"unknown-attach", "never-released", "no-domain"})
+IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain"})
 """Rules about parts that the Writers will add."""
-BY_DEFINITION = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
+DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
-JOINTS = ("joint_position", "joint_velocity", "joint_force")
+JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
 _PART = re.compile(r"(\w+)(?:\[[\d:*]+\])?\.([\w*]+)")
-_PLACES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
+_PATH_PREFIXES = (("/actions/", "/checks/"), ("/scene/duration", "/duration"), ("/params", "/params"))
 
 
 def plan_faults(plan: CasePlan, path: Path) -> list[str]:
@@ -52,26 +52,26 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
     if wrong := list(_kind_faults(plan)):
         return wrong + words  # measures can only be checked once the kinds of bodies are known
     try:
-        loaded = load_text(_text(plan, plan.checks, 0), path)
+        loaded = load_text(_rehearsal_text(plan, plan.checks, 0), path)
         from text2sim.spec_schema.names.references import check_references
 
         problems = check_references(loaded)
     except SpecError as error:
-        return [*words, *(row for row in _rows(error.problems) if row not in words)]
-    if wrong := [*words, *(row for row in _rows(problems) if row not in words)]:
+        return [*words, *(row for row in _in_terms_of_plan(error.problems) if row not in words)]
+    if wrong := [*words, *(row for row in _in_terms_of_plan(problems) if row not in words)]:
         return wrong
-    wrong = _by_definition(plan, path)
+    wrong = _definition_faults(plan, path)
     named = {row.split(":")[0].split("/")[3] for row in wrong if row.startswith("/checks/expect/")}
-    return wrong + [row for name, row in _at_rest(plan, loaded) if name not in named]
+    return wrong + [row for name, row in _rest_faults(plan, loaded) if name not in named]
 
 
-def _rows(problems: Iterable[Problem]) -> Iterator[str]:
+def _in_terms_of_plan(problems: Iterable[Problem]) -> Iterator[str]:
     """Yield problems in terms of the plan, without those of the stand-ins."""
     for problem in problems:
-        for ours, plans in _PLACES:
-            if problem.severity == "error" and problem.rule not in OTHERS and problem.path.startswith(ours):
+        for ours, plans in _PATH_PREFIXES:
+            if problem.severity == "error" and problem.rule not in IGNORED_RULES and problem.path.startswith(ours):
                 hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
-                way = f"; taken are {', '.join(TAKEN)}" if problem.rule == "taken-name" else ""
+                way = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
                 yield f"{plans}{problem.path.removeprefix(ours)}: {problem.message}{hint}{way} [{problem.rule}]"
 
 
@@ -79,28 +79,28 @@ def _rows(problems: Iterable[Problem]) -> Iterator[str]:
 
 
 def _kind_faults(plan: CasePlan) -> Iterator[str]:
-    kinds, mounts = [*body_kinds(), "static", *_prefabs()], mount_kinds()
+    kinds, mounts = [*body_kinds(), "static", *_prefab_arguments()], mount_kinds()
     for name, body in plan.bodies.items():
         if body.kind not in kinds:
-            yield _unknown(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
+            yield _unknown_word(f"/bodies/{name}/kind", body.kind, kinds, "static, a kind of body or a prefab")
         if body.mount and body.mount not in mounts:
-            yield _unknown(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
+            yield _unknown_word(f"/bodies/{name}/mount", body.mount, mounts, "a mount")
 
 
 def _shape_faults(plan: CasePlan) -> Iterator[str]:
     """Faults of shapes and modes; a shape may be several words, such as `box and cylinders`."""
     shapes = shape_kinds()
-    known = {*shapes, *_prefabs()}
+    known = {*shapes, *_prefab_arguments()}
     for name, body in plan.bodies.items():
         words = re.findall(r"[a-z][a-z_]*", body.shape.lower())
         if body.shape and not known & {*words, *(word.removesuffix("s") for word in words)}:
-            yield _unknown(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
+            yield _unknown_word(f"/bodies/{name}/shape", body.shape, shapes, "a kind of shape")
     for mode in plan.mode:
         if mode not in MODES:
-            yield _unknown("/mode", mode, MODES, "a mode")
+            yield _unknown_word("/mode", mode, MODES, "a mode")
 
 
-def _unknown(where: str, word: str, known: Iterable[str], what: str) -> str:
+def _unknown_word(where: str, word: str, known: Iterable[str], what: str) -> str:
     known = list(known)
     hint = nearest(word, known)
     return f"{where}: `{word}` is not {what}{f'; did you mean `{hint}`?' if hint else ''}; there are {', '.join(known)}"
@@ -113,7 +113,7 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
     words += [(f"/briefs/{section}", line) for section, line in plan.briefs.items()]
     known = {*plan.params, *COPY_VARIABLES, NUMBER}
     if NUMBER in plan.params:  # an error as soon as a Writer uses `repeat`
-        way = f"choose another name; taken are {', '.join(TAKEN)} [taken-name]"
+        way = f"choose another name; taken are {', '.join(RESERVED_NAMES)} [taken-name]"
         yield f"/params/{NUMBER}: `{NUMBER}` is the number of an entry with repeat; {way}"
     for where, text in words:
         if "${" not in text:
@@ -131,11 +131,11 @@ def _word_faults(plan: CasePlan) -> Iterator[str]:
 # --- stand-ins -----------------------------------------------------------------------------------------------------
 
 
-def _text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
+def _rehearsal_text(plan: CasePlan, checks: Fragments, variant: int, *, loose: bool = False) -> str:
     """The plan as a case of stand-ins. With `loose`, no body has a joint, so that joint limits imply nothing."""
     statics, bodies = {"ground": {"shape": {"kind": "plane"}}}, {}
     for k, (name, body) in enumerate(plan.bodies.items()):
-        parts = _parts_named(checks, name)
+        parts = _named_parts(checks, name)
         data = _stand_in(body, parts, k, variant, loose)
         (statics if body.kind == "static" else bodies)[name] = data
     if not bodies:
@@ -157,11 +157,11 @@ def _stand_in(body: PlannedBody, parts: list[str], k: int, variant: int, loose: 
     if body.kind == "static":
         if body.shape == "plane":
             return {"shape": {"kind": "plane"}}
-        used = body.shape if body.shape in _prefabs() and body.shape not in shape_kinds() else ""
+        used = body.shape if body.shape in _prefab_arguments() and body.shape not in shape_kinds() else ""
         if not used:
             return {"shape": box, **place}
     if used:
-        return {"use": used, **_prefabs()[used], **place}
+        return {"use": used, **_prefab_arguments()[used], **place}
     if body.kind == "rigid":
         mount = {"kind": body.mount or "free"}
         if mount["kind"] in ("hinge", "slider"):
@@ -192,7 +192,7 @@ def _example(kind: str) -> Data:
 
 
 @cache
-def _prefabs() -> dict[str, Data]:
+def _prefab_arguments() -> dict[str, Data]:
     """Required arguments of each prefab."""
     from text2sim.spec_schema.reuse.catalogue import examples
     from text2sim.spec_schema.text.document import parse_document
@@ -206,7 +206,7 @@ def _prefabs() -> dict[str, Data]:
     return found
 
 
-def _parts_named(checks: Fragments, body: str) -> list[str]:
+def _named_parts(checks: Fragments, body: str) -> list[str]:
     """Links and joints of a body that the checks name and its Writer will define."""
     words = [*strings_in(checks.measures), *strings_in(checks.events)]
     found = [match for word in words if (match := _PART.fullmatch(word)) is not None and match[1] == body]
@@ -220,17 +220,17 @@ def _parts_named(checks: Fragments, body: str) -> list[str]:
 # --- findings that follow from definitions -------------------------------------------------------------------------
 
 
-def _by_definition(plan: CasePlan, path: Path) -> list[str]:
+def _definition_faults(plan: CasePlan, path: Path) -> list[str]:
     """Expectations that cannot hold or cannot fail, wherever the bodies are placed."""
     if sum(body.count for body in plan.bodies.values()) > MAX_BODIES:
         return []
     checks = _without_joints(plan.checks)
-    first, *others = (_found(_text(plan, checks, variant, loose=True), path) for variant in range(3))
-    again = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
-    return list(_rows(problem for problem in first if (problem.path, problem.rule) in again))
+    first, *others = (_lint_findings(_rehearsal_text(plan, checks, variant, loose=True), path) for variant in range(3))
+    confirmed = set.intersection(*({(problem.path, problem.rule) for problem in found} for found in others))
+    return list(_in_terms_of_plan(problem for problem in first if (problem.path, problem.rule) in confirmed))
 
 
-def _found(text: str, path: Path) -> list[Problem]:
+def _lint_findings(text: str, path: Path) -> list[Problem]:
     """Findings of the lint, all treated as errors."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint.facts import Facts
@@ -238,7 +238,7 @@ def _found(text: str, path: Path) -> list[Problem]:
 
     try:
         facts = Facts(resolve_case(load_text(text, path)))
-        found = [problem for rule in RULES if rule.id in BY_DEFINITION for problem in rule.run(facts)]
+        found = [problem for rule in RULES if rule.id in DEFINITION_RULES for problem in rule.run(facts)]
     except Text2SimError:
         return []  # an invalid stand-in tells nothing
     return [Problem(p.path, p.message, rule=p.rule) for p in found]
@@ -246,7 +246,7 @@ def _found(text: str, path: Path) -> list[Problem]:
 
 def _without_joints(checks: Fragments) -> Fragments:
     """The checks without those about joints, which loose stand-ins lack."""
-    measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINTS}
+    measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINT_MEASURES}
     events = {
         name: row
         for name, row in checks.events.items()
@@ -264,7 +264,7 @@ def _without_joints(checks: Fragments) -> Fragments:
     return Fragments(measures=measures, events=events, expect=expect)
 
 
-def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
+def _rest_faults(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     """Yield the name and the reason for each expectation that holds if nothing happens, whatever the bodies are.
 
     An expectation that a measure returns to its rest value is allowed if another one requires the same measure to
@@ -273,7 +273,7 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
     from text2sim.lint.script.outcomes import bound_of
 
     case = loaded.case
-    kept = {one for name in plan.keeps for one in numbered(name, case.actions.expect)}
+    kept = {copy for name in plan.keeps for copy in numbered_copies(name, case.actions.expect)}
     holding, active = {}, set()
     for name, expect in case.actions.expect.items():
         if expect.on is not None:
@@ -293,10 +293,10 @@ def _at_rest(plan: CasePlan, loaded: LoadedCase) -> Iterator[tuple[str, str]]:
                 holding[name] = ("", what)
     for name, (measure, what) in holding.items():
         if name not in kept and measure not in active:
-            yield name, f"/checks/expect/{name}: {HOLDS.format(what)}"
+            yield name, f"/checks/expect/{name}: {HOLDS_AT_REST.format(what)}"
 
 
-HOLDS = (
+HOLDS_AT_REST = (
     "it holds if nothing happens at all: {}. Ask for what is true only after what it stands for has happened; if it is "
     "about something that has to stay as it is, name it in `keeps`"
 )
@@ -327,10 +327,12 @@ def held_at_start(loaded: LoadedCase, names: Iterable[str]) -> dict[str, str]:
     from text2sim.lint.script.outcomes import bound_of
 
     facts, found = Facts(resolve_case(loaded)), {}
-    for name in (one for written in names for one in numbered(written, loaded.case.actions.expect)):
+    for name in (copy for written in names for copy in numbered_copies(written, loaded.case.actions.expect)):
         expect = loaded.case.actions.expect.get(name)
         if expect is None or expect.measure is None or bound_of(expect, loaded.case.scene.duration).first <= 0.0:
             continue
         if passes(facts, expect):
-            found[name] = f"/actions/expect/{name}: " + HOLDS.format(f"`{expect.measure}` is so at the start already")
+            found[name] = f"/actions/expect/{name}: " + HOLDS_AT_REST.format(
+                f"`{expect.measure}` is so at the start already"
+            )
     return found

@@ -115,12 +115,12 @@ class Claim(Form):
 
     @model_validator(mode="after")
     def _one(self) -> "Claim":
-        said = [sort for sort in FACTS if getattr(self, sort)]
-        if len(said) != 1:
+        given = [sort for sort in FACTS if getattr(self, sort)]
+        if len(given) != 1:
             raise ValueError(f"a fact is one of {', '.join(f'{a} ({b})' if b else a for a, b in FACTS.items())}")
         for key in dict.fromkeys(filter(None, FACTS.values())):
             sorts = [sort for sort, needed in FACTS.items() if needed == key]
-            if (getattr(self, key) in ("", None)) == bool(said[0] in sorts):
+            if (getattr(self, key) in ("", None)) == bool(given[0] in sorts):
                 raise ValueError(f"`{key}` goes with {' or '.join(f'`{sort}`' for sort in sorts)}, and they with it")
         if (self.lasting is not None or self.never) and not self.touched:
             raise ValueError("`lasting` and `never` go with `touched`")

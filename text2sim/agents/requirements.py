@@ -8,13 +8,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.models.exchange import Image, ModelError, StoppedError
 from text2sim.agents.replies import Answer, Line, Name
 from text2sim.agents.roles import ROLES, render, system_prompt
 
 Sort = Literal["objects", "count", "appearance", "relation", "actuation", "action", "order", "final", "never", "other"]
-MOST = 24
+MAX_REQUIREMENTS = 24
 SHORT_WISH = 12
 """Largest number of words of a change request that counts as a single requirement."""
 
@@ -31,13 +31,13 @@ class Requirement(Answer):
 class Apart(Answer):
     """The requirements of a request, as answered by a model."""
 
-    requirements: Annotated[dict[Name, Requirement], Field(max_length=MOST)]
+    requirements: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)]
 
 
 class Missing(Answer):
     """Requirements that a list omits."""
 
-    missing: Annotated[dict[Name, Requirement], Field(max_length=MOST)] = {}
+    missing: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)] = {}
 
 
 Requirements = Mapping[str, Requirement]
@@ -65,14 +65,14 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
 
     try:
         question = render("apart_ask", request=text, found="")
-        found = chat.ask("reader", system_prompt(reader), question, typed(Apart, some), images).requirements
-        question = render("apart_ask", request=text, found=rows(found))
-        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed(Missing), images).missing
+        found = chat.ask("reader", system_prompt(reader), question, typed_parser(Apart, some), images).requirements
+        question = render("apart_ask", request=text, found=requirement_rows(found))
+        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed_parser(Missing), images).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
         return {}  # an unreachable model is reported by the next question
-    for name, requirement in list(more.items())[: MOST - len(found)]:
+    for name, requirement in list(more.items())[: MAX_REQUIREMENTS - len(found)]:
         found[name if name not in found else f"{name}_too"] = requirement
     return found
 
@@ -84,12 +84,12 @@ def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str,
     return apart()
 
 
-def rows(requirements: Requirements) -> str:
+def requirement_rows(requirements: Requirements) -> str:
     """Return one line for each requirement."""
     return "\n".join(f"- `{name}` ({one.importance}): {one.what}" for name, one in requirements.items())
 
 
-def score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
+def weighted_score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
     """Return the score, 0 to 100: the mean of the marks (0, 1/2, 1), weighted by importance."""
     whole = sum(one.importance for one in requirements.values())
     return round(100 * sum(one.importance * marks.get(name, 0.0) for name, one in requirements.items()) / whole, 1)

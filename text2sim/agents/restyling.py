@@ -18,7 +18,7 @@ class TouchesPhysics(RunError):
     """Error: a patch changes more than the appearance of a case."""
 
 
-def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
+def restyle(text: str, operations: Sequence[Operation], path: Path) -> str:
     """Apply a patch that changes the appearance of a case.
 
     Args:
@@ -39,7 +39,7 @@ def restyled(text: str, operations: Sequence[Operation], path: Path) -> str:
                     f"operation {number + 1}: `{place}` is neither below /render nor a look of a body or static"
                 )
     revision: Revision = revise(Source(text, str(path)), path, operations)
-    if physics(revision.text, path) != physics(text, path):
+    if physics_digest(revision.text, path) != physics_digest(text, path):
         raise TouchesPhysics(
             "with this patch the simulation would be another one; how it is shown is all that may change"
         )
@@ -62,7 +62,7 @@ def is_style(pointer: str) -> bool:
     return LOOK in below
 
 
-def physics(text: str, path: Path) -> tuple[str, Any]:
+def physics_digest(text: str, path: Path) -> tuple[str, Any]:
     """Return the digest of the simulation and the actions of a case, which are equal for equal physics."""
     loaded = load_text(text, path)
     return plan_case(loaded).sim_digest, loaded.case.actions.model_dump(mode="json")

@@ -41,7 +41,7 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
     """Replace sections of a case."""
     before = data_of(text)
     after = before | {name: dict(data) for name, data in sections.items()}
-    return edited(text, operations(before, after))
+    return edit_text(text, operations(before, after))
 
 
 def with_patches(
@@ -77,9 +77,9 @@ def with_renamed(text: str, renames: Mapping[str, str]) -> str:
         {"op": "move", "from": pointer(("params", old)), "path": pointer(("params", new))}
         for old, new in renames.items()
     ]
-    before = data_of(text := edited(text, moves))
+    before = data_of(text := edit_text(text, moves))
     case = {key: value for key, value in before.items() if key != "prefabs"}  # prefabs do not see the case's parameters
-    return edited(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
+    return edit_text(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
 
 
 def _params_renamed(data: Any, renames: Mapping[str, str]) -> Any:
@@ -112,7 +112,7 @@ def with_operations(text: str, changes: Sequence[Operation]) -> str:
         PatchError: If it cannot be applied.
     """
     before = data_of(text)
-    return edited(text, operations(before, apply_operations(before, changes))) if changes else text
+    return edit_text(text, operations(before, apply_operations(before, changes))) if changes else text
 
 
 def with_params(text: str, params: Mapping[str, Any]) -> str:
@@ -142,10 +142,10 @@ def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
             actions[part] = rows
         else:
             actions.pop(part, None)
-    return edited(text, operations(before, before | {"actions": actions}))
+    return edit_text(text, operations(before, before | {"actions": actions}))
 
 
-def edited(text: str, changes: Sequence[Operation]) -> str:
+def edit_text(text: str, changes: Sequence[Operation]) -> str:
     """Apply operations that are known to be valid."""
     return edit_source(Source(text, "case.yaml"), changes) if changes else text
 
@@ -158,4 +158,4 @@ def change_lines(before: str, after: str) -> list[str]:
 def _laid_over(text: str, key: str, values: Mapping[str, Any]) -> str:
     before = data_of(text)
     merged = mapping(before, key) | json.loads(json.dumps(dict(values)))
-    return edited(text, operations(before, before | {key: merged})) if values else text
+    return edit_text(text, operations(before, before | {key: merged})) if values else text

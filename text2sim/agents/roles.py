@@ -50,9 +50,11 @@ def prompts_in(folder: Path) -> Any:
 
     # The output is text for a model, not HTML: nothing is escaped.
     loader = FileSystemLoader(folder)
-    made = Environment(loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False)
-    made.filters["quoted"] = quoted
-    return made
+    environment = Environment(
+        loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, autoescape=False
+    )
+    environment.filters["quoted"] = quoted
+    return environment
 
 
 def quoted(text: str) -> str:

@@ -10,19 +10,19 @@ from text2sim.agents.roles import quoted
 
 Data = dict[str, Any]
 
-MEASURED = 7
+QUOTED_TIMES = 7
 """Number of times at which each measure is quoted."""
-ROWS = 30
+MAX_ROWS = 30
 """Largest number of rows of a table."""
-FEW = 6
+MAX_MINOR_ROWS = 6
 """Largest number of rows about joint limits, paths and work."""
-OVERLAP = 5e-4
+IGNORED_OVERLAP = 5e-4
 """Largest overlap of rigid bodies that is not reported [m]."""
-OVERSHOOT = {"m": 1e-3, "rad": 0.01}
+IGNORED_OVERSHOOT = {"m": 1e-3, "rad": 0.01}
 """Largest deviations from joint limits and driven paths that are not reported, by unit."""
-SLIGHT = 1e-6
+IGNORED_WORK = 1e-6
 """Largest work that is not reported [J]."""
-LOG = 1_500
+LOG_TAIL = 1_500
 """Characters from the end of the log of a run that did not finish."""
 
 
@@ -49,7 +49,7 @@ def evidence_text(
             _table("## Measures", _measures(folder, evidence["measures"])),
             _table("## Events", _events(evidence["events"])),
             _table("## Diagnostics", _diagnostics(evidence)),
-            _table("## What the cameras saw", [*([f"- {pictured}"] if pictured else []), *_seen(evidence)]),
+            _table("## What the cameras saw", [*([f"- {pictured}"] if pictured else []), *_visibility_rows(evidence)]),
         ]
     else:
         parts.append("Nothing was recorded.")
@@ -68,7 +68,7 @@ def _without_series(part: str) -> str:
     return "\n".join(row.partition("; over time ")[0] for row in part.split("\n"))
 
 
-def judgement(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
+def judgement_text(number: int, cause: str, critique: Mapping[str, Any] | None, fates: Sequence[str]) -> str:
     """Describe the Critic's judgement of an attempt, and the fate of each of its patches.
 
     Args:
@@ -106,7 +106,7 @@ def attempts_table(attempts: Sequence[tuple[int, Mapping[str, Any]]]) -> str:
     return "\n".join(rows)
 
 
-def citable(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
+def citable_items(evidence: Mapping[str, Any] | None, frames: int, bodies: Iterable[str]) -> frozenset[str]:
     """Return the citable items of a run's evidence.
 
     Args:
@@ -130,7 +130,11 @@ def _outcome(record: Mapping[str, Any]) -> str:
     reached = f"{record.get('time', 0):.3g} of {record.get('duration', 0):g} s simulated"
     message = f": {record['message']}" if record.get("message") else ""
     if seconds := (record.get("timings") or {}).get("simulate"):
-        reached += f", {_g(seconds / record['time'])} s of wall time per simulated second" if record.get("time") else ""
+        reached += (
+            f", {_short_number(seconds / record['time'])} s of wall time per simulated second"
+            if record.get("time")
+            else ""
+        )
     return f"Run: {record.get('state')}, {reached}{message}"
 
 
@@ -150,12 +154,14 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
         if row.get("problem"):
             rows.append(f"- `{name}`: {row['problem']}")
             continue
-        low, high = (f"{_g(row[end])} at {_g(row[f'{end}_at'])} s" for end in ("min", "max"))
+        low, high = (f"{_short_number(row[end])} at {_short_number(row[f'{end}_at'])} s" for end in ("min", "max"))
         text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
         times, values = series.get("t") or series.get("time") or [], series.get(name) or []
-        if len(times) > MEASURED and len(values) == len(times):
-            picked = [round(k * (len(times) - 1) / (MEASURED - 1)) for k in range(MEASURED)]
-            text += "; over time " + ", ".join(f"{_g(times[k])} s: {_g(values[k])}" for k in picked)
+        if len(times) > QUOTED_TIMES and len(values) == len(times):
+            picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
+            text += "; over time " + ", ".join(
+                f"{_short_number(times[k])} s: {_short_number(values[k])}" for k in picked
+            )
         rows.append(text)
     return rows
 
@@ -168,10 +174,10 @@ def _series(file: Path) -> dict[str, list[float | None]]:
         return {}
     if not table:
         return {}
-    return {name: [_real(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
+    return {name: [_parse_number(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
 
 
-def _real(text: str) -> float | None:
+def _parse_number(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
@@ -181,7 +187,11 @@ def _real(text: str) -> float | None:
 def _events(events: Mapping[str, Data]) -> list[str]:
     rows = []
     for name, row in events.items():
-        when = f"first at {_g(row['first'])} s, last at {_g(row['last'])} s" if row.get("count") else "never"
+        when = (
+            f"first at {_short_number(row['first'])} s, last at {_short_number(row['last'])} s"
+            if row.get("count")
+            else "never"
+        )
         rows.append(
             f"- `{name}`: {row.get('count', 0)} times, {when}" + (f" ({row['problem']})" if row.get("problem") else "")
         )
@@ -193,32 +203,38 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
     energy = evidence.get("energy")
     if energy:
         rows.append(
-            f"- energy: {_g(energy['start'])} J first, at most {_g(energy['max'])} J at {_g(energy['max_at'])} s, "
-            f"{_g(energy['end'])} J at the end"
-            + "".join(f"; {row}" for row in _works(energy))
+            f"- energy: {_short_number(energy['start'])} J first, at most {_short_number(energy['max'])} J at "
+            f"{_short_number(energy['max_at'])} s, {_short_number(energy['end'])} J at the end"
+            + "".join(f"; {row}" for row in _work_rows(energy))
             + "".join(f"; not counted: {row}" for row in energy.get("not_counted") or ())
         )
     deepest = evidence.get("penetration") or {}
-    if (deepest.get("value") or 0.0) > OVERLAP:
+    if (deepest.get("value") or 0.0) > IGNORED_OVERLAP:
         between = " and ".join(f"`{name}`" for name in deepest["between"])
-        rows.append(f"- penetration: at most {_g(deepest['value'])} m, {between}, at {_g(deepest['time'])} s")
-    over = [row for row in evidence.get("joint_limits") or () if row["by"] > OVERSHOOT[row["unit"]]]
-    off = [row for row in evidence.get("off_path") or () if row["value"] > OVERSHOOT[row["unit"]]]
+        rows.append(
+            f"- penetration: at most {_short_number(deepest['value'])} m, {between}, at "
+            f"{_short_number(deepest['time'])} s"
+        )
+    over = [row for row in evidence.get("joint_limits") or () if row["by"] > IGNORED_OVERSHOOT[row["unit"]]]
+    off = [row for row in evidence.get("off_path") or () if row["value"] > IGNORED_OVERSHOOT[row["unit"]]]
     for name, found in (
         ("non_finite", evidence.get("non_finite")),
-        ("joint_limits", over[:FEW]),
+        ("joint_limits", over[:MAX_MINOR_ROWS]),
         ("driven", evidence.get("driven")),
-        ("off_path", off[:FEW]),
+        ("off_path", off[:MAX_MINOR_ROWS]),
     ):
         if found:
             rows.append(f"- {name}: {_small(found)}")
-    for body, row in list((evidence.get("speeds") or {}).items())[:ROWS]:
+    for body, row in list((evidence.get("speeds") or {}).items())[:MAX_ROWS]:
         linear = (row or {}).get("linear") or {}
         if linear.get("max"):
-            rows.append(f"- speeds: `{body}` at most {_g(linear.get('max'))} m/s at {_g(linear.get('at'))} s")
-    for body, row in list((evidence.get("deformables") or {}).items())[:ROWS]:
+            rows.append(
+                f"- speeds: `{body}` at most {_short_number(linear.get('max'))} m/s at "
+                f"{_short_number(linear.get('at'))} s"
+            )
+    for body, row in list((evidence.get("deformables") or {}).items())[:MAX_ROWS]:
         told = [
-            f"{name} {_worst(one)}"
+            f"{name} {_worst_value(one)}"
             for name, one in row.items()
             if isinstance(one, dict) and one.get("value") and name != "against_bounds"
         ]
@@ -227,48 +243,51 @@ def _diagnostics(evidence: Mapping[str, Any]) -> list[str]:
                 f"it meets the invisible wall of its solver's space (most at {row['against_bounds']['at']:.3g} s)"
             )
         rows.append(f"- deformables: `{body}`, worst values: {', '.join(told) or 'none'}")
-    rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:ROWS]]
+    rows += [f"- suspicions: {text}" for text in (evidence.get("suspicions") or [])[:MAX_ROWS]]
     return rows
 
 
-def _works(energy: Mapping[str, Any]) -> list[str]:
+def _work_rows(energy: Mapping[str, Any]) -> list[str]:
     """Work of motors and controls, and the motors' work up to the maximum of the energy."""
     works = energy.get("works") or {}
-    told = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
-    told += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
-    told = sorted((row for row in told if abs(row[2]) > SLIGHT), key=lambda row: -abs(row[2]))
-    if not told:
+    entries = [("motor", name, work) for name, work in (works.get("motors") or {}).items()]
+    entries += [("control", name, work) for name, work in (works.get("controls") or {}).items()]
+    entries = sorted((row for row in entries if abs(row[2]) > IGNORED_WORK), key=lambda row: -abs(row[2]))
+    if not entries:
         return []
-    rows = ", ".join(f"{what} `{name}` {_g(work)} J" for what, name, work in told[:FEW])
-    until = f"; motors until then {_g(energy['work_until_max'])} J" if works.get("motors") else ""
+    rows = ", ".join(f"{what} `{name}` {_short_number(work)} J" for what, name, work in entries[:MAX_MINOR_ROWS])
+    until = f"; motors until then {_short_number(energy['work_until_max'])} J" if works.get("motors") else ""
     return [f"work in all: {rows}{until}"]
 
 
-def _worst(row: Mapping[str, Any]) -> str:
+def _worst_value(row: Mapping[str, Any]) -> str:
     """A worst value with its unit, place and time."""
     where = f" in `{row['in']}`" if row.get("in") else ""
-    return f"{_g(row['value'])} {row.get('unit') or ''}".rstrip() + f"{where} at {_g(row.get('at'))} s"
+    return (
+        f"{_short_number(row['value'])} {row.get('unit') or ''}".rstrip()
+        + f"{where} at {_short_number(row.get('at'))} s"
+    )
 
 
-def _seen(evidence: Mapping[str, Any]) -> list[str]:
+def _visibility_rows(evidence: Mapping[str, Any]) -> list[str]:
     rows = []
     for camera, row in (evidence.get("visibility") or {}).items():
         for body, seen in row["bodies"].items():
-            share = f"{100 * seen['largest']:.2g} % of the picture (at {_g(seen['at'])} s)"
+            share = f"{100 * seen['largest']:.2g} % of the picture (at {_short_number(seen['at'])} s)"
             often = f"seen in {seen['pictures']} of {row['pictures']} pictures"
             rows.append(f"- `{camera}`: `{body}` fills at most {share}, {often}")
         if row["never_seen"]:
             rows.append(f"- `{camera}` never sees {', '.join(f'`{name}`' for name in row['never_seen'])}")
     legibility = evidence.get("legibility") or {}
-    rows += [f"- {remark}" for remark in (legibility.get("remarks") or [])[:ROWS]]
+    rows += [f"- {remark}" for remark in (legibility.get("remarks") or [])[:MAX_ROWS]]
     return rows
 
 
 def _table(title: str, rows: Sequence[str]) -> str:
     if not rows:
         return ""
-    more = [f"- … and {len(rows) - ROWS} more"] if len(rows) > ROWS else []
-    return "\n".join([title, "", *rows[:ROWS], *more])
+    more = [f"- … and {len(rows) - MAX_ROWS} more"] if len(rows) > MAX_ROWS else []
+    return "\n".join([title, "", *rows[:MAX_ROWS], *more])
 
 
 def _log_tail(folder: Path) -> str:
@@ -279,7 +298,7 @@ def _log_tail(folder: Path) -> str:
     # Paths are cut to their last two parts, to reveal nothing of this machine.
     rows = [
         " ".join(".../" + "/".join(w.split("/")[-2:]) if w.startswith("/") else w for w in row.split(" "))
-        for row in text[-LOG:].splitlines()
+        for row in text[-LOG_TAIL:].splitlines()
     ]
     return "\n".join(rows)
 
@@ -299,5 +318,5 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _g(value: Any) -> str:
+def _short_number(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, int | float) else "-"

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import language
-from text2sim.agents.assembly import FROZEN_PARTS, PLANNERS, names_in, section_faults
-from text2sim.agents.conversation import Conversation, Wrong, typed
+from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, names_for_owner, section_faults
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.page_selection import COPIES, DEFORMING, PUSHES
+from text2sim.agents.page_selection import COPIES, DEFORMABLE_KINDS, FIELD_CONTROLS
 from text2sim.agents.replies import SECTIONS, CasePlan, Refer
 from text2sim.agents.revising import mapping
 from text2sim.agents.roles import ROLES, render, writer_prompt
@@ -22,9 +22,9 @@ from text2sim.spec_schema.text.canonical import format_text
 
 AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves", "turns"})
 """Kinds whose names usually mean something else: `ball` in a description is not the mount."""
-WHY = 300
+MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""
-GISTS = {"render": 200, "actions": 200}
+MAX_GIST_LENGTHS = {"render": 200, "actions": 200}
 """Longest description of a body for Writers who only film or move it [characters]."""
 
 
@@ -60,7 +60,7 @@ def write_section(
         left: Sentence with the attempts and time left.
     """
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
-    pages = reading(section, plan)
+    pages = writer_pages(section, plan)
     question = render(
         "draft",
         section=section,
@@ -77,7 +77,7 @@ def write_section(
         return _section_of(_with_shapes(data, section, shapes or {}), section, plan, path)
 
     return chat.ask(
-        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, more=PageRequests()
+        section, writer_prompt(ROLES[section], language.rules(brief=True)), question, read, read_pages=PageRequests()
     )
 
 
@@ -122,7 +122,7 @@ def change_section(
         event=plan.event,
         shared=plan.shared,
         params=yaml_text({"params": mapping(case, "params")}),
-        names=names_in(case, without=section),
+        names=names_for_owner(case, section=section),
         current=_section_text(section, current),
         derived=derived,
         cards=cards,
@@ -130,18 +130,22 @@ def change_section(
         keep=keep,
         left=left,
         instruction=instruction,
-        pages=language.named(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
+        pages=language.named_reference(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
         if isinstance(data, dict) and "refer" in data:
-            answer: Refer = typed(Refer)(data["refer"])
+            answer: Refer = typed_parser(Refer)(data["refer"])
             if answer.section == section:
                 raise Wrong(["/refer/section: that is your own section"])
             return answer
         if isinstance(data, dict) and "patch" in data:
             changed = _patched(data["patch"], section, case, plan, path)
-            return changed if data["patch"] else Unchanged(" ".join(str(data.get("why") or "").split())[:WHY])
+            return (
+                changed
+                if data["patch"]
+                else Unchanged(" ".join(str(data.get("why") or "").split())[:MAX_REASON_LENGTH])
+            )
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return chat.ask(
@@ -149,7 +153,7 @@ def change_section(
         writer_prompt(ROLES[section], language.rules(brief=True), change=True),
         question,
         read,
-        more=PageRequests(),
+        read_pages=PageRequests(),
     )
 
 
@@ -180,7 +184,7 @@ def plan_for(section: str, plan: CasePlan) -> str:
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
         # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
-        if (gist := GISTS.get(section)) and len(body.what) > gist:
+        if (gist := MAX_GIST_LENGTHS.get(section)) and len(body.what) > gist:
             row["what"] = f"{body.what[:gist]} …"
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
     data["bodies"] = bodies
@@ -195,12 +199,12 @@ def plan_for(section: str, plan: CasePlan) -> str:
     return yaml_text({key: row for key, row in data.items() if row})
 
 
-def reading(section: str, plan: CasePlan) -> str:
+def writer_pages(section: str, plan: CasePlan) -> str:
     """Return the pages that the Writer of a section gets for a plan."""
     brief = plan.briefs.get(section, "")  # type: ignore[call-overload]
     # Shared notes mention forces and motions that others write, so the Action Writer's kinds come from its brief alone.
     kinds = _kinds_for(section, plan, brief if section == "actions" else " ".join([brief, *plan.shared]))
-    pages = language.pages(section, kinds)
+    pages = language.reference_pages(section, kinds)
     if section in ("scene", "bodies") and (used := _prefabs_of(plan)):
         pages += "\n\nPrefabs\n\n" + language.prefabs(only=used)
     return pages
@@ -209,11 +213,11 @@ def reading(section: str, plan: CasePlan) -> str:
 def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     """Kinds that a Writer will need: those of its own bodies, and those that its brief names."""
     if section not in ("scene", "bodies"):
-        said = set(re.findall(r"[a-z][a-z_]+", words.lower()))
+        mentioned = set(re.findall(r"[a-z][a-z_]+", words.lower()))
         given = needed_kinds(plan.model_copy(update={"checks": type(plan.checks)()}))
-        found = given | language.kinds_in(said - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
-        if not given & (DEFORMING | {"pbd"}):
-            found -= PUSHES
+        found = given | language.kinds_in(mentioned - set(plan.bodies)) - {"ball"}  # names of bodies are not kinds
+        if not given & (DEFORMABLE_KINDS | {"pbd"}):
+            found -= FIELD_CONTROLS
         if section == "actions":  # the Planner writes the measures; the Writer adds those that its brief quotes
             found -= set(language.measured_kinds()) - set(re.findall(r"`([a-z_]+)`", plan.briefs.get("actions", "")))
         return found
@@ -268,15 +272,15 @@ def _section_of(
         raise Wrong([f"`{section}` is your section, and the only one you write"])
     if not isinstance(inner, dict):
         raise Wrong([f"/{section}: has to be a mapping"])
-    if section in data and (others := sorted({*SECTIONS, *PLANNERS} & set(data) - {section})):
+    if section in data and (others := sorted({*SECTIONS, *PLANNER_PARTS} & set(data) - {section})):
         raise Wrong([f"/{other}: not yours; `refer` what has to change there, or leave it out" for other in others])
-    inner = _own(section, inner, plan)
+    inner = _without_planned(section, inner, plan)
     if wrong := section_faults(section, inner, plan, path, prefabs):
         raise Wrong(wrong)
     return inner
 
 
-def _own(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
+def _without_planned(section: str, data: dict[str, Any], plan: CasePlan) -> dict[str, Any]:
     """Remove the Planner's entries, which must not be changed."""
     if section != "actions":
         return data

@@ -21,7 +21,7 @@ from text2sim.agents.attempts import copy_input
 from text2sim.agents.conversation import Conversation
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.existing_case import amend
-from text2sim.agents.inputs import add_inputs, described, probed
+from text2sim.agents.inputs import add_inputs, describe_assets, probe_joints
 from text2sim.agents.journal import Journal, Listener
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome
@@ -38,7 +38,7 @@ from text2sim.spec_schema.text.source import plain_text
 from text2sim.spec_schema.whole_files import write_atomically
 
 Kind = Literal["generate", "repair", "edit"]
-LONGEST = 100_000
+MAX_REQUEST_LENGTH = 100_000
 """Longest request [characters]; every Writer reads it."""
 LARGEST_IMAGE = 4_000_000
 """Largest picture of a request [bytes]."""
@@ -111,8 +111,8 @@ class Session:
         if not wish.text.strip():
             raise RunError("the request is empty")
         wish.planned_minutes = wish.minutes
-        if len(wish.text) > LONGEST:
-            raise RunError(f"the request has {len(wish.text):,} characters, and may have {LONGEST:,}")
+        if len(wish.text) > MAX_REQUEST_LENGTH:
+            raise RunError(f"the request has {len(wish.text):,} characters, and may have {MAX_REQUEST_LENGTH:,}")
         for file in images:
             _check_image(file)
         for file in assets:
@@ -161,18 +161,18 @@ class Session:
         wish = self.wish
         budget = Budget(wish.tokens, wish.cost, wish.minutes, minutes_before=self._minutes_before())
 
-        def told(event: str, what: dict[str, Any]) -> None:
+        def report(event: str, what: dict[str, Any]) -> None:
             if event in ("planned", "ran", "judged", "decided"):
                 self._write(loop, dealt, None, budget)  # a kill must not refund the minutes used
             listener(event, what)
 
-        journal = Journal(self.folder / "journal.jsonl", told)
+        journal = Journal(self.folder / "journal.jsonl", report)
         endpoints = {role: endpoint_of(spec, self.case) for role, spec in wish.models.items()}
         chat = Conversation(endpoints, CallLog(self.folder / "calls"), self.account, budget, journal, stop)
         dealt = DealtCards(_library() if wish.cards else None, journal)
         images = tuple(_image(self.folder / "inputs" / name) for name in wish.images)
-        probed(self.case, wish.inputs, journal)
-        request = Request(wish.text, images, described(self.case, wish.inputs), minutes=wish.planned_minutes)
+        probe_joints(self.case, wish.inputs, journal)
+        request = Request(wish.text, images, describe_assets(self.case, wish.inputs), minutes=wish.planned_minutes)
         loop = AgentLoop(
             self.case, request, chat, dealt, journal, LoopLimits(wish.attempts, wish.sim_timeout, budget.minutes_left)
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.agents import revising
-from text2sim.agents.assembly import examine, said
+from text2sim.agents.assembly import examine, format_problem
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.whole_files import write_atomically
@@ -50,7 +50,7 @@ def settings_faults(text: str, trials: Sequence[Settings], path: Path) -> list[s
         return wrong
     for number, settings in enumerate(trials):
         if errors := examine(revising.with_params(text, settings), path).errors:
-            wrong.append(f"/trials/{number}: {said(errors[0])}")
+            wrong.append(f"/trials/{number}: {format_problem(errors[0])}")
     return wrong
 
 
@@ -86,7 +86,7 @@ def trials_text(
 def _outcome(text: str, path: Path, simulate: Callable[[LoadedCase], Outcome]) -> str:
     examined = examine(text, path)
     if examined.loaded is None or examined.errors:
-        return f"cannot be run: {said(examined.errors[0])}" if examined.errors else "cannot be run"
+        return f"cannot be run: {format_problem(examined.errors[0])}" if examined.errors else "cannot be run"
     try:
         state, evidence = simulate(examined.loaded)
     except RunError as error:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import whole_actions
-from text2sim.agents.asset_agents import Supplies, merged, supply
+from text2sim.agents.asset_agents import Supplies, make_asset, merge_supplies
 from text2sim.agents.conversation import Conversation, RoleFailed
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Emit
@@ -19,9 +19,9 @@ from text2sim.agents.section_writer import Unchanged, change_section, write_sect
 from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
-TOGETHER = 4
+MAX_CONCURRENT = 4
 """Largest number of concurrent questions."""
-REFERRED = "Mend what you are told, and change nothing else; refer it on if it is not yours."
+REFERRAL_INSTRUCTION = "Mend what you are told, and change nothing else; refer it on if it is not yours."
 
 
 @dataclass
@@ -44,43 +44,43 @@ class Workshop:
     left: Callable[[], str] = lambda: ""
     """Returns a sentence with the attempts and time left."""
 
-    def drafted(self) -> dict[str, dict[str, Any]]:
+    def draft_sections(self) -> dict[str, dict[str, Any]]:
         """Have all sections written for the first time."""
         plan = self.agreement.plan
-        supplies = self.supplied(plan.assets)
+        supplies = self.make_assets(plan.assets)
         self.emit("stage", name="write")
         asked = self.request.text + "".join(f"\nGiven with it: {row}" for row in self.request.inputs)
         words, left = "\n".join(f"- {row}" for row in supplies.words), self.left()
 
-        def written(section: str) -> dict[str, Any]:
+        def write(section: str) -> dict[str, Any]:
             cards = self.dealt.deal(section, plan.cards.get(section, ()), "first version")
             now = "" if section == "render" else left
             return write_section(self.chat, section, plan, asked, words, cards, self.path, supplies.shapes, now)
 
-        sections = _together({name: lambda name=name: written(name) for name in SECTIONS})
+        sections = _run_concurrently({name: lambda name=name: write(name) for name in SECTIONS})
         sections["bodies"] |= supplies.bodies
         return sections
 
-    def supplied(self, assets: Sequence[Asset]) -> Supplies:
+    def make_assets(self, assets: Sequence[Asset]) -> Supplies:
         """Have assets made."""
         if not assets:
             return Supplies()
         self.emit("stage", name="assets")
         # Not concurrently, because calls of a role are numbered in order.
         plan, case = self.agreement.plan, self.path.parent
-        return merged([supply(self.chat, asset, plan, self.request, case) for asset in assets])
+        return merge_supplies([make_asset(self.chat, asset, plan, self.request, case) for asset in assets])
 
-    def fitted(self, text: str, assets: Sequence[Asset]) -> tuple[str, list[Route]]:
+    def add_assets(self, text: str, assets: Sequence[Asset]) -> tuple[str, list[Route]]:
         """Have further assets made and put into the case; return the text, and the instructions for the Body Writer."""
-        supplies = self.supplied(assets)
+        supplies = self.make_assets(assets)
         if supplies.bodies:
             bodies = revising.mapping(revising.data_of(text), "bodies")
             text = revising.with_sections(text, {"bodies": bodies | supplies.bodies})
         shapes = [f"`{body}`: {yaml_text({'shape': shape})}" for body, shape in supplies.shapes.items()]
-        told = "\n".join(["Made by an expert, to be used as it is:", *supplies.words, *shapes])
-        return text, [_route("bodies", told)] if supplies.words else []
+        instruction = "\n".join(["Made by an expert, to be used as it is:", *supplies.words, *shapes])
+        return text, [_route("bodies", instruction)] if supplies.words else []
 
-    def fixed(
+    def fix_sections(
         self, text: str, owners: Mapping[str, Sequence[str]], instruction: str
     ) -> tuple[str, dict[str, list[str]]]:
         """Have owners fix problems in their sections; return the text, and their referrals by role.
@@ -90,9 +90,9 @@ class Workshop:
             owners: Problems, by the section that has to change.
             instruction: Instruction for the Writers.
         """
-        return self._asked(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
+        return self._change_sections(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
 
-    def routed(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:
+    def follow_routes(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:
         """Have Writers change their sections; referrals to other Writers are passed on once.
 
         Args:
@@ -107,29 +107,29 @@ class Workshop:
                 instruction = "\n".join(route.instruction for route in own)
                 cards = self.dealt.deal(section, [card for route in own for card in route.cards], instruction[:80])
                 work[section] = (instruction, (), cards)
-        text, told = self._asked(text, work, keep, self.left() if work else "")
+        text, referrals = self._change_sections(text, work, keep, self.left() if work else "")
         self.referred += self.refusals()
-        return self.passed_on(text, told)
+        return self.pass_on(text, referrals)
 
     def refusals(self) -> list[str]:
         """Return a sentence for each Writer who changed nothing in the last round, with the reason."""
         return [f"The Writer of {section} changed nothing: {why}" for section, why in self.unchanged.items() if why]
 
-    def passed_on(self, text: str, told: dict[str, list[str]]) -> str:
+    def pass_on(self, text: str, referrals: dict[str, list[str]]) -> str:
         """Pass referrals on to Writers; those to the Planner wait until it is asked."""
-        self.referred += told.pop("plan", [])
-        if told:
-            text, again = self.fixed(text, told, REFERRED)
-            self.referred += [row for rows in again.values() for row in rows]
+        self.referred += referrals.pop("plan", [])
+        if referrals:
+            text, further = self.fix_sections(text, referrals, REFERRAL_INSTRUCTION)
+            self.referred += [row for rows in further.values() for row in rows]
         return text
 
-    def _asked(
+    def _change_sections(
         self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = (), left: str = ""
     ) -> tuple[str, dict[str, list[str]]]:
         """Have sections changed; `work` has an instruction, problems and cards by section."""
         case = revising.data_of(text)
 
-        def done(section: str) -> dict[str, Any] | Refer | Unchanged:
+        def change(section: str) -> dict[str, Any] | Refer | Unchanged:
             instruction, problems, cards = work[section]
             plan, request = self.agreement.plan, self.request.text
             derived = self.derived if section in ("scene", "bodies") else ""
@@ -142,17 +142,17 @@ class Workshop:
                 # The section stays as it is, and the Planner decides.
                 return Refer.model_construct(section="plan", why=str(failed))
 
-        answers = _together({name: lambda name=name: done(name) for name in SECTIONS if name in work})
-        told: dict[str, list[str]] = {}
+        answers = _run_concurrently({name: lambda name=name: change(name) for name in SECTIONS if name in work})
+        referrals: dict[str, list[str]] = {}
         written: dict[str, dict[str, Any]] = {}
         self.unchanged = {name: answer.why for name, answer in answers.items() if isinstance(answer, Unchanged)}
         for section, answer in answers.items():
             if isinstance(answer, Refer):
                 self.emit("referred", section=section, to=answer.section, why=answer.why)
-                told.setdefault(answer.section, []).append(f"The Writer of {section} says: {answer.why}")
+                referrals.setdefault(answer.section, []).append(f"The Writer of {section} says: {answer.why}")
             elif not isinstance(answer, Unchanged):
                 written[section] = whole_actions(self.agreement.plan, answer) if section == "actions" else answer
-        return revising.with_sections(text, written), told
+        return revising.with_sections(text, written), referrals
 
 
 def _route(section: Any, instruction: str) -> Route:
@@ -160,8 +160,8 @@ def _route(section: Any, instruction: str) -> Route:
     return Route.model_construct(section=section, instruction=instruction, cards=[])
 
 
-def _together(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
+def _run_concurrently(jobs: Mapping[str, Callable[[], T]]) -> dict[str, T]:
     """Run independent jobs concurrently; after all have ended, the first exception is raised."""
-    with ThreadPoolExecutor(max_workers=TOGETHER) as pool:
+    with ThreadPoolExecutor(max_workers=MAX_CONCURRENT) as pool:
         futures = {name: pool.submit(job) for name, job in jobs.items()}
     return {name: future.result() for name, future in futures.items()}

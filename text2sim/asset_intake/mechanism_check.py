@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.asset_intake.tiny_case import BODY, first_of, tiny_case
-from text2sim.assets.engine_files import rooted
+from text2sim.assets.engine_files import locate_in_root
 from text2sim.assets.manifest import Control, Motor
+from text2sim.assets.mechanism import KIND_BY_SUFFIX
 from text2sim.spec_schema.errors import AssetError, SpecError
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
 SCENE = {"duration": 1.0}
-MODELS = (".xml", ".mjcf", ".urdf")
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,9 @@ class Subject:
             if what.get("kind") != "articulated":
                 raise AssetError("a mechanism is a body of kind `articulated`, or an MJCF or URDF file")
             return cls(folder or Path("."), dict(what))
-        if what.suffix.lower() not in MODELS:
-            raise AssetError(f"`{what.name}` is not a mechanism; it must end in one of {', '.join(MODELS)}")
-        root, file = rooted(what, folder)
+        if what.suffix.lower() not in KIND_BY_SUFFIX:
+            raise AssetError(f"`{what.name}` is not a mechanism; it must end in one of {', '.join(KIND_BY_SUFFIX)}")
+        root, file = locate_in_root(what, folder)
         return cls(root, {"kind": "articulated", "file": file, "base": "fixed"})
 
 
@@ -83,10 +83,12 @@ def check_mechanism(what: Path | Mapping[str, Any], folder: Path | None = None) 
     Raises:
         AssetError: if it cannot be used, with the reasons.
     """
-    return report_of(resolved(Subject.of(what, folder)))
+    return report_of(resolve_subject(Subject.of(what, folder)))
 
 
-def preview(what: Path | Mapping[str, Any], folder: Path | None = None, size: tuple[int, int] = (640, 480)) -> bytes:
+def draw_preview(
+    what: Path | Mapping[str, Any], folder: Path | None = None, size: tuple[int, int] = (640, 480)
+) -> bytes:
     """Return a picture of a mechanism at its start, as a PNG.
 
     Args:
@@ -99,10 +101,10 @@ def preview(what: Path | Mapping[str, Any], folder: Path | None = None, size: tu
     """
     from text2sim.drawing.portrait import portrait
 
-    return portrait(resolved(Subject.of(what, folder)), size)
+    return portrait(resolve_subject(Subject.of(what, folder)), size)
 
 
-def resolved(subject: Subject) -> "Resolution":
+def resolve_subject(subject: Subject) -> "Resolution":
     """Return a resolved case with only this mechanism.
 
     Raises:
@@ -140,7 +142,7 @@ def report_of(resolution: "Resolution") -> MechanismReport:
                 notes.append(f"joint `{name}` has a name that a case cannot use; only use letters, digits and _")
     if not control:
         notes.append("has no movable joint")
-    elif not any(one.actuator for one in control.values()):
+    elif not any(joint.actuator for joint in control.values()):
         notes.append("has no motor: give its joints actuators (`joints`), or let them swing")
     low, high = tree_bounds(tree, (1.0, 0.0, 0.0, 0.0))
     return MechanismReport(

@@ -6,7 +6,7 @@ from pathlib import Path
 from text2sim.asset_intake.tiny_case import BODY, first_of, run_trial, tiny_case
 from text2sim.spec_schema.errors import AssetError, SpecError
 
-STEPS, STEP = 5, 0.01
+TRIAL_STEPS, TRIAL_STEP = 5, 0.01
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def import_into_engine(file: Path) -> EngineImport:
 
     shape = {"kind": "mesh", "file": file.name}
     body = {"kind": "rigid", "shape": shape, "place": {"above": "floor", "at": [0, 0], "clearance": 0.01}}
-    scene = {"duration": STEPS * STEP, "dt": STEP, "statics": {"floor": {"shape": {"kind": "plane"}}}}
+    scene = {"duration": TRIAL_STEPS * TRIAL_STEP, "dt": TRIAL_STEP, "statics": {"floor": {"shape": {"kind": "plane"}}}}
     try:
         loaded = tiny_case(file.parent, body, scene)
         resolution = resolve_case(loaded)

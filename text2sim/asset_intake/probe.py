@@ -6,23 +6,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from text2sim.asset_intake.mechanism_check import MechanismReport, Subject, report_of, resolved
+from text2sim.asset_intake.mechanism_check import MechanismReport, Subject, report_of, resolve_subject
 from text2sim.asset_intake.tiny_case import BODY, TrialOutcome, run_trial, tiny_case
 from text2sim.assets.manifest import Control, Motor
 from text2sim.spec_schema.errors import AssetError
 
-WINDOW = 0.3
-"""Time [s] for each joint; above `WINDOWS` joints, several move at the same time."""
-WINDOWS = 12
+JOINT_TIME = 0.3
+"""Time [s] for each joint; above `MAX_WINDOWS` joints, several move at the same time."""
+MAX_WINDOWS = 12
 MAX_JOINTS = 60
 STEP = 0.005
-ANGLE, DISTANCE = 0.15, 0.03
+TARGET_ANGLE, TARGET_DISTANCE = 0.15, 0.03
 """Targets [rad, m] of joints whose range is large enough."""
-ROOM = 0.4
+TARGET_SHARE = 0.4
 """Largest target, as a part of the free range."""
-RESPONSE = 0.5
+MIN_RESPONSE = 0.5
 """Part of the target that a joint must reach to respond."""
-PACE = 20.0
+MOTOR_FREQUENCY = 20.0
 """Natural frequency [rad/s] of motors that the probe adds."""
 
 
@@ -85,7 +85,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
         MachineError: if this machine cannot run the engine.
     """
     subject = Subject.of(what, folder)
-    report = report_of(resolved(subject))
+    report = report_of(resolve_subject(subject))
     driven = [n for n, one in report.control.items() if one.kind != "ball" and n.isidentifier() and n.isascii()]
     driven = driven[:MAX_JOINTS]
     if not driven:
@@ -114,7 +114,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
 
 def _signals(subject: Subject, report: MechanismReport, driven: list[str]) -> list[_Signal]:
     initial = subject.body.get("initial") or {}
-    windows = min(len(driven), WINDOWS)
+    windows = min(len(driven), MAX_WINDOWS)
     found = []
     for number, name in enumerate(driven):
         one = report.control[name]
@@ -123,10 +123,10 @@ def _signals(subject: Subject, report: MechanismReport, driven: list[str]) -> li
         if not low <= start <= high:
             start = (low + high) / 2
         up = high - start >= (start - low) * (1 - 1e-9)
-        room = ROOM * (high - start if up else start - low)
-        target = min(DISTANCE if one.unit == "m" else ANGLE, room) * (1 if up else -1)
+        room = TARGET_SHARE * (high - start if up else start - low)
+        target = min(TARGET_DISTANCE if one.unit == "m" else TARGET_ANGLE, room) * (1 if up else -1)
         motor = one.actuator or _proposal(one, report)
-        found.append(_Signal(name, start, target, motor, STEP * 4 + WINDOW * (number % windows)))
+        found.append(_Signal(name, start, target, motor, STEP * 4 + JOINT_TIME * (number % windows)))
     return found
 
 
@@ -134,7 +134,9 @@ def _proposal(one: Control, report: MechanismReport) -> Motor:
     """A motor that is strong enough for any joint of a mechanism of this mass and size."""
     reach = max(max(report.size) / 2, 0.01)
     inertia = max(report.mass, 1e-3) * (1.0 if one.kind == "slider" else reach**2)
-    return Motor(stiffness=float(f"{inertia * PACE**2:.3g}"), damping=float(f"{2 * inertia * PACE:.3g}"))
+    return Motor(
+        stiffness=float(f"{inertia * MOTOR_FREQUENCY**2:.3g}"), damping=float(f"{2 * inertia * MOTOR_FREQUENCY:.3g}")
+    )
 
 
 def _case(subject: Subject, signals: list[_Signal], given: tuple[str, ...]) -> Any:
@@ -150,41 +152,43 @@ def _case(subject: Subject, signals: list[_Signal], given: tuple[str, ...]) -> A
         for name, change in motors.items():
             links[name]["joint"] = {**links[name]["joint"], **change}
         body["links"] = links
-    duration = max(signal.begin for signal in signals) + WINDOW
+    duration = max(signal.begin for signal in signals) + JOINT_TIME
     scene = {"duration": duration, "dt": STEP, "gravity": [0, 0, 0]}
     actions = {
         "controls": {f"drive_{n}": _drive(signal) for n, signal in enumerate(signals)},
-        "measures": {f"joint_{n}": {"kind": "joint_position", "of": _of(s)} for n, s in enumerate(signals)},
+        "measures": {f"joint_{n}": {"kind": "joint_position", "of": _selector_of(s)} for n, s in enumerate(signals)},
     }
     return tiny_case(subject.folder, body, scene, actions=actions)
 
 
-def _of(signal: _Signal) -> str:
+def _selector_of(signal: _Signal) -> str:
     return f"{BODY}.{signal.joint}"
 
 
 def _drive(signal: _Signal) -> dict[str, Any]:
-    motor, drive = signal.motor, {"kind": "drive", "joint": _of(signal)}
-    times = [signal.begin, signal.begin + WINDOW / 2]
+    motor, drive = signal.motor, {"kind": "drive", "joint": _selector_of(signal)}
+    times = [signal.begin, signal.begin + JOINT_TIME / 2]
     if motor.stiffness > 0:
         values = [signal.start, signal.start + signal.target]
         return drive | {"position": {"kind": "piecewise", "times": times, "values": values}}
     if motor.damping > 0:
-        speed = signal.target / WINDOW
-        return drive | {"velocity": {"kind": "steps", "times": [times[0], times[0] + WINDOW], "values": [speed, 0.0]}}
+        speed = signal.target / JOINT_TIME
+        return drive | {
+            "velocity": {"kind": "steps", "times": [times[0], times[0] + JOINT_TIME], "values": [speed, 0.0]}
+        }
     force = math.copysign(min(0.2 * (motor.max_force or 5.0), 1.0), signal.target)
-    return drive | {"force": {"kind": "steps", "times": [times[0], times[0] + WINDOW], "values": [force, 0.0]}}
+    return drive | {"force": {"kind": "steps", "times": [times[0], times[0] + JOINT_TIME], "values": [force, 0.0]}}
 
 
 def _response(number: int, signal: _Signal, outcome: TrialOutcome) -> JointResponse:
     times = outcome.series["time"]
     values = outcome.series[f"joint_{number}"]
     begin = min(range(len(times)), key=lambda k: abs(times[k] - signal.begin))
-    end = min(range(len(times)), key=lambda k: abs(times[k] - signal.begin - WINDOW))
+    end = min(range(len(times)), key=lambda k: abs(times[k] - signal.begin - JOINT_TIME))
     moved = values[end] - values[begin]
     moved = moved if math.isfinite(moved) else 0.0
     share = moved / signal.target if signal.target else 0.0
-    return JointResponse(signal.target, float(f"{moved:.6g}"), share >= RESPONSE)
+    return JointResponse(signal.target, float(f"{moved:.6g}"), share >= MIN_RESPONSE)
 
 
 def _control(

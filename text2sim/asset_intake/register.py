@@ -5,24 +5,23 @@ from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 
-from text2sim.assets.engine_files import PREFIX, rooted
+from text2sim.assets.engine_files import PREFIX, locate_in_root
 from text2sim.assets.manifest import Asset, Origin, register
-from text2sim.assets.mechanism import load_mechanism
+from text2sim.assets.mechanism import KIND_BY_SUFFIX, load_mechanism
 from text2sim.assets.mesh_repair import RepairGoal
 from text2sim.assets.meshes import RepairedFile, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
-from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, keep, read_file
+from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, read_file, write_asset
 from text2sim.spec_schema.errors import AssetError
 
 MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
-MECHANISMS = (".xml", ".mjcf", ".urdf")
 PICTURES = (".png", ".jpg", ".jpeg")
 MAX_PIXELS = 8192
 MESHY_LICENCE = "terms of the Meshy account's plan"
 
 
 @dataclass(frozen=True)
-class Added:
+class AddedAsset:
     """An asset that was added to a case."""
 
     name: str
@@ -36,18 +35,18 @@ def add(
     file: Path,
     name: str,
     *,
-    wish: RepairGoal | None = None,
+    goal: RepairGoal | None = None,
     licence: str = "",
     source: Origin = "imported",
     root: Path | None = None,
-) -> Added:
+) -> AddedAsset:
     """Add a file to a case: a mesh, a mechanism with all of its files, or a picture.
 
     Args:
         case: The case's folder, or the file in it.
         file: The file, in any folder; it is not changed.
         name: Name of the asset.
-        wish: Goal of the repair of a mesh.
+        goal: Goal of the repair of a mesh.
         licence: Terms of use.
         source: Origin of the file.
         root: The folder with all files of a mechanism; that of the file if None.
@@ -60,16 +59,16 @@ def add(
     folder = case_folder(case)
     suffix = file.suffix.lower()
     if suffix in MESHES:
-        return _kept_mesh(folder, name, repair_mesh(file, wish), source, licence)
-    if suffix in MECHANISMS:
-        return _add_mechanism(folder, rooted(file, root), name, licence, source)
+        return _add_mesh(folder, name, repair_mesh(file, goal), source, licence)
+    if suffix in KIND_BY_SUFFIX:
+        return _add_mechanism(folder, locate_in_root(file, root), name, licence, source)
     if suffix in PICTURES:
         return _add_picture(folder, file, name, licence, source)
-    known = ", ".join((*MESHES, *MECHANISMS, *PICTURES))
+    known = ", ".join((*MESHES, *KIND_BY_SUFFIX, *PICTURES))
     raise AssetError(f"`{file.name}` must end in one of {known}")
 
 
-def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: RepairGoal | None = None) -> Added:
+def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, goal: RepairGoal | None = None) -> AddedAsset:
     """Generate a mesh from text with Meshy, repair it, and add it to a case.
 
     Args:
@@ -77,7 +76,7 @@ def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Repai
         name: Name of the asset.
         order: Specification of the mesh.
         meshy: The client.
-        wish: Goal of the repair.
+        goal: Goal of the repair.
 
     Raises:
         AssetError: if the result cannot be used.
@@ -92,8 +91,8 @@ def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, wish: Repai
     with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
         raw = Path(place) / f"{name}.glb"
         raw.write_bytes(content)
-        repaired = repair_mesh(raw, wish)
-    return _kept_mesh(folder, name, repaired, "meshy", MESHY_LICENCE, order.prompt)
+        repaired = repair_mesh(raw, goal)
+    return _add_mesh(folder, name, repaired, "meshy", MESHY_LICENCE, order.prompt)
 
 
 def check_name(name: str) -> None:
@@ -106,32 +105,32 @@ def check_name(name: str) -> None:
         raise AssetError(f"`{name[:60]}` is not a name: a letter, then letters, digits or underscores (48 at most)")
 
 
-def _kept_mesh(
+def _add_mesh(
     folder: Path, name: str, repaired: RepairedFile, source: Origin, licence: str, prompt: str = ""
-) -> Added:
+) -> AddedAsset:
     file, report = f"{FOLDER}/{name}{repaired.suffix}", repaired.report
-    keep(folder, file, repaired.content)
+    write_asset(folder, file, repaired.content)
     asset = Asset(
         file=file,
         kind="mesh",
         source=source,
-        licence=line(licence),
+        licence=printable_line(licence),
         sha256=digest(repaired.content),
         bytes=len(repaired.content),
         size=tuple(float(f"{length:.6g}") for length in report.extent),  # type: ignore[arg-type]
         triangles=report.triangles,
         closed=report.watertight,
-        prompt=line(prompt),
-        notes=tuple(line(note) for note in (*repaired.done, *report.problems, *report.notes)),
+        prompt=printable_line(prompt),
+        notes=tuple(printable_line(note) for note in (*repaired.done, *report.problems, *report.notes)),
     )
     register(folder, name, asset)
-    return Added(name, asset, report.problems)
+    return AddedAsset(name, asset, report.problems)
 
 
-def _add_mechanism(folder: Path, found: tuple[Path, str], name: str, licence: str, source: Origin) -> Added:
+def _add_mechanism(folder: Path, location: tuple[Path, str], name: str, licence: str, source: Origin) -> AddedAsset:
     from text2sim.asset_intake.mechanism_check import check_mechanism
 
-    root, file = found
+    root, file = location
     if not file.startswith(PREFIX):
         read_file(root / file)
     mechanism = load_mechanism(root, file)
@@ -140,27 +139,27 @@ def _add_mechanism(folder: Path, found: tuple[Path, str], name: str, licence: st
     document = mechanism.text.encode()
     path = f"{home}/{name}{'.urdf' if mechanism.kind == 'urdf' else '.xml'}"
     for part, content in parts.items():
-        keep(folder, part, content)
-    written = keep(folder, path, document)
+        write_asset(folder, part, content)
+    written = write_asset(folder, path, document)
     # The report is about the document that the case will read, not about the original.
     report = check_mechanism(written, folder)
     asset = Asset(
         file=path,
         kind="urdf" if mechanism.kind == "urdf" else "mjcf",
         source=source,
-        licence=line(licence),
+        licence=printable_line(licence),
         sha256=digest(document),
         bytes=len(document),
         size=tuple(float(f"{length:.6g}") for length in report.size),  # type: ignore[arg-type]
-        notes=tuple(line(note) for note in dict.fromkeys((*mechanism.notes, *report.notes))),
+        notes=tuple(printable_line(note) for note in dict.fromkeys((*mechanism.notes, *report.notes))),
         parts={part: digest(content) for part, content in parts.items()},
         control=dict(report.control),
     )
     register(folder, name, asset)
-    return Added(name, asset)
+    return AddedAsset(name, asset)
 
 
-def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Origin) -> Added:
+def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Origin) -> AddedAsset:
     from PIL import Image
 
     content = read_file(file)
@@ -176,20 +175,20 @@ def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Orig
     except Exception as error:  # readers of untrusted files can raise anything
         raise AssetError(f"`{file.name}` is not a readable picture ({type(error).__name__})") from None
     path = f"{FOLDER}/{name}{suffix}"
-    keep(folder, path, content)
+    write_asset(folder, path, content)
     asset = Asset(
         file=path,
         kind="texture",
         source=source,
-        licence=line(licence),
+        licence=printable_line(licence),
         sha256=digest(content),
         bytes=len(content),
         notes=(f"{width} x {height} pixels",),
     )
     register(folder, name, asset)
-    return Added(name, asset)
+    return AddedAsset(name, asset)
 
 
-def line(text: str) -> str:
+def printable_line(text: str) -> str:
     """Return untrusted text as one printable line of limited length."""
     return "".join(c if c.isprintable() and not 0xE000 <= ord(c) <= 0xF8FF else " " for c in text)[:2000].strip()

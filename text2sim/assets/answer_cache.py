@@ -20,15 +20,27 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-ASKED = ("contourpy", "mujoco", "numpy", "opencv-python", "pymeshlab", "scipy", "shapely", "trimesh", "yourdfpy")
+VERSIONED_PACKAGES = (
+    "contourpy",
+    "mujoco",
+    "numpy",
+    "opencv-python",
+    "pymeshlab",
+    "scipy",
+    "shapely",
+    "trimesh",
+    "yourdfpy",
+)
 """Packages whose versions are part of the key."""
 MAX_ANSWERS = 1000
 """Entries of the cache; the oldest are deleted first."""
-LARGE = 16 * 1024**2
+MAX_ENTRY_SIZE = 16 * 1024**2
 """Size [bytes] above which an entry is neither written nor read."""
 
 
-def cached(question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def cached_answer(
+    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]]
+) -> dict[str, Any]:
     """Return the answer to a question, from the cache if possible.
 
     Args:
@@ -62,9 +74,9 @@ def cached_net(
         made.append(make())
         return dict(zip(("vertices", "faces"), map(packed, made[0]), strict=True))
 
-    found = cached(question, {"vertices": str, "faces": str}, ask)
+    found = cached_answer(question, {"vertices": str, "faces": str}, ask)
     vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
-    if vertices is None or faces is None or not meets(faces, vertices):  # the entry is damaged
+    if vertices is None or faces is None or not are_valid_rows(faces, vertices):  # the entry is damaged
         vertices, faces = made[0] if made else make()
     return vertices, faces
 
@@ -90,14 +102,14 @@ def unpacked(text: str, kind: str, columns: int) -> "np.ndarray | None":
         return None
 
 
-def meets(index: "np.ndarray | None", table: "np.ndarray") -> bool:
+def are_valid_rows(index: "np.ndarray | None", table: "np.ndarray") -> bool:
     """Whether there are indices, and all are valid rows of a table."""
     return index is not None and len(index) > 0 and bool(index.min() >= 0) and bool(index.max() < len(table))
 
 
 def _key_of(question: Iterable[bytes]) -> str:
     digest = sha256()
-    for content in (*question, *(_version(name).encode() for name in ASKED), sys.version.encode()):
+    for content in (*question, *(_version(name).encode() for name in VERSIONED_PACKAGES), sys.version.encode()):
         # The length keeps different sequences of contents from giving the same bytes.
         digest.update(len(content).to_bytes(8, "big"))
         digest.update(content)
@@ -106,8 +118,8 @@ def _key_of(question: Iterable[bytes]) -> str:
 
 def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
     try:
-        path = folder() / f"{key}.json"
-        if path.stat().st_size > LARGE:
+        path = answers_folder() / f"{key}.json"
+        if path.stat().st_size > MAX_ENTRY_SIZE:
             return None
         found = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError, RuntimeError, RecursionError):
@@ -118,20 +130,20 @@ def _recall(key: str, members: Mapping[str, type]) -> dict[str, Any] | None:
 
 def _keep(key: str, answer: dict[str, Any]) -> None:
     text = json.dumps(answer)
-    if len(text) > LARGE:
+    if len(text) > MAX_ENTRY_SIZE:
         return
     with suppress(OSError, RuntimeError):
-        where = folder()
+        where = answers_folder()
         where.mkdir(parents=True, exist_ok=True)
         # Another process may do the same: each writes its own file, and renames it when it is complete.
         handle, name = tempfile.mkstemp(suffix=".part", dir=where)
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
         os.replace(name, where / f"{key}.json")
-        _tidy(where)
+        _delete_old_entries(where)
 
 
-def folder() -> Path:
+def answers_folder() -> Path:
     """Return the folder of answers.
 
     Raises:
@@ -141,7 +153,7 @@ def folder() -> Path:
     return (Path(cache) if cache else Path.home() / ".cache") / "text2sim" / "models"
 
 
-def _tidy(where: Path) -> None:
+def _delete_old_entries(where: Path) -> None:
     rows = list(where.iterdir())
     if len(rows) > MAX_ANSWERS:
         for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MAX_ANSWERS]:

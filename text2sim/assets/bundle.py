@@ -17,7 +17,7 @@ _OBJ_MATERIAL = re.compile(rb"^[ \t\r\f\v]*mtllib ([^\n]*)", re.IGNORECASE | re.
 _DAE_PICTURE = re.compile(rb"(<init_from[^>]*>)([^<]*)(</init_from>)")
 
 
-def inside(source: AssetFolder, path: Path, text: str) -> Path:
+def path_inside(source: AssetFolder, path: Path, text: str) -> Path:
     """Return a path with links resolved, which must be in a folder.
 
     Args:
@@ -112,7 +112,7 @@ class Bundle:
             candidates = [folder / reference for folder in folders]
             message = f"`{reference}` does not exist in {self.source.name}"
         for candidate in candidates:
-            path = inside(self.source, candidate, reference)
+            path = path_inside(self.source, candidate, reference)
             if path.is_file():
                 return path
         raise AssetError(message)

@@ -18,23 +18,23 @@ from text2sim.assets.inspection_child import limit_resources
 from text2sim.spec_schema.errors import AssetError
 
 R = TypeVar("R")
-SMALL = 64 * 1024
+MAX_LOCAL_SIZE = 64 * 1024
 """Size [bytes] up to which a file is read in this process: starting another would take longer."""
-SECONDS, MEMORY = 40, 4 * 1024**3
+PROCESSOR_LIMIT, MEMORY_LIMIT = 40, 4 * 1024**3
 """Default limits of processor time [s] and memory [bytes]: a valid file of 64 MiB takes 5 s and 0.5 GB."""
-PATIENCE = 3.0
+WALL_TIME_FACTOR = 3.0
 """Limit of wall time over that of processor time, for a busy machine."""
-SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD")
+SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD")
 """Variables with one of these words in their names are not passed on."""
 
 
-def confined(
+def call_confined(
     function: Callable[..., R],
     path: Path,
     *args: Any,
     large: bool = False,
-    seconds: int = SECONDS,
-    memory: int = MEMORY,
+    seconds: int = PROCESSOR_LIMIT,
+    memory: int = MEMORY_LIMIT,
 ) -> R:
     """Call a function of a module with a file, in a child process unless the file is small.
 
@@ -49,14 +49,14 @@ def confined(
     Raises:
         AssetError: if the function raises it, exceeds the limits, or crashes its process.
     """
-    if not large and path.stat().st_size <= SMALL:
+    if not large and path.stat().st_size <= MAX_LOCAL_SIZE:
         return function(path, *args)
     command = [sys.executable, "-P", "-m", __name__, function.__module__, function.__name__, str(seconds), str(memory)]
-    patience = PATIENCE * seconds
+    patience = WALL_TIME_FACTOR * seconds
     try:
         done = subprocess.run(
-            command, input=pickle.dumps((path, *args)), env=environment(), capture_output=True, timeout=patience,
-            check=False,
+            command, input=pickle.dumps((path, *args)), env=environment_without_keys(), capture_output=True,
+            timeout=patience, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise AssetError(f"takes more than {patience:.0f} s to read: make it simpler") from None
@@ -70,9 +70,9 @@ def confined(
     return result
 
 
-def environment() -> dict[str, str]:
+def environment_without_keys() -> dict[str, str]:
     """Return the environment of a child process: without keys, and with this package on its path."""
-    kept = {name: value for name, value in os.environ.items() if not any(word in name.upper() for word in SECRET)}
+    kept = {name: value for name, value in os.environ.items() if not any(word in name.upper() for word in SECRET_WORDS)}
     return kept | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}
 
 

@@ -61,12 +61,12 @@ def asset_folder(folder: Path, file: str) -> AssetFolder:
     except (OSError, ValueError):
         exists = False
     if not exists:
-        near = nearest(path, _listed(root))
+        near = nearest(path, _list_files(root))
         raise AssetError(f"is not among the engine's assets{f'; did you mean `{PREFIX}{near}`?' if near else ''}")
     return AssetFolder(root, path, own=False)
 
 
-def rooted(file: Path, root: Path | None) -> tuple[Path, str]:
+def locate_in_root(file: Path, root: Path | None) -> tuple[Path, str]:
     """Return the folder of a file that the user named, and its path inside the folder as in a case.
 
     Args:
@@ -102,6 +102,6 @@ def engine_assets() -> Path | None:
 
 
 @lru_cache(maxsize=1)
-def _listed(root: Path) -> tuple[str, ...]:
+def _list_files(root: Path) -> tuple[str, ...]:
     found = (path for path in root.rglob("*") if path.suffix.lower() in SUFFIXES)
     return tuple(sorted(path.relative_to(root).as_posix() for path in found))

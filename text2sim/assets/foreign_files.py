@@ -20,7 +20,7 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 
 
 @contextmanager
-def foreign() -> Iterator[None]:
+def named_errors() -> Iterator[None]:
     """Turn every exception of a reader into a message about its file.
 
     Raises:
@@ -84,7 +84,7 @@ def check_gltf(content: bytes, suffix: str, *, beside: bool) -> None:
     if not all(isinstance(count, int) and 0 <= count <= MAX_COUNT for count in counts) or sum(counts) > MAX_COUNT:
         raise AssetError(f"declares more than {MAX_COUNT:,} numbers")
     try:
-        drawn = _drawn(document)
+        drawn = _count_drawn_corners(document)
     except (AttributeError, TypeError, LookupError):
         raise AssetError("refers to meshes, parts or numbers that it does not have") from None
     if drawn > MAX_COUNT:
@@ -109,7 +109,7 @@ def check_obj(content: bytes) -> None:
         raise AssetError(f"has {groups:,} parts; at most {MAX_GROUPS:,} are possible: join them")
 
 
-def _drawn(document: dict[str, Any]) -> int:
+def _count_drawn_corners(document: dict[str, Any]) -> int:
     """Number of corners of all triangles, each mesh counted as often as nodes show it."""
     accessors = document.get("accessors", ())
     corners = []

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.confined import end_of
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.whole_files import naming
@@ -18,7 +18,7 @@ SCRIPT = Path(__file__).with_name("inspection_child.py")
 TIMEOUT = 120
 """Seconds; a robot of a hundred meshes takes five on a busy machine."""
 
-ANSWER = {"bodies": list, "joints": list, "geoms": list, "loops": int, "motors": int}
+ANSWER_TYPES = {"bodies": list, "joints": list, "geoms": list, "loops": int, "motors": int}
 Files = tuple[tuple[str, bytes], ...]
 
 
@@ -36,7 +36,7 @@ def inspect_model(kind: str, text: str, files: Files) -> dict[str, Any]:
     """
     named = [part for file, content in files for part in (file.encode(), content)]
     question = [SCRIPT.read_bytes(), kind.encode(), text.encode(), *named]
-    return cached(question, ANSWER, lambda: _ask_mujoco(kind, text, files))
+    return cached_answer(question, ANSWER_TYPES, lambda: _ask_mujoco(kind, text, files))
 
 
 def _ask_mujoco(kind: str, text: str, files: Files) -> dict[str, Any]:

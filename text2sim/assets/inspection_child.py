@@ -10,8 +10,8 @@ import math
 import sys
 from pathlib import Path
 
-MEMORY = 6 * 1024**3
-SECONDS = 100
+MEMORY_LIMIT = 6 * 1024**3
+PROCESSOR_LIMIT = 100
 MAX_CORNERS = 1000
 
 # Options that the engine sets when it reads a URDF. `urdf.py` checks inertias, of links as the engine merges them;
@@ -42,7 +42,7 @@ def main(kind: str, folder: Path) -> None:
     (folder / "result.json").write_text(json.dumps(found), "utf-8")
 
 
-def limit_resources(memory: int = MEMORY, seconds: int = SECONDS) -> None:
+def limit_resources(memory: int = MEMORY_LIMIT, seconds: int = PROCESSOR_LIMIT) -> None:
     """Limit memory [bytes] and processor time [s] of this process, where the system can."""
     try:
         import resource

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, ValidationError
 
-from text2sim.assets.safe_write import FOLDER, digest, keep, only_me, place_in, read_kept
+from text2sim.assets.safe_write import FOLDER, digest, only_me, place_in, read_kept, write_asset
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
 from text2sim.spec_schema.models.base import Bool, Model, Name, NonNegative, Noun, Positive, Range
 from text2sim.spec_schema.text.document import parse_document
@@ -16,7 +16,7 @@ from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 FILE = f"{FOLDER}/manifest.yaml"
 VERSION = 1
 MAX_ASSETS = 1000
-HEAD = "# Contents of this folder. `text2sim asset` rewrites this file, without comments."
+HEADER_COMMENT = "# Contents of this folder. `text2sim asset` rewrites this file, without comments."
 WIDTH = 110
 
 Kind = Literal["mesh", "mjcf", "urdf", "texture", "mechanism", "shape"]
@@ -157,7 +157,7 @@ def register(case: Path, name: str, asset: Asset) -> Manifest:
         manifest = Manifest(assets={**manifest.assets, name: asset})
         text = manifest_text(manifest)
         parse_manifest(check_source(Source(text, FILE)))
-        keep(case, FILE, text.encode())
+        write_asset(case, FILE, text.encode())
     return manifest
 
 
@@ -179,7 +179,11 @@ def problems_of(case: Path, found: dict[str, list[str]]) -> list[Problem]:
 
 def manifest_text(manifest: Manifest) -> str:
     """Return the canonical text of a manifest: a line for each value, in the order of the format."""
-    lines = [HEAD, f"text2sim_assets: {manifest.text2sim_assets}", "assets:" + ("" if manifest.assets else " {}")]
+    lines = [
+        HEADER_COMMENT,
+        f"text2sim_assets: {manifest.text2sim_assets}",
+        "assets:" + ("" if manifest.assets else " {}"),
+    ]
     for name, asset in manifest.assets.items():
         lines.append(f"  {key(name)}:")
         for field, value in asset.model_dump(mode="json", exclude_defaults=True).items():

@@ -10,8 +10,8 @@ from text2sim.spec_schema.errors import AssetError
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
-KINDS = {".xml": "mjcf", ".mjcf": "mjcf", ".urdf": "urdf"}
-TAGS = {"mjcf": "mujoco", "urdf": "robot"}
+KIND_BY_SUFFIX = {".xml": "mjcf", ".mjcf": "mjcf", ".urdf": "urdf"}
+ROOT_TAGS = {"mjcf": "mujoco", "urdf": "robot"}
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
 
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     # Imported here, because most cases have no such file.
-    from text2sim.assets.bundle import Bundle, inside
+    from text2sim.assets.bundle import Bundle, path_inside
     from text2sim.assets.engine_files import PREFIX, asset_folder
     from text2sim.assets.inspection import inspect_model
     from text2sim.assets.markup import parse_markup
@@ -154,15 +154,15 @@ def _load(folder: Path, file: str, base: str | None) -> Mechanism:
         raise AssetError("must be a path inside the case's folder, with forward slashes")
     source = asset_folder(folder, file)
     root = source.root
-    path = inside(source, root / source.file, file)
-    kind = KINDS.get(path.suffix.lower())
+    path = path_inside(source, root / source.file, file)
+    kind = KIND_BY_SUFFIX.get(path.suffix.lower())
     if kind is None:
         raise AssetError("must end in .xml (MJCF) or .urdf")
     if not path.is_file():
         raise AssetError("does not exist in the case's folder")
     document = parse_markup(path)
-    if document.tag != TAGS[kind]:
-        raise AssetError(f"begins with <{document.tag}>; {kind.upper()} begins with <{TAGS[kind]}>")
+    if document.tag != ROOT_TAGS[kind]:
+        raise AssetError(f"begins with <{document.tag}>; {kind.upper()} begins with <{ROOT_TAGS[kind]}>")
     bundle = Bundle(source, path.parent)
     draft = (read_mjcf if kind == "mjcf" else read_urdf)(document, bundle, base)
     files = tuple(bundle.files.items())

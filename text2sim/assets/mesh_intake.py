@@ -9,13 +9,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign_files import check_gltf, foreign
+from text2sim.assets.foreign_files import check_gltf, named_errors
 from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
-BESIDE = (".mtl", ".png", ".jpg", ".jpeg", ".bmp", ".tga")
+COMPANION_SUFFIXES = (".mtl", ".png", ".jpg", ".jpeg", ".bmp", ".tga")
 """Suffixes of files that an .obj file may refer to."""
 MAX_BESIDE = 32
 MAX_TRIANGLES = 2_000_000
@@ -75,7 +75,7 @@ def _load(content: bytes, suffix: str, neighbours: "_Beside") -> Any:
 
     if not trimesh.util.log.handlers:
         trimesh.util.log.addHandler(logging.NullHandler())  # exceptions report the problems of a file
-    with foreign():
+    with named_errors():
         return trimesh.load(
             BytesIO(content), file_type=suffix[1:], process=False, force="scene",
             resolver=neighbours if suffix == ".obj" else None,
@@ -180,7 +180,7 @@ class _Beside(Mapping[str, bytes]):
         path = self.folder / name
         inside = path.resolve().is_relative_to(self.folder) and path.resolve() == Path(str(path.absolute()))
         self._read += 1
-        if not inside or path.suffix.lower() not in BESIDE or not path.is_file() or self._read > MAX_BESIDE:
+        if not inside or path.suffix.lower() not in COMPANION_SUFFIXES or not path.is_file() or self._read > MAX_BESIDE:
             self.refused.append("".join(c for c in name if c.isprintable())[:80])
             raise KeyError(name)
         with path.open("rb") as stream:

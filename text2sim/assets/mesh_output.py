@@ -83,8 +83,8 @@ def _mesh(surface: TriangleMesh, normals: np.ndarray, paint: Paint) -> Any:
     if surface.rgba is not None:
         columns.append(surface.rgba.reshape(-1, 4).astype(float))
     rows, index = np.unique(np.concatenate(columns, axis=1), axis=0, return_inverse=True)
-    vertices = turned(surface.vertices[rows[:, 0].astype(np.int64)])
-    mesh = trimesh.Trimesh(vertices, index.reshape(-1, 3), vertex_normals=turned(rows[:, 1:4]), process=False)
+    vertices = to_gltf_axes(surface.vertices[rows[:, 0].astype(np.int64)])
+    mesh = trimesh.Trimesh(vertices, index.reshape(-1, 3), vertex_normals=to_gltf_axes(rows[:, 1:4]), process=False)
     material = PBRMaterial(
         baseColorFactor=np.round(np.array(paint.rgba) * 255).astype(np.uint8), baseColorTexture=paint.picture,
         metallicFactor=paint.metallic, roughnessFactor=paint.roughness, doubleSided=False,
@@ -97,6 +97,6 @@ def _mesh(surface: TriangleMesh, normals: np.ndarray, paint: Paint) -> Any:
     return mesh
 
 
-def turned(vectors: np.ndarray) -> np.ndarray:
+def to_gltf_axes(vectors: np.ndarray) -> np.ndarray:
     """Return vectors (n, 3) in the frame of glTF, with y up."""
     return np.stack([vectors[:, 0], vectors[:, 2], -vectors[:, 1]], axis=1)

@@ -10,16 +10,24 @@ import numpy as np
 from text2sim.assets.mesh_intake import Up
 from text2sim.assets.mesh_output import mesh_bytes, suffix_for
 from text2sim.assets.mesh_report import faults
-from text2sim.assets.mesh_steps import decimated, filled, oriented, unknotted, without_debris, without_doubles, wrapped
+from text2sim.assets.mesh_steps import (
+    decimate,
+    fill_holes,
+    orient,
+    repair_non_manifold,
+    without_debris,
+    without_duplicates,
+    wrap,
+)
 from text2sim.assets.surface import TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
 
 Origin = Literal["base", "mass", "keep"]
-MERGE = 1e-6
+MERGE_DISTANCE = 1e-6
 """Distance, as a part of the diagonal, below which vertices are merged."""
-LARGEST, SMALLEST = 1000.0, 1e-4
+MAX_EXTENT, MIN_EXTENT = 1000.0, 1e-4
 """Allowed extents [m]."""
-OPENING = 0.3
+MIN_OPENING = 0.3
 """Diameter of a hole, as a part of the diagonal, above which it is an opening of the object."""
 FINENESS = 0.01
 """Smallest gap that a wrap enters, as a part of the diagonal."""
@@ -46,13 +54,13 @@ class RepairGoal:
     holes: int = 200
     """Number of edges of a hole above which it stays open."""
     openings: bool = False
-    """Whether to close openings wider than `OPENING`, too, as of a bowl or a boat."""
+    """Whether to close openings wider than `MIN_OPENING`, too, as of a bowl or a boat."""
     wrap: bool = False
     """Whether to wrap a closed skin, without pictures, around a mesh that cannot be closed otherwise."""
 
     def __post_init__(self) -> None:
-        if self.size is not None and not SMALLEST <= self.size <= LARGEST:
-            raise AssetError(f"a size of {self.size:g} m is not possible: from {SMALLEST:g} m to {LARGEST:g} m")
+        if self.size is not None and not MIN_EXTENT <= self.size <= MAX_EXTENT:
+            raise AssetError(f"a size of {self.size:g} m is not possible: from {MIN_EXTENT:g} m to {MAX_EXTENT:g} m")
         if not 4 <= self.triangles <= 200_000:
             raise AssetError(f"{self.triangles} triangles are not possible: from 4 to 200000")
 
@@ -97,19 +105,19 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
         raise AssetError("has no extent: all its vertices are in one point")
     surface = _cleaned(surface, goal, done)
     surface = _closed(surface, goal, done)
-    surface = _simpler(surface, goal.triangles, done)
+    surface = _simplify(surface, goal.triangles, done)
     if goal.wrap and not surface.watertight:
-        surface = wrapped(surface, FINENESS)
+        surface = wrap(surface, FINENESS)
         done.append("wrapped a closed skin, without pictures, around it, as it could not be closed otherwise")
-        surface = _simpler(surface, goal.triangles, done)
+        surface = _simplify(surface, goal.triangles, done)
     surface = _scaled(surface, goal, done)
-    surface = _moved(surface, goal.origin, done)
+    surface = _move_origin(surface, goal.origin, done)
     return Repaired(surface, tuple(done), tuple(faults(surface)))
 
 
 def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
     before = len(surface.vertices), len(surface.faces)
-    surface = without_doubles(welded(surface, MERGE * surface.diagonal))
+    surface = without_duplicates(welded(surface, MERGE_DISTANCE * surface.diagonal))
     if not len(surface.faces):
         raise AssetError("has no triangles with an area")
     merged, dropped = before[0] - len(surface.vertices), before[1] - len(surface.faces)
@@ -124,26 +132,26 @@ def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triang
 
 
 def _closed(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:
-    surface, turned = oriented(surface)
+    surface, turned = orient(surface)
     if surface.edge_counts[0] and not surface.flat:
-        surface, added = filled(surface, goal.holes, 1.0 if goal.openings else OPENING)
+        surface, added = fill_holes(surface, goal.holes, 1.0 if goal.openings else MIN_OPENING)
         if added:
             done.append(f"closed holes with {_count(added, 'triangle')}")
     if surface.edge_counts[1]:
         knots = surface.edge_counts[1]
-        better = unknotted(surface, goal.holes)
+        better = repair_non_manifold(surface, goal.holes)
         if better is not surface:
             surface = better
             done.append(f"repaired {_count(knots, 'edge')} with more than two triangles")
-    surface, again = oriented(surface)
+    surface, again = orient(surface)
     if turned or again:
         done.append(f"turned {_count(max(turned, again), 'triangle')} to face outwards")
     return surface
 
 
-def _simpler(surface: TriangleMesh, most: int, done: list[str]) -> TriangleMesh:
+def _simplify(surface: TriangleMesh, max_triangles: int, done: list[str]) -> TriangleMesh:
     count = len(surface.faces)
-    fewer = decimated(surface, most)
+    fewer = decimate(surface, max_triangles)
     if len(fewer.faces) < count:
         done.append(f"simplified from {count:,} to {len(fewer.faces):,} triangles")
     return fewer
@@ -162,7 +170,7 @@ def _scaled(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> Triangl
     return surface.move(surface.vertices * factor)
 
 
-def _moved(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
+def _move_origin(surface: TriangleMesh, origin: Origin, done: list[str]) -> TriangleMesh:
     if origin == "keep":
         return surface
     used = surface.used
@@ -184,5 +192,5 @@ def _center_of_mass(surface: TriangleMesh) -> np.ndarray:
     return middle + (corners.sum(axis=1) * volumes[:, None]).sum(axis=0) / (4.0 * volumes.sum())
 
 
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number:,} {one if number == 1 else many or one + 's'}"
+def _count(number: int, one: str, plural: str = "") -> str:
+    return f"{number:,} {one if number == 1 else plural or one + 's'}"

@@ -9,14 +9,14 @@ from text2sim.assets.surface import TriangleMesh
 
 MAX_TRIANGLES = 200_000
 """Largest mesh in a case."""
-SPECK = 0.02
+MAX_SPECK = 0.02
 """Diagonal of a loose piece, as a part of that of the largest piece, below which it is a speck."""
-THIN = 0.01
+THIN_WALL = 0.01
 """Thickness of a wall, as a part of the largest extent, below which it is thin."""
 RAYS = 4000
-SLIVER = 1e-3
+MAX_SLIVER = 1e-3
 """Height of a triangle over its longest side, below which it is a sliver."""
-LARGE, SMALL = 10.0, 0.01
+MAX_PLAUSIBLE_EXTENT, MIN_PLAUSIBLE_EXTENT = 10.0, 0.01
 """Extents [m] beyond which a mesh is probably not in metres."""
 
 
@@ -119,9 +119,12 @@ def faults(surface: TriangleMesh) -> list[str]:
 
 def _remarks(surface: TriangleMesh, thickness: float | None) -> list[str]:
     found, largest = [], float(surface.extent.max())
-    if largest > LARGE or largest < SMALL:
-        found.append(f"is {largest:.3g} m {'large' if largest > LARGE else 'small'}; give its size if that is wrong")
-    if thickness is not None and thickness < THIN * largest:
+    if largest > MAX_PLAUSIBLE_EXTENT or largest < MIN_PLAUSIBLE_EXTENT:
+        found.append(
+            f"is {largest:.3g} m {'large' if largest > MAX_PLAUSIBLE_EXTENT else 'small'}; give its size if that is "
+            "wrong"
+        )
+    if thickness is not None and thickness < THIN_WALL * largest:
         found.append(f"has thin walls: {thickness:.2g} m; a soft body of it needs finer cells than that")
     count, _ = surface.components
     if count > 1:
@@ -132,13 +135,13 @@ def _remarks(surface: TriangleMesh, thickness: float | None) -> list[str]:
 def _specks(surface: TriangleMesh) -> int:
     low, high = surface.bounds_of_components()
     length = np.linalg.norm(high - low, axis=1)
-    return int((length < SPECK * length.max()).sum())
+    return int((length < MAX_SPECK * length.max()).sum())
 
 
 def _slivers(surface: TriangleMesh) -> int:
     corners = surface.vertices[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    return int((2 * surface.areas() < SLIVER * longest**2).sum())
+    return int((2 * surface.areas() < MAX_SLIVER * longest**2).sum())
 
 
 def wall_thickness(surface: TriangleMesh) -> float | None:

@@ -11,11 +11,11 @@ import numpy as np
 from text2sim.assets.surface import TriangleMesh, welded
 
 Array = np.ndarray
-CLOSED_AGAIN = 0.02
+MAX_VOLUME_CHANGE = 0.02
 """Part of the volume that may change where edges of more than two triangles are repaired."""
 
 
-def without_doubles(surface: TriangleMesh) -> TriangleMesh:
+def without_duplicates(surface: TriangleMesh) -> TriangleMesh:
     """Return a surface without degenerate and duplicate triangles."""
     faces = np.sort(surface.faces, axis=1)
     real = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
@@ -25,21 +25,21 @@ def without_doubles(surface: TriangleMesh) -> TriangleMesh:
     return surface.keep(real & once)
 
 
-def without_debris(surface: TriangleMesh, part: float) -> tuple[TriangleMesh, int]:
+def without_debris(surface: TriangleMesh, max_share: float) -> tuple[TriangleMesh, int]:
     """Return a surface without specks, and their number.
 
     Args:
         surface: The surface.
-        part: Diagonal of a piece, as a part of that of the largest piece, below which it is a speck.
+        max_share: Diagonal of a piece, as a part of that of the largest piece, below which it is a speck.
     """
     count, own = surface.components
     low, high = surface.bounds_of_components()
     length = np.linalg.norm(high - low, axis=1)
-    small = length < part * length.max()
+    small = length < max_share * length.max()
     return (surface.keep(~small[own]), int(small.sum())) if small.any() else (surface, 0)
 
 
-def oriented(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
+def orient(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
     """Return a surface whose triangles face outwards, and how many were flipped.
 
     First, neighbours are made coherent. Then, pieces with negative volume are flipped, unless a larger piece encloses
@@ -47,58 +47,60 @@ def oriented(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
     """
     flipped = np.zeros(len(surface.faces), bool)
     if not surface.coherent:
-        flipped = _disagreeing(surface)
+        flipped = _triangles_to_flip(surface)
         surface = surface.flip(flipped)
     volumes = surface.volumes()
     low, high = surface.bounds_of_components()
     _, own = surface.components
     inward = [
-        number for number in np.flatnonzero(volumes < 0) if not _enclosed(low, high, np.abs(volumes), int(number))
+        number for number in np.flatnonzero(volumes < 0) if not _is_enclosed(low, high, np.abs(volumes), int(number))
     ]
     turned = np.isin(own, inward)
     return surface.flip(turned), int((flipped ^ turned).sum())
 
 
-def _enclosed(low: Array, high: Array, volumes: Array, number: int) -> bool:
+def _is_enclosed(low: Array, high: Array, volumes: Array, number: int) -> bool:
     around = (low <= low[number]).all(axis=1) & (high >= high[number]).all(axis=1) & (volumes > volumes[number])
     return bool(around.any())
 
 
-def _disagreeing(surface: TriangleMesh) -> Array:
+def _triangles_to_flip(surface: TriangleMesh) -> Array:
     """The triangles to flip such that neighbours are coherent, as far as possible, as a mask."""
     import pymeshlab
     import trimesh
 
     try:
-        found = _filtered(surface, lambda scene: scene.meshing_re_orient_faces_coherently())
+        found = _apply_filter(surface, lambda scene: scene.meshing_re_orient_faces_coherently())
         faces = found.faces
     except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]  # edges of more than two triangles
         mesh = trimesh.Trimesh(surface.vertices, surface.faces, process=False)
         trimesh.repair.fix_winding(mesh)
         faces = np.asarray(mesh.faces, np.int64)
     turned = [np.roll(surface.faces[:, ::-1], shift, axis=1) for shift in range(3)]
-    return np.any([(faces == one).all(axis=1) for one in turned], axis=0)
+    return np.any([(faces == corners).all(axis=1) for corners in turned], axis=0)
 
 
-def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[TriangleMesh, int]:
+def fill_holes(surface: TriangleMesh, max_edges: int, max_share: float = 1.0) -> tuple[TriangleMesh, int]:
     """Return a surface whose holes are closed, and the number of new triangles.
 
     Args:
         surface: A coherent surface.
-        most: Number of edges above which holes stay open.
-        part: Diagonal, as a part of that of the surface, above which holes stay open, as intended openings.
+        max_edges: Number of edges above which holes stay open.
+        max_share: Diagonal, as a part of that of the surface, above which holes stay open, as intended openings.
     """
     import pymeshlab
 
     try:
-        found = _filtered(surface, lambda scene: scene.meshing_close_holes(maxholesize=most, selfintersection=True))
+        found = _apply_filter(
+            surface, lambda scene: scene.meshing_close_holes(maxholesize=max_edges, selfintersection=True)
+        )
     except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]  # edges of more than two triangles
         return surface, 0
     faces, old = found.faces, len(surface.faces)
     if len(faces) <= old or len(found.vertices) != len(surface.vertices):
         return surface, 0
     added = faces[old:]
-    added = added[_lids(surface, added) <= part * surface.diagonal]
+    added = added[_lid_sizes(surface, added) <= max_share * surface.diagonal]
     if not len(added):
         return surface, 0
     # A new triangle takes colours and part from the corners that it shares.
@@ -111,65 +113,69 @@ def filled(surface: TriangleMesh, most: int, part: float = 1.0) -> tuple[Triangl
             surface,
             faces=np.concatenate([surface.faces, added]),
             part=np.concatenate([surface.part, parts]),
-            uv=_extended(surface.uv, source),
-            rgba=_extended(surface.rgba, source),
+            uv=_with_corners(surface.uv, source),
+            rgba=_with_corners(surface.rgba, source),
         ),
         len(added),
     )
 
 
-def _lids(surface: TriangleMesh, faces: Array) -> Array:
+def _lid_sizes(surface: TriangleMesh, faces: Array) -> Array:
     """The diagonal [m] of the lid that each of some new triangles belongs to."""
     lids = TriangleMesh(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
     low, high = lids.bounds_of_components()
     return np.linalg.norm(high - low, axis=1)[lids.components[1]]
 
 
-def _extended(values: Array | None, source: Array) -> Array | None:
+def _with_corners(values: Array | None, source: Array) -> Array | None:
     return None if values is None else np.concatenate([values, values.reshape(-1, values.shape[-1])[source]])
 
 
-def unknotted(surface: TriangleMesh, most: int) -> TriangleMesh:
+def repair_non_manifold(surface: TriangleMesh, max_edges: int) -> TriangleMesh:
     """Return a surface without edges of more than two triangles, if it can be closed there; else the same surface."""
     import pymeshlab
 
     before = np.abs(surface.volumes()).sum()
     try:
-        found = _filtered(surface, lambda scene: scene.meshing_repair_non_manifold_edges(method=0))
+        found = _apply_filter(surface, lambda scene: scene.meshing_repair_non_manifold_edges(method=0))
     except pymeshlab.PyMeshLabException:  # type: ignore[attr-defined]
         return surface
     kept = found.tags
     if not 0 < len(kept) < len(surface.faces):
         return surface
-    better, _ = oriented(without_debris(surface.keep(kept), 1e-3)[0])
-    better, _ = oriented(filled(better, most)[0])
+    better, _ = orient(without_debris(surface.keep(kept), 1e-3)[0])
+    better, _ = orient(fill_holes(better, max_edges)[0])
     changed = abs(np.abs(better.volumes()).sum() - before)
-    return better if better.watertight and changed <= CLOSED_AGAIN * before else surface
+    return better if better.watertight and changed <= MAX_VOLUME_CHANGE * before else surface
 
 
-def decimated(surface: TriangleMesh, most: int) -> TriangleMesh:
+def decimate(surface: TriangleMesh, max_triangles: int) -> TriangleMesh:
     """Return a surface with at most this many triangles, if possible, and nearly the same shape."""
     fewer = surface
     for careful in (True, False):
-        if len(fewer.faces) > most:
+        if len(fewer.faces) > max_triangles:
             painted = fewer.uv is not None
-            fewer = _decimated_painted(fewer, most, careful) if painted else _decimated_bare(fewer, most, careful)
-            fewer = without_doubles(welded(fewer, 0.0))
+            fewer = (
+                _decimate_painted(fewer, max_triangles, careful)
+                if painted
+                else _decimate_unpainted(fewer, max_triangles, careful)
+            )
+            fewer = without_duplicates(welded(fewer, 0.0))
     if fewer is surface:
         return surface
     if surface.watertight and not fewer.watertight:
-        fewer, _ = oriented(fewer)
-        fewer, _ = filled(fewer, 100)
+        fewer, _ = orient(fewer)
+        fewer, _ = fill_holes(fewer, 100)
     return fewer
 
 
-def _decimated_bare(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
+def _decimate_unpainted(surface: TriangleMesh, max_triangles: int, careful: bool) -> TriangleMesh:
     from scipy.spatial import KDTree
 
-    found = _filtered(
+    found = _apply_filter(
         surface,
         lambda scene: scene.meshing_decimation_quadric_edge_collapse(
-            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True,
+            targetfacenum=max_triangles, preserveboundary=careful, preservenormal=careful, planarquadric=True,
             preservetopology=careful and surface.watertight,
         ),
         surface.part,
@@ -185,7 +191,7 @@ def _decimated_bare(surface: TriangleMesh, most: int, careful: bool) -> Triangle
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
 
-def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> TriangleMesh:
+def _decimate_painted(surface: TriangleMesh, max_triangles: int, careful: bool) -> TriangleMesh:
     """A surface with fewer triangles and the same picture on it.
 
     The library only supports textures of files that it reads. Shifted texture coordinates keep the parts apart.
@@ -212,7 +218,7 @@ def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> Trian
         scene = pymeshlab.MeshSet(verbose=False)  # type: ignore[attr-defined]
         scene.load_new_mesh(str(folder / "mesh.obj"))
         scene.meshing_decimation_quadric_edge_collapse_with_texture(
-            targetfacenum=most, preserveboundary=careful, preservenormal=careful, planarquadric=True
+            targetfacenum=max_triangles, preserveboundary=careful, preservenormal=careful, planarquadric=True
         )
         found = scene.current_mesh()
         faces, vertices = np.array(found.face_matrix(), np.int64), np.array(found.vertex_matrix(), float)
@@ -223,7 +229,7 @@ def _decimated_painted(surface: TriangleMesh, most: int, careful: bool) -> Trian
     return replace(surface, vertices=vertices, faces=faces, part=part, uv=uv, rgba=rgba)
 
 
-def wrapped(surface: TriangleMesh, fineness: float) -> TriangleMesh:
+def wrap(surface: TriangleMesh, fineness: float) -> TriangleMesh:
     """Return a closed skin around any surface, without pictures.
 
     Args:
@@ -233,13 +239,13 @@ def wrapped(surface: TriangleMesh, fineness: float) -> TriangleMesh:
     from pymeshlab import PercentageValue  # type: ignore[attr-defined]
 
     alpha, offset = PercentageValue(100 * fineness), PercentageValue(5 * fineness)
-    found = _filtered(surface, lambda scene: scene.generate_alpha_wrap(alpha=alpha, offset=offset))
+    found = _apply_filter(surface, lambda scene: scene.generate_alpha_wrap(alpha=alpha, offset=offset))
     faces = found.faces
     paint = replace(surface.paints[int(np.bincount(surface.part).argmax())], picture=None)
     return TriangleMesh(found.vertices, faces, np.zeros(len(faces), np.int64), (paint,))
 
 
-class _Found(NamedTuple):
+class _FilterResult(NamedTuple):
     """The result of a filter, copied, because the library's arrays are freed with its scene."""
 
     vertices: Array
@@ -247,7 +253,7 @@ class _Found(NamedTuple):
     tags: Array
 
 
-def _filtered(surface: TriangleMesh, work: Callable[[Any], object], scalar: Array | None = None) -> _Found:
+def _apply_filter(surface: TriangleMesh, work: Callable[[Any], object], scalar: Array | None = None) -> _FilterResult:
     """Apply a filter of the library to a shape; the tags of triangles are their indices, or `scalar`."""
     import pymeshlab
 
@@ -262,7 +268,7 @@ def _filtered(surface: TriangleMesh, work: Callable[[Any], object], scalar: Arra
     )
     work(scene)
     mesh = scene.current_mesh()
-    return _Found(
+    return _FilterResult(
         np.array(mesh.vertex_matrix(), float),
         np.array(mesh.face_matrix(), np.int64),
         np.round(np.array(mesh.face_scalar_array(), float)).astype(np.int64)

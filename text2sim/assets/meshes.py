@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from text2sim.assets.confined import confined
+from text2sim.assets.confined import call_confined
 from text2sim.assets.safe_write import read_file
 from text2sim.spec_schema.errors import AssetError
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from text2sim.assets.mesh_repair import RepairGoal
     from text2sim.assets.mesh_report import MeshReport
 
-SECONDS, MEMORY = 100, 6 * 1024**3
+PROCESSOR_LIMIT, MEMORY_LIMIT = 100, 6 * 1024**3
 """Limits of processor time [s] and memory [bytes]: two million triangles take a minute or two on a busy machine."""
 R = TypeVar("R")
 
@@ -64,7 +64,7 @@ def repair_mesh(path: Path, goal: "RepairGoal | None" = None, suffix: str | None
 def _in_child(function: Callable[..., R], path: Path, *args: Any) -> R:
     read_file(path)  # reports an unreadable file without starting a process
     try:
-        return confined(function, path.absolute(), *args, large=True, seconds=SECONDS, memory=MEMORY)
+        return call_confined(function, path.absolute(), *args, large=True, seconds=PROCESSOR_LIMIT, memory=MEMORY_LIMIT)
     except AssetError as error:
         message = str(error)
         raise AssetError(message if message.startswith("`") else f"`{path.name}` {message}") from None

@@ -21,23 +21,23 @@ from text2sim.spec_schema.errors import AssetError, MachineError, RunError
 if TYPE_CHECKING:
     import httpx
 
-BASE = "https://api.meshy.ai"
-PATH = "/openapi/v2/text-to-3d"
-KEY = "MESHY_API_KEY"
+BASE_URL = "https://api.meshy.ai"
+API_PATH = "/openapi/v2/text-to-3d"
+KEY_VARIABLE = "MESHY_API_KEY"
 """Environment variable of the key. The key is only sent to Meshy, never printed or stored."""
 PRICES = {"meshy-5": 5}
-PREVIEW, REFINE = 20, 10
+PREVIEW_CREDITS, REFINE_CREDITS = 20, 10
 """Credits of a preview (of models that `PRICES` does not list), and of its texture."""
 MAX_PROMPT = 600
 MAX_GLB = 64 * 1024 * 1024
 MAX_JSON = 1024 * 1024
-TRIES = 6
+MAX_TRIES = 6
 """Number of attempts at a request while network or server fail."""
-FIRST, LAST = 2.0, 20.0
+FIRST_POLL, LONGEST_POLL = 2.0, 20.0
 """Seconds between two polls of a task: the first, and the longest."""
-LOST = 120_000
+MAX_CLOCK_DIFFERENCE = 120_000
 """Largest difference [ms] between our clock and Meshy's when a lost task is searched."""
-PENDING = ("PENDING", "IN_PROGRESS")
+PENDING_STATES = ("PENDING", "IN_PROGRESS")
 _ID = re.compile(r"[A-Za-z0-9_-]{1,100}")
 
 Said = Callable[[str], None]
@@ -67,7 +67,7 @@ class Order3D:
 
     def price(self, stage: Stage) -> int:
         """Return the credits of a stage according to the public price list."""
-        return REFINE if stage == "refine" else PRICES.get(self.model, PREVIEW)
+        return REFINE_CREDITS if stage == "refine" else PRICES.get(self.model, PREVIEW_CREDITS)
 
 
 class Meshy:
@@ -91,18 +91,19 @@ class Meshy:
         self,
         case: Path,
         *,
-        base: str = BASE,
+        base: str = BASE_URL,
         budget: int = 100,
         timeout: float = 900.0,
         say: Said = lambda text: None,
         pause: Callable[[float], None] = time.sleep,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        if not os.environ.get(KEY, "").strip():
+        if not os.environ.get(KEY_VARIABLE, "").strip():
             raise MachineError(
-                f"there is no {KEY} in the environment; without a key, build the shape from the language's own shapes"
+                f"there is no {KEY_VARIABLE} in the environment; without a key, build the shape from the language's "
+                "own shapes"
             )
-        if not _trusted(base, base):
+        if not _is_trusted(base, base):
             raise AssetError(f"`{base[:80]}` is not an https address")
         self.base, self.budget, self.timeout, self.say = base.rstrip("/"), budget, timeout, say
         self._pause, self._clock, self._end = pause, clock, 0.0
@@ -131,7 +132,7 @@ class Meshy:
         """Wait for the task of a stage; start one if there is none."""
         task = order.tasks.get(stage)
         if task is not None and not task.id:
-            task.id = self._lost(client, stage, wanted, task)
+            task.id = self._find_lost_task(client, stage, wanted, task)
             if not task.id:
                 del order.tasks[stage]
                 task = None
@@ -140,7 +141,7 @@ class Meshy:
         self._ledger.write(key, order)
         found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
         if task.status != "SUCCEEDED":
-            reason = _words((found.get("task_error") or {}).get("message"))
+            reason = _printable_line((found.get("task_error") or {}).get("message"))
             because = f": {reason}" if reason else ""
             raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again to retry")
         return found
@@ -163,7 +164,9 @@ class Meshy:
         else:
             body |= {"preview_task_id": order.tasks["preview"].id, "enable_pbr": False}
         try:
-            answer = self._send(client, "POST", PATH, body, lambda: self._lost(client, stage, wanted, task))
+            answer = self._send(
+                client, "POST", API_PATH, body, lambda: self._find_lost_task(client, stage, wanted, task)
+            )
         except RunError:
             del order.tasks[stage]  # a refused task costs nothing
             self._ledger.write(key, order)
@@ -175,30 +178,30 @@ class Meshy:
     def _wait(
         self, client: "httpx.Client", stage: Stage, task: MeshyTask, changed: Callable[[], None]
     ) -> dict[str, Any]:
-        pause, last = FIRST, -1
+        pause, last = FIRST_POLL, -1
         while True:
-            found = self._send(client, "GET", f"{PATH}/{task.id}", missing={"status": "EXPIRED"})
+            found = self._send(client, "GET", f"{API_PATH}/{task.id}", missing={"status": "EXPIRED"})
             status = str(found.get("status"))
-            if status not in (*PENDING, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
-                raise RunError(f"Meshy reports an unknown status: {_words(status)[:40]}")
+            if status not in (*PENDING_STATES, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
+                raise RunError(f"Meshy reports an unknown status: {_printable_line(status)[:40]}")
             credits = found.get("consumed_credits")
-            if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING:
+            if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING_STATES:
                 task.credits = credits
             if status != task.status:
                 task.status = status
                 changed()
-            if status not in PENDING:
+            if status not in PENDING_STATES:
                 return found
             progress = found.get("progress")
             if isinstance(progress, int) and progress != last:
                 last = progress
                 self.say(f"meshy: {stage} {max(0, min(progress, 100))} %")
             self._sleep(pause)
-            pause = min(pause * 1.5, LAST)
+            pause = min(pause * 1.5, LONGEST_POLL)
 
-    def _lost(self, client: "httpx.Client", stage: Stage, wanted: Order3D, task: MeshyTask) -> str:
+    def _find_lost_task(self, client: "httpx.Client", stage: Stage, wanted: Order3D, task: MeshyTask) -> str:
         """Find the id of a task whose id was never received; empty if there is no such task."""
-        found = self._send(client, "GET", f"{PATH}?page_num=1&page_size=50&sort_by=-created_at")
+        found = self._send(client, "GET", f"{API_PATH}?page_num=1&page_size=50&sort_by=-created_at")
         rows, known = found.get("items", []), self._ledger.known()
         for row in rows if isinstance(rows, list) else []:
             if not isinstance(row, dict) or row.get("prompt") != wanted.prompt or row.get("id") in known:
@@ -206,7 +209,7 @@ class Meshy:
             kind = f"{row.get('mode', '')} {row.get('type', '')}".lower()
             other = "refine" if stage == "preview" else "preview"
             made = row.get("created_at")
-            if other not in kind and isinstance(made, int | float) and made >= task.asked - LOST:
+            if other not in kind and isinstance(made, int | float) and made >= task.asked - MAX_CLOCK_DIFFERENCE:
                 return _task_id(row.get("id"))
         return ""
 
@@ -233,9 +236,9 @@ class Meshy:
         """
         import httpx
 
-        headers = {"Authorization": f"Bearer {os.environ.get(KEY, '').strip()}"}
-        for attempt in range(TRIES):
-            wait, sent = min(FIRST * 2**attempt, LAST), True
+        headers = {"Authorization": f"Bearer {os.environ.get(KEY_VARIABLE, '').strip()}"}
+        for attempt in range(MAX_TRIES):
+            wait, sent = min(FIRST_POLL * 2**attempt, LONGEST_POLL), True
             try:
                 with client.stream(method, self.base + path, json=body, headers=headers) as reply:
                     if reply.status_code == 404 and missing is not None:
@@ -261,9 +264,9 @@ class Meshy:
         import httpx
 
         url = (found.get("model_urls") or {}).get("glb")
-        if not isinstance(url, str) or not _trusted(url, self.base):
+        if not isinstance(url, str) or not _is_trusted(url, self.base):
             raise RunError("Meshy gives no .glb file that can be downloaded")
-        for attempt in range(TRIES):
+        for attempt in range(MAX_TRIES):
             try:
                 with client.stream("GET", url) as reply:
                     if reply.status_code in (403, 404, 410):
@@ -275,7 +278,7 @@ class Meshy:
                         return content
             except httpx.HTTPError:
                 pass
-            self._sleep(min(FIRST * 2**attempt, LAST))
+            self._sleep(min(FIRST_POLL * 2**attempt, LONGEST_POLL))
         raise MachineError("Meshy's result cannot be downloaded; nothing is lost, ask again later")
 
     def _sleep(self, seconds: float) -> None:
@@ -288,18 +291,18 @@ def _raise_if_refused(reply: "httpx.Response") -> None:
     """Raise for an answer that another attempt would not change."""
     code = reply.status_code
     if code == 401:
-        raise RunError(f"Meshy does not accept the key in {KEY}")
+        raise RunError(f"Meshy does not accept the key in {KEY_VARIABLE}")
     if code == 402:
         raise RunError("the Meshy account does not have enough credits")
     if code < 500 and code != 429:
-        raise RunError(f"Meshy refuses ({code}): {_words(_plain(reply).get('message')) or 'without a reason'}")
+        raise RunError(f"Meshy refuses ({code}): {_printable_line(_plain(reply).get('message')) or 'without a reason'}")
 
 
 def _options(wanted: Order3D) -> dict[str, Any]:
     return {name: value for name, value in asdict(wanted).items() if name not in ("prompt", "refine")}
 
 
-def _trusted(url: str, base: str) -> bool:
+def _is_trusted(url: str, base: str) -> bool:
     """Whether an address is https, or on this machine like the base."""
     try:
         parts, home = urlsplit(url), urlsplit(base)
@@ -318,12 +321,12 @@ def _plain(reply: "httpx.Response") -> dict[str, Any]:
     return data if isinstance(data, dict) else {"items": data}
 
 
-def _limited(reply: "httpx.Response", most: int) -> bytes:
+def _limited(reply: "httpx.Response", max_bytes: int) -> bytes:
     content = bytearray()
     for block in reply.iter_bytes():
         content += block
-        if len(content) > most:
-            raise RunError(f"Meshy's answer is larger than {most // 2**20} MiB")
+        if len(content) > max_bytes:
+            raise RunError(f"Meshy's answer is larger than {max_bytes // 2**20} MiB")
     return bytes(content)
 
 
@@ -338,6 +341,6 @@ def _task_id(value: Any) -> str:
     return value
 
 
-def _words(value: Any) -> str:
+def _printable_line(value: Any) -> str:
     """Untrusted text as one short printable line."""
     return "".join(c if c.isprintable() else " " for c in value)[:200].strip() if isinstance(value, str) else ""

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.assets.safe_write import FOLDER, digest, keep, only_me, place_in, read_kept
+from text2sim.assets.safe_write import FOLDER, digest, only_me, place_in, read_kept, write_asset
 from text2sim.spec_schema.errors import AssetError
 
 FILE = f"{FOLDER}/meshy_tasks.json"
@@ -77,7 +77,7 @@ class OrderLedger:
         with only_me(self.case):
             orders = self.read() | {key: order}
             text = json.dumps({"version": 1, "orders": {k: asdict(o) for k, o in orders.items()}}, indent=1)
-            keep(self.case, FILE, (text + "\n").encode())
+            write_asset(self.case, FILE, (text + "\n").encode())
 
     def read(self) -> dict[str, Order]:
         """Return all orders, by key.

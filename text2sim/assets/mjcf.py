@@ -18,9 +18,9 @@ MAX_RATIO = 1000.0
 """Gear ratio of two coupled joints; a harmonic drive has at most 320."""
 
 SECTIONS = frozenset("compiler default asset worldbody contact equality tendon actuator".split())
-IGNORED = frozenset("option size statistic visual sensor keyframe custom camera light".split())
+IGNORED_ELEMENTS = frozenset("option size statistic visual sensor keyframe custom camera light".split())
 """Sections and elements that the engine ignores; the program does not contain them."""
-KNOWN = {
+KNOWN_ELEMENTS = {
     "compiler": frozenset(),
     "default": frozenset(
         "default mesh material joint geom site pair equality tendon general motor position velocity".split()
@@ -85,20 +85,22 @@ def read_mjcf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
 
 def _check_elements(root: ET.Element) -> None:
     for section in root:
-        if section.tag not in SECTIONS | IGNORED:
+        if section.tag not in SECTIONS | IGNORED_ELEMENTS:
             raise _refusal(section.tag)
-        if section.tag in IGNORED:
+        if section.tag in IGNORED_ELEMENTS:
             continue
         for element in section.iter():
             if element is not section:
                 _check_element(element, section.tag)
-    textures = [texture for section in root if section.tag not in IGNORED for texture in section.iter("texture")]
+    textures = [
+        texture for section in root if section.tag not in IGNORED_ELEMENTS for texture in section.iter("texture")
+    ]
     if sum(map(_pixels, textures)) > MAX_PIXELS:
         raise AssetError(f"has textures of more than {MAX_PIXELS:,} pixels in total; make them smaller")
 
 
 def _check_element(element: ET.Element, section: str) -> None:
-    if element.tag not in KNOWN[section] | IGNORED:
+    if element.tag not in KNOWN_ELEMENTS[section] | IGNORED_ELEMENTS:
         raise _refusal(element.tag)
     if element.tag == "geom" and element.get("type", "sphere") not in GEOMS:
         raise AssetError(f"has a geom of type `{element.get('type')}`; the engine has {', '.join(sorted(GEOMS))}")
@@ -149,7 +151,7 @@ def _refusal(tag: str) -> AssetError:
 def _leave_out(root: ET.Element) -> list[str]:
     found = set()
     for parent in list(root.iter()):
-        for child in [child for child in parent if child.tag in IGNORED]:
+        for child in [child for child in parent if child.tag in IGNORED_ELEMENTS]:
             found.add(child.tag)
             parent.remove(child)
     return [f"left out, because the engine ignores it: {', '.join(sorted(found))}"] if found else []

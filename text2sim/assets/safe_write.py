@@ -82,7 +82,7 @@ def read_file(path: Path) -> bytes:
     return content
 
 
-def keep(folder: Path, file: str, content: bytes) -> Path:
+def write_asset(folder: Path, file: str, content: bytes) -> Path:
     """Write a file in a case's folder atomically, and return its path.
 
     Args:

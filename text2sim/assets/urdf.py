@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
 
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.assets.bundle import PICTURES, Bundle
 from text2sim.assets.markup import write_markup
 from text2sim.assets.mjcf import MAX_LINKS, MechanismDraft
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 COLLISIONS = (".obj", ".stl")
 VISUALS = (".obj", ".stl", ".dae", ".glb")
-KNOWN = {
+KNOWN_ELEMENTS = {
     "robot": frozenset("link joint material".split()),
     "link": frozenset("inertial visual collision".split()),
     "joint": frozenset("origin parent child axis limit dynamics mimic".split()),
 }
 """Elements that are kept; the engine ignores the rest (gazebo, transmission, …) or interprets it differently."""
-FACTS = {"limits": dict, "inertialess": bool}
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
+ANSWER_TYPES = {"limits": dict, "inertialess": bool}
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 
 
 def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDraft:
@@ -49,7 +49,9 @@ def read_urdf(root: ET.Element, bundle: Bundle, base: str | None) -> MechanismDr
     _take_files(root, bundle)
     text, free = write_markup(root), base == "free"
     rules = Path(__file__).read_bytes()
-    facts = cached([rules, text.encode(), b"free" if free else b"held"], FACTS, lambda: _facts(text, free=free))
+    facts = cached_answer(
+        [rules, text.encode(), b"free" if free else b"held"], ANSWER_TYPES, lambda: _facts(text, free=free)
+    )
     return MechanismDraft(text, notes, facts["limits"], facts["inertialess"])
 
 
@@ -67,7 +69,9 @@ def _facts(text: str, *, free: bool) -> dict[str, Any]:
 def _leave_out(root: ET.Element) -> list[str]:
     found = set()
     for parent in [root, *root]:
-        for child in [child for child in parent if parent.tag in KNOWN and child.tag not in KNOWN[parent.tag]]:
+        for child in [
+            child for child in parent if parent.tag in KNOWN_ELEMENTS and child.tag not in KNOWN_ELEMENTS[parent.tag]
+        ]:
             found.add(child.tag)
             parent.remove(child)
     return [f"left out, because it is not part of a body: {', '.join(sorted(found))}"] if found else []
@@ -141,9 +145,9 @@ def _check_tree(robot: "Robot") -> None:
 def _check_joints(robot: "Robot") -> None:
     joints = {joint.name: joint for joint in robot.joints}
     for joint in robot.joints:
-        if joint.type not in KINDS:
+        if joint.type not in JOINT_TYPES:
             way = "; use `base: free` for a free root" if joint.type == "floating" else ""
-            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(KINDS)}{way}")
+            raise AssetError(f"joint `{joint.name}` is {joint.type}; the engine has {', '.join(JOINT_TYPES)}{way}")
         if joint.type == "fixed":
             continue
         if joint.axis is not None and not any(joint.axis):

@@ -218,9 +218,9 @@ def _outcome_exists(card: Card, bad: LoadedCase, source: Source) -> list[Problem
     if kind == "missed":
         known, what = list(bad.case.actions.expect), f"{FAILING} has no expectation"
     elif kind == "lint":
-        from text2sim.lint.rules import EARLIER, RULES
+        from text2sim.lint.rules import EARLIER_RULES, RULES
 
-        known, what = [*(rule.id for rule in RULES), *EARLIER], "the lint has no rule"
+        known, what = [*(rule.id for rule in RULES), *EARLIER_RULES], "the lint has no rule"
     else:
         return []
     if name in known:

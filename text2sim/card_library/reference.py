@@ -4,7 +4,7 @@ from typing import get_args
 
 from text2sim.card_library.library import BUILT_IN, MAX_CARD, MAX_CASE, CardEntry, load_library
 from text2sim.card_library.model import Mode, Role
-from text2sim.card_library.retrieval import SAME
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS
 
 _INTRODUCTION = """\
 <!-- Made by `python -m text2sim.card_library.reference`: change the cards in text2sim/card_library, not this page. -->
@@ -88,7 +88,7 @@ def cards_reference() -> str:
     """Return the text of the page."""
     entries = load_library([BUILT_IN]).entries.values()
     intro = _INTRODUCTION.replace("@MODES@", ", ".join(get_args(Mode))).replace("@ROLES@", ", ".join(get_args(Role)))
-    intro = intro.replace("@SAME@", f"{SAME:.0%}".replace("%", " %"))
+    intro = intro.replace("@SAME@", f"{DUPLICATE_LIKENESS:.0%}".replace("%", " %"))
     intro = intro.replace("@CARD@", f"{MAX_CARD:,}").replace("@CASE@", f"{MAX_CASE:,}")
     rows = ["| card | lesson | failing | repaired |", "|---|---|---|---|", *map(_row, entries)]
     return intro + "\n".join(rows) + "\n"

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from text2sim.card_library.library import CardEntry, CardLibrary
 from text2sim.card_library.model import Card, Mode, Role
 
-SIGNATURE, MODE, WORDS = 3.0, 1.0, 2.0
+SIGNATURE_WEIGHT, MODE_WEIGHT, WORDS_WEIGHT = 3.0, 1.0, 2.0
 """What a shared signature counts, what a shared mode does, and the best match of words. A signature is what a run or
 the lint has said; words are what somebody thought."""
-SAME = 0.35
-"""From which likeness on (`alike`) two cards say the same; of the built-in ones none are more alike than 0.26."""
+DUPLICATE_LIKENESS = 0.35
+"""From which likeness on (`likeness`) two cards say the same; of the built-in ones none are more alike than 0.26."""
 MAX_TEXT = 4000
 """Characters of a query that are looked at."""
 
 _WORD = re.compile(r"[a-z0-9]+")
-_COMMON = frozenset(
+_STOP_WORDS = frozenset(
     "a an and are as at be been but by can do does for from had has have how if in into is it its no not of on or so"
     " than that the their them then there these they this to was were what when where which while who will with".split()
 )
@@ -62,7 +62,7 @@ def find_cards(
         Cards that share a signature or a word with the query. Without either, those that share a mode.
     """
     entries = [entry for entry in library.entries.values() if role is None or role in entry.card.applies.roles]
-    query = words(text[:MAX_TEXT])
+    query = index_words(text[:MAX_TEXT])
     ranks = _ranks([_text(entry) for entry in entries], query)
     asked = {_plain(signature): signature for signature in signatures}
     found = []
@@ -71,20 +71,21 @@ def find_cards(
         shared = tuple(one for one in applies.signatures if _plain(one) in asked)
         same = tuple(mode for mode in applies.modes if mode in modes)
         if shared or rank > 0 or (same and not query and not asked):
-            score = SIGNATURE * len(shared) + MODE * bool(same) + WORDS * rank
+            score = SIGNATURE_WEIGHT * len(shared) + MODE_WEIGHT * bool(same) + WORDS_WEIGHT * rank
             found.append(Match(entry, round(score, 6), shared, same, round(rank, 6)))
     return sorted(found, key=lambda match: (-match.score, match.entry.id))[: max(limit, 0)]
 
 
-def words(text: str) -> list[str]:
+def index_words(text: str) -> list[str]:
     """Return the words of a text in lower case, without the commonest and without their endings."""
-    return [_stem(word) for word in _WORD.findall(text.lower()) if word not in _COMMON]
+    return [_stem(word) for word in _WORD.findall(text.lower()) if word not in _STOP_WORDS]
 
 
-def alike(one: Card, other: Card) -> float:
+def likeness(one: Card, other: Card) -> float:
     """Return how much two cards say the same: the part of their words that both have (Jaccard), 0 to 1."""
     mine, its = (
-        set(words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair]))) for card in (one, other)
+        set(index_words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair])))
+        for card in (one, other)
     )
     return len(mine & its) / len(mine | its)
 
@@ -112,7 +113,7 @@ def _text(entry: CardEntry) -> str:
 
 def _ranks(texts: Sequence[str], query: Sequence[str]) -> list[float]:
     """How well each text fits by BM25, over that of the best; 0 where no word is shared."""
-    corpus = [words(text) for text in texts]
+    corpus = [index_words(text) for text in texts]
     known = {word for row in corpus for word in row}
     asked = list(dict.fromkeys(word for word in query if word in known))
     if not asked:

@@ -123,15 +123,15 @@ def verify_card(
     reasons = []
     if by_lint or simulate:
         if wanted not in seen:
-            reasons.append(f"the failing case should be `{wanted}` (is: {_said(seen)})")
+            reasons.append(f"the failing case should be `{wanted}` (is: {_outcomes_text(seen)})")
         elif wanted in repaired:
             reasons.append(f"the repaired case is still `{wanted}`")
     if simulate and "passed" not in repaired:
-        reasons.append(f"the repaired case should pass (is: {_said(repaired)})")
+        reasons.append(f"the repaired case should pass (is: {_outcomes_text(repaired)})")
     elif not simulate and "error" in repaired:
         reasons.append("the lint finds errors in the repaired case")
-    shown = wanted if wanted in seen else _said(seen)
-    ended = "passed" if "passed" in repaired else _said(repaired)
+    shown = wanted if wanted in seen else _outcomes_text(seen)
+    ended = "passed" if "passed" in repaired else _outcomes_text(repaired)
     return Verdict(entry.id, not reasons, shown, ended, "; ".join(reasons), monotonic() - begun)
 
 
@@ -169,5 +169,5 @@ def _run(loaded: "LoadedCase", *, stop: "Stop | None" = None, **options: Any) ->
     return [*missed, *doubts, *(["passed"] if result.passed else [])]
 
 
-def _said(outcomes: list[str]) -> str:
+def _outcomes_text(outcomes: list[str]) -> str:
     return ", ".join(dict.fromkeys(outcomes)) or "nothing of note"

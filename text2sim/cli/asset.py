@@ -15,7 +15,7 @@ from text2sim.cli.options import AsJson, with_options
 from text2sim.service import exits
 
 if TYPE_CHECKING:
-    from text2sim.asset_intake.register import Added
+    from text2sim.asset_intake.register import AddedAsset
     from text2sim.assets.mesh_repair import RepairGoal
 
 asset = typer.Typer(
@@ -51,7 +51,6 @@ _Up = Annotated[
     Axis | None, typer.Option("--up", help="Axis of the file that points up; by default y in glTF, else z.")
 ]
 _Root = Annotated[Path | None, typer.Option("--root", help="Folder with all its files; that of FILE if left out.")]
-MODELS = (".xml", ".mjcf", ".urdf")
 
 
 @dataclass(frozen=True)
@@ -101,17 +100,18 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
+    from text2sim.assets.mechanism import KIND_BY_SUFFIX
     from text2sim.cli.output import say, say_json
 
     document: dict[str, Any]
-    if file.suffix.lower() in MODELS:
-        from text2sim.asset_intake.mechanism_check import check_mechanism, preview
+    if file.suffix.lower() in KIND_BY_SUFFIX:
+        from text2sim.asset_intake.mechanism_check import check_mechanism, draw_preview
         from text2sim.spec_schema.whole_files import write_atomically
 
         with _pointing_to_root(root):
             report = check_mechanism(file, root)
             if png is not None:
-                write_atomically(png, preview(file, root))
+                write_atomically(png, draw_preview(file, root))
         document = {"ok": True, "file": str(file), **report.as_dict()}
         lines = _mechanism_lines(document)
     else:
@@ -152,7 +152,7 @@ def add(
 
     goal = options.goal(up)
     with _pointing_to_root(root):
-        added = add(case, file, name or file.stem, wish=goal, licence=licence, root=root)
+        added = add(case, file, name or file.stem, goal=goal, licence=licence, root=root)
     _say_added(added, options.as_json)
 
 
@@ -174,18 +174,18 @@ def generate(
     Repeat an interrupted call with the same arguments: it resumes the same task, and nothing is paid for twice.
     """
     from text2sim.asset_intake.register import check_name, generate
-    from text2sim.assets.meshy import BASE, Meshy, Order3D
+    from text2sim.assets.meshy import BASE_URL, Meshy, Order3D
     from text2sim.assets.safe_write import case_folder
     from text2sim.cli.output import say
 
     check_name(name)
     goal = options.goal()
     order = Order3D(prompt, refine=not no_texture, model=model)
-    base = os.environ.get("TEXT2SIM_MESHY_URL", BASE)
+    base = os.environ.get("TEXT2SIM_MESHY_URL", BASE_URL)
     meshy = Meshy(
         case_folder(case), base=base, budget=budget, timeout=timeout, say=lambda text: say(text, to=sys.stderr)
     )
-    _say_added(generate(case, name, order, meshy, wish=goal), options.as_json)
+    _say_added(generate(case, name, order, meshy, goal=goal), options.as_json)
 
 
 @asset.command("probe")
@@ -247,7 +247,7 @@ def list_assets(case: _Case, as_json: AsJson = False) -> None:
     raise typer.Exit(exits.INPUT if wrong else exits.OK)
 
 
-def _say_added(added: "Added", as_json: bool) -> None:
+def _say_added(added: "AddedAsset", as_json: bool) -> None:
     from text2sim.cli.output import say, say_json
 
     if as_json:

@@ -40,7 +40,7 @@ def export_cases(
     from text2sim.cli.many import where_of
     from text2sim.cli.output import say, say_json
     from text2sim.cluster.run import Where
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     where = where_of(workers, ray, store, runs) or Where()
     rows, tasks = examined(cases, runs, overlay_of(variants, sets))
@@ -49,7 +49,7 @@ def export_cases(
         if scene is not None:
             documents.append({"folder": str(folder), "complete": scene["complete"], "left_out": scene["left_out"]})
             left = f"; no MJCF or USD: {', '.join(scene['left_out'])}" if scene["left_out"] else ""
-            _ = as_json or say(f"{shown(folder)}: {len(scene['observables'])} observables{left}")
+            _ = as_json or say(f"{display_path(folder)}: {len(scene['observables'])} observables{left}")
         else:
             code = max(code, row.exit)
             documents.append(row.as_dict())
@@ -69,7 +69,7 @@ def examined(
         runs: Folder of runs.
         overlay: Overlay of each case.
     """
-    from text2sim.cluster.estimate import measured
+    from text2sim.cluster.estimate import measured_needs
     from text2sim.cluster.task import Task
     from text2sim.engine_benchmark.reference import tasks_of
     from text2sim.engine_benchmark.statement import read_statement
@@ -78,7 +78,7 @@ def examined(
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     rows = [examine(path, overlay=overlay or CaseOverlay()) for path in find_cases(cases)]
-    known, tasks = measured(runs), dict[int, list[Task]]()
+    known, tasks = measured_needs(runs), dict[int, list[Task]]()
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is not None:

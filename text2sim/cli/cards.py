@@ -29,7 +29,9 @@ def list_cards(as_json: AsJson = False) -> None:
 
     library = _library()
     if as_json:
-        say_json({"cards": [_plain(entry) for entry in library.entries.values()], "problems": _problems(library)})
+        say_json(
+            {"cards": [_card_as_data(entry) for entry in library.entries.values()], "problems": _problems(library)}
+        )
     else:
         say(library.index())
         _say_problems(library)
@@ -44,19 +46,19 @@ def show_card(
     """Print a card and the paths of its two cases."""
     from text2sim.card_library.model import count_tokens
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     entry = _library().find(name)
     if as_json:
-        say_json(_plain(entry))
+        say_json(_card_as_data(entry))
         return
     card = entry.card
     applies = card.applies
     say(f"{card.brief()}\n")
     say(f"for: {', '.join(applies.roles)}; modes: {', '.join(applies.modes)}; tags: {', '.join(applies.tags)}")
     say(f"shows as: {'; '.join(applies.signatures)}")
-    say(f"failing:  {shown(entry.failing)}  ({card.evidence.failing.outcome})")
-    say(f"repaired: {shown(entry.repaired)}  ({card.evidence.repaired.outcome})")
+    say(f"failing:  {display_path(entry.failing)}  ({card.evidence.failing.outcome})")
+    say(f"repaired: {display_path(entry.repaired)}  ({card.evidence.repaired.outcome})")
     say(f"about {count_tokens(card.brief())} tokens; measured on {_versions(card.evidence.measured_on)}")
 
 
@@ -77,13 +79,13 @@ def find(
     from text2sim.card_library.retrieval import find_cards
     from text2sim.cli.output import say, say_json
 
-    _one_of([role] if role else [], get_args(Role), "--role")
-    _one_of(modes or [], get_args(Mode), "--mode")
+    _check_choices([role] if role else [], get_args(Role), "--role")
+    _check_choices(modes or [], get_args(Mode), "--mode")
     library = _library()
     options: dict[str, Any] = {"role": role or None, "modes": modes or (), "signatures": signatures or ()}
     found = find_cards(library, text=text, limit=limit, **options)
     if as_json:
-        say_json({"matches": [_match(match) for match in found]})
+        say_json({"matches": [_match_as_data(match) for match in found]})
         return
     for match in found:
         say(f"{match.score:5.2f}  {match.entry.card.index_line()}")
@@ -109,13 +111,13 @@ def verify(
 
     library = _library()
     entries = [library.find(name) for name in dict.fromkeys(names)] if names else list(library.entries.values())
-    wide = max((len(entry.id) for entry in entries), default=0)
+    width = max((len(entry.id) for entry in entries), default=0)
     rows: list[Verdict] = []
     options: dict[str, Any] = {"runs": runs, "jobs": jobs, "timeout": timeout}
     for verdict in verify_cards(entries, simulate=not lint_only, force=force, **options):
         rows.append(verdict)
         if not as_json:
-            _say_verdict(verdict, wide)
+            _say_verdict(verdict, width)
     complete = len(rows) == len(entries)
     # An unreadable card has no id that could select it: it counts if all cards are verified.
     problems = [] if names else _problems(library)
@@ -137,13 +139,13 @@ def _library() -> "CardLibrary":
     return load_library()
 
 
-def _one_of(given: list[str], allowed: tuple[str, ...], option: str) -> None:
+def _check_choices(given: list[str], allowed: tuple[str, ...], option: str) -> None:
     for word in given:
         if word not in allowed:
             raise typer.BadParameter(f"`{word}` is not one of {', '.join(allowed)}", param_hint=f"'{option}'")
 
 
-def _plain(entry: Any) -> dict[str, Any]:
+def _card_as_data(entry: Any) -> dict[str, Any]:
     from text2sim.card_library.model import count_tokens
 
     document = entry.card.model_dump(mode="json")
@@ -151,7 +153,7 @@ def _plain(entry: Any) -> dict[str, Any]:
     return document | {"folder": str(entry.folder), "tokens": tokens}
 
 
-def _match(match: "Match") -> dict[str, Any]:
+def _match_as_data(match: "Match") -> dict[str, Any]:
     card = match.entry.card
     return {
         "id": card.id,
@@ -174,13 +176,13 @@ def _say_problems(library: "CardLibrary") -> None:
     say_problems(library.problems, {})
 
 
-def _say_verdict(verdict: "Verdict", wide: int) -> None:
+def _say_verdict(verdict: "Verdict", width: int) -> None:
     from text2sim.cli.output import say
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     word = "ok" if verdict.ok else "FAIL"
     outcomes = f"{verdict.failing} -> {verdict.repaired}"
-    say(f"{word:<4}  {verdict.id:<{wide}}  {outcomes}  ({seconds(verdict.wall)})")
+    say(f"{word:<4}  {verdict.id:<{width}}  {outcomes}  ({duration_text(verdict.wall)})")
     if verdict.message:
         say(f"      {verdict.message}")
 

@@ -10,7 +10,7 @@ import typer
 from text2sim.cli.output import say, say_json, say_problems
 from text2sim.service import exits
 from text2sim.service.examined import Examined, case_file, find_cases
-from text2sim.service.phrases import shown
+from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import Text2SimError
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def say_examined(case: Examined) -> None:
     """Print the problems of a case."""
     if case.failure:
-        say(f"{shown(case.path)}: {case.failure}", to=sys.stderr)
+        say(f"{display_path(case.path)}: {case.failure}", to=sys.stderr)
     say_problems(case.problems, case.sources)
 
 

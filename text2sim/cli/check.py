@@ -63,7 +63,7 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     """Print the problems of a case, except those that its base case has, too."""
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     known = set(base.problems) if base is not None else set()
     row.problems, everything = [problem for problem in row.problems if problem not in known], row.problems
@@ -76,7 +76,7 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
         if row.held:
             say(f"    already true at the start, and would be if nothing moved: {', '.join(row.held)}")
         if row.seconds >= LONG_RUN:
-            say(f"    about {seconds(row.seconds)} to simulate on two idle cores, within a factor of three")
+            say(f"    about {duration_text(row.seconds)} to simulate on two idle cores, within a factor of three")
         for note in row.plan.notes if settings else ():
             say(f"    {note}")
 

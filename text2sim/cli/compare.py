@@ -10,7 +10,7 @@ from text2sim.service import exits
 if TYPE_CHECKING:
     from text2sim.comparison.compare import RunComparison
 
-SHOWN = 40
+MAX_SHOWN_DIFFERENCES = 40
 """Most rows of differences in the terminal; the page has all."""
 
 
@@ -26,7 +26,7 @@ def compare_runs(
     from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     comparison = compare(read_runs(runs))
     if as_json:
@@ -36,7 +36,7 @@ def compare_runs(
 
     _say(comparison)
     path = write_comparison(comparison, html or comparison.runs[0].folder.parent / "comparison.html")
-    say(f"page: {shown(path)}")
+    say(f"page: {display_path(path)}")
 
 
 def _say(comparison: "RunComparison") -> None:
@@ -54,15 +54,17 @@ def _say(comparison: "RunComparison") -> None:
     def section(title: str, rows: list[tuple[str, list[str]]]) -> None:
         if rows:
             table.add_row(Text(title, style="bold"))
-        for name, cells in rows[:SHOWN]:
+        for name, cells in rows[:MAX_SHOWN_DIFFERENCES]:
             table.add_row(Text(plain(f"  {name}")), *(Text(plain(cell)) for cell in cells))
-        if len(rows) > SHOWN:
-            table.add_row(f"  … and {len(rows) - SHOWN} more")
+        if len(rows) > MAX_SHOWN_DIFFERENCES:
+            table.add_row(f"  … and {len(rows) - MAX_SHOWN_DIFFERENCES} more")
 
     it = comparison
     section("case", [(row["path"], [_text(value) for value in row["values"]]) for row in it.spec])
     section("expectations", [(row["name"], [_verdict(cell) for cell in row["cells"]]) for row in it.expectations])
-    section("measures at the end", [(_measure(row), [_last(cell) for cell in row["cells"]]) for row in it.measures])
+    section(
+        "measures at the end", [(_measure(row), [_last_value(cell) for cell in row["cells"]]) for row in it.measures]
+    )
     section("events, first time [s]", [(row["name"], [_first(cell) for cell in row["cells"]]) for row in it.events])
     section("runs", [(row["name"], [_text(value) for value in row["values"]]) for row in it.diagnostics])
     Console().print(table)
@@ -78,7 +80,7 @@ def _measure(row: dict[str, Any]) -> str:
     return f"{row['name']} [{row['unit']}]" if row["unit"] else row["name"]
 
 
-def _last(cell: dict[str, Any] | None) -> str:
+def _last_value(cell: dict[str, Any] | None) -> str:
     return _text(cell.get("last") if cell else None)
 
 

@@ -24,28 +24,28 @@ def compile_cases(
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
     from text2sim.service.examined import examine
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import Text2SimError
 
-    row = examine(case, to="loaded", overlay=overlay_of(variants, sets))
-    program = (out if out is not None else row.path.parent / "program").absolute()
+    examined = examine(case, to="loaded", overlay=overlay_of(variants, sets))
+    program = (out if out is not None else examined.path.parent / "program").absolute()
     files: list[str] = []
-    if row.loaded is not None:
+    if examined.loaded is not None:
         with staging(program.parent) as stage:
             try:
-                row.plan = compile_case(row.loaded, stage / program.name)
+                examined.plan = compile_case(examined.loaded, stage / program.name)
             except Text2SimError as error:
-                row.blame(error)
+                examined.blame(error)
             else:
-                row.problems = list(row.plan.warnings)
-                row.collect_sources()
+                examined.problems = list(examined.plan.warnings)
+                examined.collect_sources()
                 install_program(stage / program.name, program)
                 files = sorted(str(p.relative_to(program)) for p in program.rglob("*") if p.is_file())
     if as_json:
         written = {"program": str(program), "files": files} if files else {}
-        say_json(row.as_dict() | written)
-        raise typer.Exit(row.exit)
-    say_examined(row)
+        say_json(examined.as_dict() | written)
+        raise typer.Exit(examined.exit)
+    say_examined(examined)
     for file in files:
-        say(shown(program / file))
-    raise typer.Exit(row.exit)
+        say(display_path(program / file))
+    raise typer.Exit(examined.exit)

@@ -52,14 +52,14 @@ def build_dataset(
     from text2sim.dataset.recipe_fit import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
     from text2sim.spec_schema.errors import RunError
 
     def tell(tally: "Tally", result: "DrawResult") -> None:
         if not as_json:
             keys = ", ".join(item.key for item in result.items) or "nothing"
             each = (monotonic() - begun) / tally.fresh if tally.fresh else 0.0
-            left = f", {seconds(each * (tally.jobs - tally.done))} left" if each else ""
+            left = f", {duration_text(each * (tally.jobs - tally.done))} left" if each else ""
             refused = f"; {len(result.refused)} refused" if result.refused else ""
             say(f"[{tally.done}/{tally.jobs}{left}] {keys}{refused}")
 
@@ -96,7 +96,7 @@ def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> N
     import resource
 
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import seconds, shown
+    from text2sim.service.phrases import display_path, duration_text
 
     size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
@@ -105,8 +105,8 @@ def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> N
         say_json({"ok": True, "folder": str(folder), "items": tally.items, "refused": tally.refused, **cost})
         return
     counts = ", ".join(f"{count} {split}" for split, count in tally.items.items())
-    say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {shown(folder)}")
-    spent = f"{seconds(round(took, 1))}, {size / 1e6:.0f} MB"
+    say(f"{tally.items.total()} items ({counts}), {tally.refused.total()} refused: {display_path(folder)}")
+    spent = f"{duration_text(round(took, 1))}, {size / 1e6:.0f} MB"
     say(f"{spent}; the process that wrote it used {memory / 1e6:.0f} MB of memory")
 
 
@@ -165,11 +165,11 @@ def review(
     _require()
     from text2sim.cli.output import say
     from text2sim.dataset.review import read_decisions, write_review
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     path = folder.with_name(f"{folder.name}-review.html")
     count = write_review(folder, path, read_decisions(decisions), everything=everything)
-    say(f"{count} items: {shown(path)}")
+    say(f"{count} items: {display_path(path)}")
     raise typer.Exit(exits.OK)
 
 

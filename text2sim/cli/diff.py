@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from text2sim.revision.compare import CaseComparison
     from text2sim.revision.side import Side
 
-EFFECTS = 20
+MAX_SHOWN_EFFECTS = 20
 """Largest number of derived values that are printed."""
 _STYLES = {"+": "green", "-": "red", ">": "cyan", "~": "yellow", "=": "dim"}
 _HELP = "A case, its folder, one of its revisions (`case.yaml@HEAD~1`), a variant (`case.yaml+soft`), or a run folder."
@@ -62,9 +62,9 @@ def report_lines(found: "CaseComparison") -> list[str]:
     for name, changes in sections(found.changes).items():
         lines += [f"{name or 'case'}:", *(f"  {change_line(change)}" for change in changes)]
     if found.effects:
-        lines += ["derived values:", *(f"  {effect_line(effect)}" for effect in found.effects[:EFFECTS])]
-        if len(found.effects) > EFFECTS:
-            lines.append(f"  … and {len(found.effects) - EFFECTS} more values")
+        lines += ["derived values:", *(f"  {effect_line(effect)}" for effect in found.effects[:MAX_SHOWN_EFFECTS])]
+        if len(found.effects) > MAX_SHOWN_EFFECTS:
+            lines.append(f"  … and {len(found.effects) - MAX_SHOWN_EFFECTS} more values")
     return [*lines, *_run_lines(found)]
 
 
@@ -85,13 +85,13 @@ def stat_lines(found: "CaseComparison") -> list[str]:
 def _run_lines(found: "CaseComparison") -> list[str]:
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if found.runs is None:
         return []
     if found.same_simulation:
-        return [] if found.same else [f"both give the same simulation: {shown(found.runs[0])}"]
-    lines = [f"results ({shown(found.runs[0])} → {shown(found.runs[1])}):"]
+        return [] if found.same else [f"both give the same simulation: {display_path(found.runs[0])}"]
+    lines = [f"results ({display_path(found.runs[0])} → {display_path(found.runs[1])}):"]
     for row in found.measured:
         unit = f" {row.unit}" if row.unit else ""
         pairs = [f"{STATISTICS[key]} {_number(x)} → {_number(y)}{unit}" for key, (x, y) in row.values.items()]

@@ -57,11 +57,11 @@ def check_suite(
 ) -> None:
     """Check the form and digest of a suite, and that it shares no source or prompt with others."""
     from text2sim.cli.output import say
-    from text2sim.evaluation.suite import complete, read_suite, shared_sources
+    from text2sim.evaluation.suite import check_complete, read_suite, shared_sources
     from text2sim.spec_schema.errors import SpecError
 
     read, document = read_suite(suite)
-    complete(read, document)
+    check_complete(read, document)
     if problems := [row for other in apart or [] for row in shared_sources(read, read_suite(other)[0], document)]:
         raise SpecError(problems)
     families = [prompt.family for prompt in read.prompts.values()]
@@ -121,12 +121,12 @@ def run_methods(
     from text2sim.cli.output import say
     from text2sim.evaluation.ledger import check_split
     from text2sim.evaluation.method_folder import METHOD, read_method
-    from text2sim.evaluation.methods import method_of, run_method
-    from text2sim.evaluation.suite import read_suite, selected
+    from text2sim.evaluation.methods import parse_method, run_method
+    from text2sim.evaluation.suite import read_suite, select_prompts
     from text2sim.spec_schema.errors import RunError
 
     read, document = read_suite(suite)
-    prompts, chosen = selected(read, only or []), [method_of(word) for word in methods]
+    prompts, chosen = select_prompts(read, only or []), [parse_method(word) for word in methods]
     if any(one.cards for one in chosen) and (more := os.environ.get(VARIABLE)):
         check_split(read, document, Path(more))
     if any(one.kind == "agent" for one in chosen) and not allow_code:
@@ -169,21 +169,21 @@ def judge_methods(
     from text2sim.agents.models.calls import Budget
     from text2sim.agents.models.exchange import StoppedError
     from text2sim.cli.output import say
-    from text2sim.evaluation.judging import JUDGING, Judging
+    from text2sim.evaluation.judging import JUDGING_FILE, Judging
     from text2sim.evaluation.method_folder import read_method
-    from text2sim.evaluation.suite import complete, read_suite, selected
+    from text2sim.evaluation.suite import check_complete, read_suite, select_prompts
     from text2sim.runtime.stop import Stop
     from text2sim.spec_schema.errors import RunError
 
     read, document = read_suite(suite)
-    complete(read, document)
-    if (out / JUDGING).exists() and not resume:
+    check_complete(read, document)
+    if (out / JUDGING_FILE).exists() and not resume:
         raise RunError(f"{out}: already has judgements; use `--resume` to continue, or another folder")
     folders = [read_method(folder) for folder in methods]
     with Stop() as stop, stop.gently():
         judging = Judging(read, folders, judges, out, repeats, Budget(tokens, cost, minutes), lambda: stop.count > 0)
         try:
-            rows = judging.run(selected(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
+            rows = judging.run(select_prompts(read, only or []), lambda line: say(line, to=sys.stderr), jobs)
         except StoppedError:
             say("stopped; `--resume` continues", to=sys.stderr)
             raise KeyboardInterrupt from None

@@ -22,7 +22,7 @@ def export(
     from text2sim.cli.output import say, say_json
     from text2sim.exchange.gltf import write_gltf
     from text2sim.exchange.usd import write_usd
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     wanted = [*((path, write_usd) for path in usd or []), *((path, write_gltf) for path in gltf or [])]
     if not wanted:
@@ -33,7 +33,7 @@ def export(
         rows.append({"file": str(path), "bytes": path.stat().st_size, **counts})
         if not as_json:
             size = f"{path.stat().st_size / 1e6:.1f} MB"
-            say(f"{shown(path)}: {counts['bodies']} bodies in {counts['frames']} frames, {size}")
+            say(f"{display_path(path)}: {counts['bodies']} bodies in {counts['frames']} frames, {size}")
     if as_json:
         say_json({"ok": True, "files": rows})
     raise typer.Exit(exits.OK)

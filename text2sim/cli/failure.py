@@ -5,9 +5,9 @@ import sys
 from contextlib import suppress
 
 from text2sim.cli.output import say, say_json, say_problems
-from text2sim.runtime.trouble import keep_details
+from text2sim.runtime.internal_errors import keep_details
 from text2sim.service import exits
-from text2sim.service.phrases import reason
+from text2sim.service.phrases import user_message
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 
 
@@ -43,7 +43,7 @@ def fail(error: Exception, *, as_json: bool) -> int:
 
 
 def _fail_plainly(error: Text2SimError | OSError, *, as_json: bool) -> int:
-    code, message = exits.exit_of_error(error), reason(error)
+    code, message = exits.exit_of_error(error), user_message(error)
     if as_json:
         say_json({"ok": False, "error": message})
     else:

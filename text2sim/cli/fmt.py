@@ -21,7 +21,7 @@ def fmt(
     """Format cases canonically: order, indentation, quotes. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
     from text2sim.cli.output import say
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import SpecError
     from text2sim.spec_schema.text.canonical import format_source
     from text2sim.spec_schema.text.document import parse_document
@@ -34,7 +34,7 @@ def fmt(
         return format_source(source)
 
     def report(source: Source, text: str) -> None:
-        file = shown(Path(source.file))
+        file = display_path(Path(source.file))
         if not diff:
             say(f"{'would change' if check else 'changed'}: {file}")
             return

@@ -91,7 +91,7 @@ def generate(
         out = Path(request)
     case, assets = out or free_folder(Path("cases"), text), [*(meshes or []), *(urdfs or [])]
     session = _session("generate", case, text, options, assets=assets, licence=licence)
-    _work(session, options.as_json, options.film, options.film_minutes)
+    _run_session(session, options.as_json, options.film, options.film_minutes)
 
 
 @with_options(LoopOptions)
@@ -126,7 +126,7 @@ def _amend(kind: "Kind", case: Path, words: str, file: Path | None, options: Loo
     path = case_file(case)
     base = "" if options.resume else read_source(path).text
     session = _session(kind, path.parent, text, options, base=base)
-    _work(session, options.as_json, options.film, options.film_minutes)
+    _run_session(session, options.as_json, options.film, options.film_minutes)
 
 
 def _session(
@@ -153,7 +153,7 @@ def _session(
         return session
     from text2sim.agents.session import endpoint_of
 
-    for name in _needed(models).values():
+    for name in _needed_models(models).values():
         endpoint_of(name, case)  # a typo in a name should leave no files behind
     wish = SessionWish(
         kind, text, models, options.attempts, options.tokens, options.cost, options.minutes, options.sim_timeout,
@@ -173,7 +173,7 @@ def _models(given: list[str] | None) -> dict[str, str]:
     return found
 
 
-def _needed(models: dict[str, str]) -> dict[str, str]:
+def _needed_models(models: dict[str, str]) -> dict[str, str]:
     from text2sim.spec_schema.errors import RunError
 
     if "" not in models:
@@ -184,11 +184,11 @@ def _needed(models: dict[str, str]) -> dict[str, str]:
     return models
 
 
-def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
+def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
     from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:
@@ -196,7 +196,7 @@ def _work(session: "Session", as_json: bool, film: Quality, film_minutes: float 
                 outcome = session.run(listener, lambda: stop.count > 0, prewarm=True)
         except KeyboardInterrupt:
             spent = f"{session.account.total().tokens:,} tokens"
-            say(f"stopped after {spent}; `--resume {shown(session.case)}` continues", to=sys.stderr)
+            say(f"stopped after {spent}; `--resume {display_path(session.case)}` continues", to=sys.stderr)
             raise
     if not as_json:
         say_outcome(session, outcome)

@@ -22,11 +22,11 @@ def install(everywhere: _Global = False) -> None:
     """Set up a repository: `git diff` shows changes of meaning, and edits of different values merge cleanly."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import LINES, install, settings
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     file, changed = install(Path.cwd(), everywhere=everywhere)
     for row in LINES if changed else ("unchanged",):
-        say(f"{shown(file)}: {row}")
+        say(f"{display_path(file)}: {row}")
     say(f"git config: {', '.join(settings(''))}")
 
 
@@ -35,10 +35,10 @@ def uninstall(everywhere: _Global = False) -> None:
     """Undo what `install` did."""
     from text2sim.cli.output import say
     from text2sim.revision.installation import uninstall
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     file, changed = uninstall(Path.cwd(), everywhere=everywhere)
-    say(f"{shown(file)}: {'without text2sim' if changed else 'unchanged'}")
+    say(f"{display_path(file)}: {'without text2sim' if changed else 'unchanged'}")
 
 
 @git.command("diff", hidden=True)

@@ -24,9 +24,9 @@ FilmMinutes = Annotated[
     ),
 ]
 
-DRAFT = 1280 * 720
+MAX_DRAFT_PIXELS = 1280 * 720
 """Largest size of a draft [pixels]; time is proportional to size."""
-MINUTES = 8.0
+DRAFT_MINUTES = 8.0
 """Time limit of a draft [min]."""
 
 
@@ -49,16 +49,16 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.film import Filming
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.renderer import find_variant
+    from text2sim.runtime.internal_errors import internal_error_message
     from text2sim.runtime.stop import Stop
-    from text2sim.runtime.trouble import told
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
         return None, "none was requested"
     if minutes is None:
-        minutes = MINUTES if quality == "draft" else inf
-    again = f"text2sim render {shown(run)}" + (f" --quality {quality}" if quality != "draft" else "")
+        minutes = DRAFT_MINUTES if quality == "draft" else inf
+    again = f"text2sim render {display_path(run)}" + (f" --quality {quality}" if quality != "draft" else "")
     try:
         with Stop() as stop:
             find_variant()
@@ -81,20 +81,20 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     except OSError as error:
         why = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
     except Exception as error:  # a failed film must not hide the result of the loop
-        why = told(error)
+        why = internal_error_message(error)
     preview = run / "video.mp4"
     return (preview, f"the preview: {why}") if preview.is_file() else (None, why)
 
 
 def _announcement(fit: "FittedFilm", quality: str, minutes: float) -> str:
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     width, height = fit.filming.size
-    took = f"about {seconds(fit.seconds)}" if fit.missing else "a moment"
+    took = f"about {duration_text(fit.seconds)}" if fit.missing else "a moment"
     size = f"{width}x{height}, {fit.filming.fps:g} a second, {fit.filming.samples} samples per pixel"
     text = f"{quality} film: {fit.missing} pictures to trace, {size}: {took}"
     if fit.whole > fit.seconds:
-        text += f" (uncut {seconds(fit.whole)}, which is more than --film-minutes {minutes:g})"
+        text += f" (uncut {duration_text(fit.whole)}, which is more than --film-minutes {minutes:g})"
     return f"{text}; Ctrl-C makes a film of the finished pictures"
 
 
@@ -112,5 +112,5 @@ def _options(fit: "FittedFilm") -> str:
 def _size(resolution: tuple[int, int]) -> tuple[int, int]:
     """Width and height of a draft [pixels], even numbers."""
     width, height = resolution
-    scale = min(1.0, (DRAFT / (width * height)) ** 0.5)
+    scale = min(1.0, (MAX_DRAFT_PIXELS / (width * height)) ** 0.5)
     return round(width * scale / 2) * 2, round(height * scale / 2) * 2

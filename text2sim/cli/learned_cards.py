@@ -92,18 +92,18 @@ def _from_suite(
 ) -> None:  # fmt: skip
     from text2sim.cli.output import say
     from text2sim.evaluation.learning import Learning
-    from text2sim.evaluation.suite import complete, read_suite, selected, shared_sources
+    from text2sim.evaluation.suite import check_complete, read_suite, select_prompts, shared_sources
     from text2sim.runtime.stop import Stop
     from text2sim.spec_schema.errors import SpecError, Text2SimError
 
     read, document = read_suite(suite)
-    complete(read, document)
+    check_complete(read, document)
     held_out = [read_suite(other)[0] for other in (Path(HELD_OUT), *apart)]
     if problems := [row for other in held_out for row in shared_sources(read, other, document)]:
         raise SpecError(problems)
     with Stop() as stop, stop.gently():
         learning = Learning(
-            read, selected(read, only), out, work, model, judge, allowance, lambda line: say(line, to=sys.stderr),
+            read, select_prompts(read, only), out, work, model, judge, allowance, lambda line: say(line, to=sys.stderr),
             repeats, stop=lambda: stop.count > 0,
         )  # fmt: skip
         try:
@@ -125,10 +125,10 @@ def show_ledger(
     """Show for each learned card its sources, its effect on scores, and whether it was ever retrieved."""
     from text2sim.card_library.library import BUILT_IN, load_library
     from text2sim.cli.output import say, say_json
-    from text2sim.evaluation.ledger import read_ledger, retrieved
+    from text2sim.evaluation.ledger import count_dealt_cards, read_ledger
 
     ledger = read_ledger(cards)
-    loops, dealt = retrieved(runs or [])
+    loops, dealt = count_dealt_cards(runs or [])
     if as_json:
         found = {name: one.model_dump(mode="json") | {"dealt": dealt[name]} for name, one in ledger.cards.items()}
         say_json({"loops": loops, "cards": found})

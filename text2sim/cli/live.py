@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say
 from text2sim.runtime.progress import PHASES
-from text2sim.service.phrases import seconds
+from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
     from text2sim.runtime.progress import OnProgress, Progress
 
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between plain lines of one phase."""
 
 
@@ -41,10 +41,10 @@ class _Plain:
         words = f"{self._name}: {PHASES.get(progress.phase, progress.phase)}"
         if progress.phase != self._phase or progress.note:
             self._phase = progress.phase
-            self._next = progress.wall + EVERY
+            self._next = progress.wall + LINE_INTERVAL
             say(words + (f" ({progress.note})" if progress.note else ""), to=sys.stderr)
         elif progress.wall >= self._next and progress.fraction is not None:
-            self._next = progress.wall + EVERY
+            self._next = progress.wall + LINE_INTERVAL
             say(f"{words} {_numbers(progress)}", to=sys.stderr)
         sys.stderr.flush()
 
@@ -87,5 +87,5 @@ def _numbers(progress: "Progress") -> str:
     if progress.speed:
         text += f", {progress.speed:.2g} simulated s per s"
     if progress.eta is not None:
-        text += f", {seconds(progress.eta)} left"
+        text += f", {duration_text(progress.eta)} left"
     return text

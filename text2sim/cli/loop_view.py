@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.check import LONG_RUN
 from text2sim.cli.output import say
-from text2sim.service.phrases import seconds
+from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain, plain_line
 
 if TYPE_CHECKING:
@@ -98,41 +98,41 @@ def _lines(event: str, what: dict[str, Any]) -> list[str]:
     if event == "requirements":
         return [f"  required: {row} ({name})" for name, row in what["rows"].items()]
     if event == "answered":
-        cost = f"{what['tokens']:,} tokens, {seconds(what['seconds'])}"
+        cost = f"{what['tokens']:,} tokens, {duration_text(what['seconds'])}"
         return [f"  {TITLES.get(what['role'], what['role'])} answered ({cost})"]
     if event == "answer_refused":
-        return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_short(what['reasons'][0])}"]
+        return [f"  {TITLES.get(what['role'], what['role'])} is asked again: {_shortened(what['reasons'][0])}"]
     if event == "attempt":
         return [
-            f"attempt {what['number']}: {_short(what['cause'])}",
-            *(f"  changed: {_short(row)}" for row in what["changes"][:6]),
+            f"attempt {what['number']}: {_shortened(what['cause'])}",
+            *(f"  changed: {_shortened(row)}" for row in what["changes"][:6]),
         ]
     if event in ("mending", "unsound"):
         word = "to fix" if event == "mending" else "cannot be run"
-        return [f"  {word}: {_short(row)}" for row in what["problems"][:6]]
+        return [f"  {word}: {_shortened(row)}" for row in what["problems"][:6]]
     if event == "running" and what.get("seconds", 0) >= LONG_RUN:
-        return [f"  simulating: about {seconds(what['seconds'])} on two idle cores, within a factor of three"]
+        return [f"  simulating: about {duration_text(what['seconds'])} on two idle cores, within a factor of three"]
     if event == "ran":
         marks = {True: "ok", False: "FAIL", None: "open"}
         return [f"  run {what['state']}", *(f"    {marks[ok]:4}  {name}" for name, ok in what["expect"].items())]
     if event == "judged":
         rows = [f"  Critic: {what['verdict']}, {what['score']:g} of 100{', accepted' if what['accepted'] else ''}"]
-        return rows + [f"    {_short(row)}" for row in what["failures"][:5]]
+        return rows + [f"    {_shortened(row)}" for row in what["failures"][:5]]
     if event == "decided":
-        rows = [f"  Planner: {what['action']}: {_short(what['why'])}"]
+        rows = [f"  Planner: {what['action']}: {_shortened(what['why'])}"]
         rows += [f"    takes patch {k}" for k in what["take"]]
-        return rows + [f"    {TITLES[section]}: {_short(text)}" for section, text in what["routes"].items()]
+        return rows + [f"    {TITLES[section]}: {_shortened(text)}" for section, text in what["routes"].items()]
     if event == "trials":
-        return [f"  trial {_short(row.removeprefix('- '))}" for row in what["rows"]]
+        return [f"  trial {_shortened(row.removeprefix('- '))}" for row in what["rows"]]
     if event == "viewed":
         marks = ", ".join(f"{name} {mark:g}" for name, mark in what["marks"].items())
         return [f"  film `{what['treatment']}`: {what['total']:g} of 100 ({marks})"]
     if event == "styled":
         return [f"  filmed as `{what['treatment']}`, {what['total']:g} of 100"]
     if event in ("not_styled", "treatments_failed"):
-        return [f"  film: {_short(what['why'])}"]
+        return [f"  film: {_shortened(what['why'])}"]
     if event == "restated":
-        return [f"  restated: {_short(what['what'])}"]
+        return [f"  restated: {_shortened(what['what'])}"]
     if event == "cards":
         return [f"  cards for the {TITLES.get(what['role'], what['role'])}: {', '.join(what['cards'])}"]
     return []
@@ -143,7 +143,7 @@ def say_outcome(session: "Session", outcome: "LoopOutcome") -> None:
     say("")
     say(f"{outcome.state.replace('_', ' ')}: {outcome.why}")
     for row in outcome.unresolved:
-        say(f"  unresolved: {_short(row)}")
+        say(f"  unresolved: {_shortened(row)}")
     table = session.account.table()
     wide = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
     say("")
@@ -157,6 +157,6 @@ def say_outcome(session: "Session", outcome: "LoopOutcome") -> None:
             say(f"report: {run / 'report.html'}")
 
 
-def _short(text: str) -> str:
+def _shortened(text: str) -> str:
     line = " ".join(str(text).split())
     return line if len(line) <= LONG else line[: LONG - 1] + "…"

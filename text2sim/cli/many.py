@@ -33,7 +33,7 @@ RENDER_CORES = 4
 """Cores of a render task on a Ray cluster."""
 RENDER_MEMORY = 3_000_000_000
 """Memory of a render task [bytes]."""
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
@@ -74,13 +74,13 @@ def attempts(
         for row in rows:
             yield row, None if row.loaded is None else attempt(row, quiet=quiet, runs=runs, **options)
         return
-    from text2sim.cluster.estimate import measured, needs_of
+    from text2sim.cluster.estimate import measured_needs, needs_of
     from text2sim.cluster.task import Task
     from text2sim.harness.result import RunResult
     from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
     from text2sim.spec_schema.reuse.library import VARIABLE
 
-    known, tasks = measured(runs), dict[int, Task]()
+    known, tasks = measured_needs(runs), dict[int, Task]()
     for number, row in enumerate(rows):
         try:
             if row.loaded is not None and row.plan is None and row.ok:
@@ -161,7 +161,7 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import run_tasks, slots
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     if not tasks:
         return
@@ -172,7 +172,7 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
         for count, done in enumerate(run_tasks(tasks, where, stop), 1):
             now = monotonic()
             if not quiet and (now >= following or count == len(tasks)):
-                following = now + EVERY
+                following = now + LINE_INTERVAL
                 left = (now - begun) / count * (len(tasks) - count)
-                say(f"{count} of {len(tasks)} done, {seconds(left)} left", to=sys.stderr)
+                say(f"{count} of {len(tasks)} done, {duration_text(left)} left", to=sys.stderr)
             yield done

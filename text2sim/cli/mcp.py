@@ -13,11 +13,11 @@ def mcp(
 ) -> None:
     """Serve the tools to a coding agent by the Model Context Protocol over standard input and output."""
     from text2sim.cli.output import say
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import MachineError, RunError
 
     if not root.is_dir():
-        raise RunError(f"{shown(root)}: there is no such folder")
+        raise RunError(f"{display_path(root)}: there is no such folder")
     # Pictures are drawn in threads, with which those of the matrix library would compete.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:

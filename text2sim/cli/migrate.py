@@ -16,7 +16,7 @@ def migrate(
     """Convert cases of older versions of the language to the latest one. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
     from text2sim.cli.output import say
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.reuse.migration import LATEST, steps_for
     from text2sim.spec_schema.text.document import parse_document
@@ -28,7 +28,7 @@ def migrate(
 
     def report(source: Source, text: str) -> None:
         old = parse_document(source).data["text2sim"]
-        file = shown(Path(source.file))
+        file = display_path(Path(source.file))
         say(f"{file}: version {old} {'would become' if check else 'is now'} version {LATEST}")
 
     rewrite_cases(cases, change, report, keep=check, as_json=as_json)

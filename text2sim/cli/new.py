@@ -19,22 +19,22 @@ def new(
     """Write a new commented case: a ball that drops on a stack of boxes."""
     from text2sim.cli.output import say, say_json
     from text2sim.service.new_case import make_case
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     folder = cases / name
     file = make_case(name, None if source is None else _find(source, cases), cases)
     if as_json:
         say_json({"ok": True, "case": name, "file": str(file)})
         return
-    say(shown(file))
-    say(f"next: text2sim run {shown(folder)}")
+    say(display_path(file))
+    say(f"next: text2sim run {display_path(folder)}")
 
 
 def _find(source: Path, cases: Path) -> Path:
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
 
     for folder in (source.parent if source.is_file() else source, cases / source):
         if (folder / "case.yaml").is_file():
             return folder
-    raise RunError(f"{shown(source)}: no case.yaml there")
+    raise RunError(f"{display_path(source)}: no case.yaml there")

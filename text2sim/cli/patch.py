@@ -70,7 +70,7 @@ def patch(
 
 def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
     from text2sim.cli.output import say, say_problems
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.changes.diff_words import change_line
 
     say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
@@ -78,17 +78,20 @@ def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
         say(change_line(change))
     if dry_run:
         before, after = revision.source.text.splitlines(keepends=True), revision.text.splitlines(keepends=True)
-        for line in difflib.unified_diff(before, after, shown(file), f"{shown(file)} (patched)"):
+        for line in difflib.unified_diff(before, after, display_path(file), f"{display_path(file)} (patched)"):
             say(line.rstrip("\r\n"))
     if revision.text == revision.source.text:
-        say(f"{shown(file)}: the patch changes nothing")
+        say(f"{display_path(file)}: the patch changes nothing")
     else:
-        say(f"{shown(file)}: {count} operation{'s' if count != 1 else ''} {'would be ' if dry_run else ''}applied")
+        say(
+            f"{display_path(file)}: {count} operation{'s' if count != 1 else ''} "
+            f"{'would be ' if dry_run else ''}applied"
+        )
 
 
 def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -> None:
     from text2sim.cli.output import say, say_json, say_problems
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if as_json:
         rows = zip(refused.problems, refused.blame, strict=True)
@@ -99,7 +102,7 @@ def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -
     for index in sorted({index for index in refused.blame if index is not None}):
         operation = wanted.operations[index]
         say(f"    caused by operation {index + 1} ({operation['op']} {operation['path']})", to=sys.stderr)
-    say(f"{shown(file)} would be invalid with this patch, and is not changed", to=sys.stderr)
+    say(f"{display_path(file)} would be invalid with this patch, and is not changed", to=sys.stderr)
 
 
 def _document(revision: "Revision", file: Path, dry_run: bool) -> dict[str, Any]:

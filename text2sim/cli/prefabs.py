@@ -29,7 +29,7 @@ def prefabs(
         found = _find(library, name)
         code = exits.INPUT if found is None else exits.OK
         if found is not None and as_json:
-            say_json(_plain(found))
+            say_json(_as_data(found))
         elif found is not None:
             say(describe_prefab(found))
     raise typer.Exit(code)
@@ -55,13 +55,13 @@ def _list(library: "PrefabLibrary", as_json: bool) -> int:
     from text2sim.service import exits
 
     found = [(name, _find(library, name)) for name in library.names()]
-    usable = [one for _, one in found if one is not None]
+    usable = [prefab for _, prefab in found if prefab is not None]
     if as_json:
-        say_json({"prefabs": [_plain(one) for one in usable]})
+        say_json({"prefabs": [_as_data(prefab) for prefab in usable]})
     else:
-        wide = max((len(one.name) for one in usable), default=0)
-        for one in usable:
-            say(f"{one.name:{wide}}  {_first_sentence(one.model.doc)}")
+        width = max((len(prefab.name) for prefab in usable), default=0)
+        for prefab in usable:
+            say(f"{prefab.name:{width}}  {_first_sentence(prefab.model.doc)}")
     return exits.OK if len(usable) == len(found) else exits.INPUT
 
 
@@ -84,15 +84,15 @@ def _first_sentence(doc: str) -> str:
     return " ".join(doc.split()).partition(". ")[0].removesuffix(".")
 
 
-def _plain(found: "Definition") -> dict[str, Any]:
+def _as_data(prefab: "Definition") -> dict[str, Any]:
     from text2sim.spec_schema.reuse.catalogue import parts_of, usage
 
-    params = {name: param.model_dump(mode="json", exclude_unset=True) for name, param in found.model.params.items()}
+    params = {name: param.model_dump(mode="json", exclude_unset=True) for name, param in prefab.model.params.items()}
     return {
-        "name": found.name,
-        "file": found.place,
-        "doc": " ".join(found.model.doc.split()),
-        "parts": list(parts_of(found)),
+        "name": prefab.name,
+        "file": prefab.place,
+        "doc": " ".join(prefab.model.doc.split()),
+        "parts": list(parts_of(prefab)),
         "params": params,
-        "example": usage(found),
+        "example": usage(prefab),
     }

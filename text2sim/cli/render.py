@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from text2sim.rendering.film import Filming, FilmProgress, Reel
     from text2sim.runtime.stop import Stop
 
-EVERY = 15.0
+LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
@@ -82,7 +82,7 @@ def render(
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     span, part, size, times = _span(frames), _shard(shard), _size(resolution), _times(during)
     if write and not suggest:
@@ -102,13 +102,13 @@ def render(
         if quality == "still" or frames_only or shard:
             raise typer.BadParameter("cannot be used with still, --frames-only, --shard", param_hint="'--beside'")
         other = Filming(choose(beside, runs).recording, quality, size=filming.size, samples=samples, fps=fps)
-        path = _both(filming, other, camera, span, times, join=join, quiet=as_json)
-        say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {shown(path)}")
+        path = _render_both(filming, other, camera, span, times, join=join, quiet=as_json)
+        say_json({"ok": True, "files": [str(path)]}) if as_json else say(f"film: {display_path(path)}")
         raise typer.Exit(exits.OK)
 
     def wanted(filming: "Filming") -> "list[Reel]":
         reels = filming.reels(camera, span, times)
-        return [_still(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
+        return [_still_reel(reel, first=span is not None) for reel in reels[:1]] if quality == "still" else reels
 
     whole, pictures, stop = span is None and times is None, quality == "still" or bool(frames_only), Stop()
     fit = FittedFilm(filming, wanted(filming)) if minutes is None else fitted(filming, wanted, minutes)
@@ -153,7 +153,7 @@ def render(
 def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as_json: bool) -> None:
     """Print the files, with the numbers of missing pictures."""
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if as_json:
         files = [str(path) for path in made]
@@ -163,7 +163,7 @@ def _say_made(made: dict[Path, int], teller: "Teller", part: tuple[int, int], as
     elif made:
         path, missing = next(iter(made.items()))
         some = f" ({missing} pictures are missing: earlier ones are shown longer; the same command continues)"
-        say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {shown(path)}{some if missing else ''}")
+        say(f"{'film' if path.suffix == '.mp4' else 'picture'}: {display_path(path)}{some if missing else ''}")
 
 
 def trace_films(
@@ -222,13 +222,13 @@ class Teller:
         live = sys.stderr.isatty()
         if self._quiet or not (live or now >= self._next or self._done == self._total):
             return
-        self._next = now + EVERY
+        self._next = now + LINE_INTERVAL
         left = ""
         if self._traced and self._done < self._total:
-            from text2sim.service.phrases import seconds
+            from text2sim.service.phrases import duration_text
 
             each = (now - self._begun) / self._traced
-            left = f", {each:.1f} s each, {seconds(each * (self._total - self._done))} left"
+            left = f", {each:.1f} s each, {duration_text(each * (self._total - self._done))} left"
         text = f"rendering {progress.film}: {self._done} of {self._total} pictures{left}"
         ending = "\n" if not live or self._done == self._total else ""
         print(("\r\x1b[K" if live else "") + plain_line(text), end=ending, file=sys.stderr, flush=True)
@@ -238,7 +238,7 @@ class Teller:
         return {name: round(value / max(self._traced, 1), 3) for name, value in self._sums.items()}
 
 
-def _both(
+def _render_both(
     left: "Filming",
     right: "Filming",
     camera: str,
@@ -278,7 +278,7 @@ def _part(filming: "Filming", reel: "Reel", *, whole: bool) -> str:
     return rate + ("" if whole else f"_{reel.frames[0].k}-{reel.frames[-1].k}")
 
 
-def _still(reel: "Reel", *, first: bool) -> "Reel":
+def _still_reel(reel: "Reel", *, first: bool) -> "Reel":
     """Reel of a single frame: the first, or the middle one."""
     from text2sim.rendering.film import Reel
 

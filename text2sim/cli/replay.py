@@ -18,10 +18,10 @@ def replay(
     `text2sim run` writes it, too, unless there are too many states.
     """
     from text2sim.cli.output import say, say_json
-    from text2sim.recording.inventory import fault
+    from text2sim.recording.inventory import first_fault
     from text2sim.recording.record import RunRecord
     from text2sim.replay.page import write_replay
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
 
@@ -29,11 +29,11 @@ def replay(
     if not case.is_file():
         raise RunError(f"{run} is not a run folder: it has no expanded.yaml")
     record = RunRecord.read_whole(run)
-    if record is not None and (damage := fault(run, record.judged)):
+    if record is not None and (damage := first_fault(run, record.judged)):
         raise RunError(f"{run}: {damage}; run the case again")
     path = write_replay(run, load_case(case).case)
     if as_json:
         say_json({"ok": True, "file": str(path), "bytes": path.stat().st_size})
     else:
-        say(f"replay: {shown(path)}, {path.stat().st_size / 1e6:.1f} MB")
+        say(f"replay: {display_path(path)}, {path.stat().st_size / 1e6:.1f} MB")
     raise typer.Exit(exits.OK)

@@ -10,7 +10,7 @@ from text2sim.cli.output import say
 from text2sim.spec_schema.errors import RunError
 
 STDIN = "-"
-MOST = 1_000_000
+MAX_REQUEST_SIZE = 1_000_000
 """Largest size of a request [bytes]."""
 
 File = Annotated[Path | None, typer.Option("--file", metavar="FILE", help="Read the text from this file (UTF-8).")]
@@ -29,7 +29,7 @@ def words_of(words: str, file: Path | None) -> str:
     if file is not None and words:
         raise RunError(f"give either words or --file {file}, not both")
     if words == STDIN:
-        return _text(sys.stdin.buffer.read(MOST + 1), "standard input")
+        return _text(sys.stdin.buffer.read(MAX_REQUEST_SIZE + 1), "standard input")
     if file is None:
         if _is_file(words):
             say(f"taken as words: {words} (--file {words} reads the file)", to=sys.stderr)
@@ -37,7 +37,7 @@ def words_of(words: str, file: Path | None) -> str:
     if not file.is_file():
         raise RunError(f"{file}: there is no such file")
     with file.open("rb") as stream:
-        return _text(stream.read(MOST + 1), str(file))
+        return _text(stream.read(MAX_REQUEST_SIZE + 1), str(file))
 
 
 def _is_file(words: str) -> bool:
@@ -48,8 +48,8 @@ def _is_file(words: str) -> bool:
 
 
 def _text(content: bytes, name: str) -> str:
-    if len(content) > MOST:
-        raise RunError(f"{name}: a request has at most {MOST / 1e6:g} MB")
+    if len(content) > MAX_REQUEST_SIZE:
+        raise RunError(f"{name}: a request has at most {MAX_REQUEST_SIZE / 1e6:g} MB")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -11,7 +11,7 @@ def schema(
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
     from text2sim.cli.output import say
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.published.json_schema import schema_text
     from text2sim.spec_schema.whole_files import write_atomically
@@ -21,6 +21,6 @@ def schema(
         print(text, end="")
         return
     if out.is_dir() or not out.absolute().parent.is_dir():
-        raise RunError(f"{shown(out)}: {'is a folder' if out.is_dir() else 'there is no such folder'}")
+        raise RunError(f"{display_path(out)}: {'is a folder' if out.is_dir() else 'there is no such folder'}")
     write_atomically(out, text)
-    say(shown(out))
+    say(display_path(out))

@@ -59,7 +59,7 @@ def show(
             row.blame(error)
     _print(row, resolution, found, None if no_png or not row.ok else target, overlay, as_json)
     if open_it and not no_png and row.ok:
-        _open(target)
+        _open_file(target)
     raise typer.Exit(row.exit)
 
 
@@ -79,7 +79,7 @@ def _print(
 ) -> None:
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
 
     if as_json:
         document: dict[str, Any] = {
@@ -92,13 +92,13 @@ def _print(
         say_json(row.as_dict() | document)
         return
     over = f" with {_title(overlay)}" if overlay else ""
-    say(found.text([f"# {shown(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
+    say(found.text([f"# {display_path(row.path)}{over}, with nothing left out."]).removesuffix("\n"))
     say_examined(row)
     if picture is not None:
-        say(shown(picture), to=sys.stderr)
+        say(display_path(picture), to=sys.stderr)
 
 
-def _open(picture: Path) -> None:
+def _open_file(picture: Path) -> None:
     """Ask the desktop to show a file."""
     import subprocess
     import webbrowser

@@ -30,7 +30,7 @@ def build_study(
     from text2sim.cli.output import say
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import read_suite
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.text.source import read_source
     from text2sim.study.build import build
 
@@ -41,7 +41,7 @@ def build_study(
         say(f"left out: {row}")
     count = len(made.assignments)
     say(f"{sum(map(len, made.assignments))} comparisons in {count} assignments, one per person")
-    say(f"next: text2sim study serve {shown(folder)}")
+    say(f"next: text2sim study serve {display_path(folder)}")
 
 
 @study.command("serve")

@@ -24,7 +24,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     from text2sim.rendering.suggest import suggest
     from text2sim.revision.files import rewrite
     from text2sim.revision.revise import revise
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.plain import plain
@@ -47,7 +47,7 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
     for line in _reasons(proposal):
         say(line)
     if write and chosen.case is not None:
-        say(f"{shown(chosen.case)}: written")
+        say(f"{display_path(chosen.case)}: written")
     elif chosen.case is not None:
         say("--write writes it to the case")
 

@@ -29,7 +29,7 @@ def run_suite(
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     begun, code, as_json = monotonic(), exits.OK, options.as_json
     tally = {"PASS": 0, "FAIL": 0, "ERROR": 0}
@@ -54,7 +54,7 @@ def run_suite(
         say("no case matches", to=sys.stderr)
     else:
         counts = [f"{n} {word}" for word, n in zip(("passed", "failed", "in error"), tally.values(), strict=True) if n]
-        say(f"{', '.join(counts)} in {seconds(monotonic() - begun)}")
+        say(f"{', '.join(counts)} in {duration_text(monotonic() - begun)}")
     raise typer.Exit(code)
 
 
@@ -62,7 +62,7 @@ def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
     from text2sim.cli.cases import say_examined
     from text2sim.cli.output import expectation_rows, say
     from text2sim.cli.verdict import say_failure
-    from text2sim.service.phrases import seconds
+    from text2sim.service.phrases import duration_text
 
     if result is None:
         say(f"ERROR {row.name}")
@@ -71,7 +71,7 @@ def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
     rows = expectation_rows(result.expectations)
     passed = sum(ok is True for ok, _, _ in rows)
     again = "" if result.work.value == "simulated" else f" ({result.work.value})"
-    say(f"{word} {result.case} ({passed}/{len(rows)}) {seconds(result.wall)}{again}")
+    say(f"{word} {result.case} ({passed}/{len(rows)}) {duration_text(result.wall)}{again}")
     for ok, name, words in rows:
         if not ok:
             say(f"    {name}: {words}")

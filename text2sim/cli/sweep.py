@@ -33,7 +33,7 @@ def run_sweep(
     from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of, say_failure
     from text2sim.service.examined import examine
-    from text2sim.service.phrases import shown, summary
+    from text2sim.service.phrases import display_path, run_line
 
     base = examine(path, to="loaded", overlay=overlay)
     points = _points(base, name, grid) if base.ok else []
@@ -59,7 +59,7 @@ def run_sweep(
         done.add(label, row, result)
         done.write()
         if not as_json:
-            words = "could not be run" if result is None else summary(result)
+            words = "could not be run" if result is None else run_line(result)
             say_examined(row) if result is None else say_failure(row, result)
             say(f"[{number + 1}/{len(rows)}] {label}: {words}")
         if result is not None and result.stopped:
@@ -68,8 +68,8 @@ def run_sweep(
         say_json({"ok": code == exits.OK, **done.document()})
     else:
         done.say()
-        say(f"sweep: {shown(done.folder / 'sweep.json')}")
-        say(f"next: text2sim compare {shown(done.folder)}")
+        say(f"sweep: {display_path(done.folder / 'sweep.json')}")
+        say(f"next: text2sim compare {display_path(done.folder)}")
     return code
 
 
@@ -164,7 +164,7 @@ class _Table:
         heads = [f"{name} [{unit}]" if unit else name for name, unit in self.measures.items()]
         table = [["", "came true", *heads]]
         for row in self.rows:
-            values = [_shown(row["measures"].get(name)) for name in self.measures]
+            values = [_value_text(row["measures"].get(name)) for name in self.measures]
             table.append([row["label"], f"{row['came_true']}/{row['expected']}", *values])
         widths = [max(len(line[column]) for line in table) for column in range(len(table[0]))]
         for line in table:
@@ -175,5 +175,5 @@ class _Table:
             say("  ".join(cells).rstrip())
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return "-" if value is None else f"{value:.4g}" if isinstance(value, int | float) else str(value)

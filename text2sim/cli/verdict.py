@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from text2sim.cli.output import expectation_rows, say, say_problems
 from text2sim.service import exits
-from text2sim.service.phrases import shown, summary
+from text2sim.service.phrases import display_path, run_line
 from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:
@@ -34,22 +34,22 @@ def exit_of(result: "RunResult") -> int:
 def say_result(case: "Examined", result: "RunResult") -> None:
     """Print the result of a run; the paths of film and report come last."""
     if result.damage:
-        say(f"{shown(result.folder)}: {result.damage}", to=sys.stderr)
+        say(f"{display_path(result.folder)}: {result.damage}", to=sys.stderr)
     say_failure(case, result)
     rows = expectation_rows(result.expectations)
     if rows:
         _say_table(rows)
-    say(f"{result.case}: {summary(result)}")
+    say(f"{result.case}: {run_line(result)}")
     for words in (result.evidence or {}).get("suspicions", []):
         say(f"suspicious: {words}")
     if result.film is not None:
-        say(f"film: {shown(result.film)}")
+        say(f"film: {display_path(result.film)}")
     elif result.film_message:
         say(f"film: none ({result.film_message})")
         if result.film_message.startswith("cannot draw"):
-            say(f"text2sim render {shown(result.folder)} makes a path-traced film, without OpenGL")
+            say(f"text2sim render {display_path(result.folder)} makes a path-traced film, without OpenGL")
     if result.report is not None:
-        say(f"report: {shown(result.report)}")
+        say(f"report: {display_path(result.report)}")
 
 
 def say_failure(case: "Examined", result: "RunResult") -> None:
@@ -61,8 +61,8 @@ def say_failure(case: "Examined", result: "RunResult") -> None:
     else:
         state = result.state.replace("_", " ")
         message = result.message if result.message.startswith(state) else f"{state}: {result.message}"
-        say(f"{shown(case.path)}: {message}", to=sys.stderr)
-    say(f"    log: {shown(result.folder / 'log.txt')}", to=sys.stderr)
+        say(f"{display_path(case.path)}: {message}", to=sys.stderr)
+    say(f"    log: {display_path(result.folder / 'log.txt')}", to=sys.stderr)
 
 
 MARKS = {True: "ok", False: "FAIL", None: "open"}

@@ -42,7 +42,7 @@ def watch(
     from text2sim.runtime.lock import RunLock
     from text2sim.runtime.stop import Stop
     from text2sim.service.examined import case_file
-    from text2sim.service.phrases import shown
+    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.errors import RunError
     from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
@@ -50,30 +50,34 @@ def watch(
 
     path = case_file(case)
     if not path.is_file():
-        raise RunError(f"{shown(path)}: there is no such case")
+        raise RunError(f"{display_path(path)}: there is no such case")
     overlay = overlay_of(variants, sets)
     name = "-".join(["watch", _folder_name(path), *overlay.variants])
     folder = (runs / name).absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RunError(f"{shown(folder)}: cannot write there: {error.strerror}") from error
+        raise RunError(f"{display_path(folder)}: cannot write there: {error.strerror}") from error
     with RunLock(runs, name), Stop() as stop, stop.gently():
         state = PageState(
-            case=path.parent.name, file=" ".join([shown(path), *overlay.words]), words="starting", tone="busy", mark="…"
+            case=path.parent.name,
+            file=" ".join([display_path(path), *overlay.words]),
+            words="starting",
+            tone="busy",
+            mark="…",
         )
         try:
             server = PageServer(state, port)
         except OSError as error:
             raise RunError(f"the page cannot listen on port {port}: {error.strerror}") from error
         try:
-            say(f"watching {shown(path)}; Ctrl-C ends it")
+            say(f"watching {display_path(path)}; Ctrl-C ends it")
             say(f"page: {server.url}")
             sys.stdout.flush()
             options = Options(timeout=timeout, memory=int(memory * 1e9))
             session = WatchSession(path, folder, lambda: _examine(path, overlay), state, _Terminal(), options)
             if browser:
-                _open(server.url)
+                _open_page(server.url)
             session.run(lambda: stop.count)
         finally:
             server.close()
@@ -122,7 +126,7 @@ class _Terminal:
     def trouble(self, words: str, problem: "Problem | None") -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
-    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
+    def done(self, live_run: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
         from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
         from text2sim.watching.page_text import timing
@@ -133,7 +137,7 @@ class _Terminal:
                 self._say(f"  {MARKS[ok]:<4}  {name}  {words}")
         score = f", {sum(ok is True for ok, _, _ in rows)} of {len(rows)} expectations came true" if rows else ""
         none = f"; nothing to show: {no_scene}" if no_scene else ""
-        self._say(f"{timing(take)}; {take.state.replace('_', ' ')}{score}{none}")
+        self._say(f"{timing(live_run)}; {live_run.state.replace('_', ' ')}{score}{none}")
 
     def _say(self, words: str, to: Any = None) -> None:
         from text2sim.cli.output import say
@@ -148,7 +152,7 @@ def _folder_name(path: Path) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "_-") else "_" for c in name)[:60] or "case"
 
 
-def _open(url: str) -> None:
+def _open_page(url: str) -> None:
     """Open a page in a browser with a window; one in the terminal would interfere with the output."""
     import webbrowser
 

@@ -15,13 +15,13 @@ CORE_HOUR = 0.05
 """Price [USD] of an hour of a core with 4 GB of memory; list prices of large clouds are 0.04 to 0.05."""
 GPU_HOUR = 3.0
 """Price [USD] of an hour of a data centre GPU (2 to 4)."""
-SPARE = 1.2
+MEMORY_MARGIN = 1.2
 """Requested memory over the measured peak."""
-OWN = 500_000_000
+WORKER_MEMORY = 500_000_000
 """Memory [bytes] that a worker needs besides the engine, for evidence and report."""
 
 
-def measured(runs: Path) -> dict[str, Needs]:
+def measured_needs(runs: Path) -> dict[str, Needs]:
     """Return the needs of the runs in a folder by case: largest memory, mean time."""
     found: dict[str, list[RunRecord]] = {}
     for path in runs.glob("*/run.json"):
@@ -29,7 +29,7 @@ def measured(runs: Path) -> dict[str, Needs]:
             found.setdefault(record.case, []).append(record)
     return {
         case: Needs(
-            memory=int(SPARE * max(r.peak_memory for r in records)) + OWN,
+            memory=int(MEMORY_MARGIN * max(r.peak_memory for r in records)) + WORKER_MEMORY,
             gpu=float(any(r.key.get("device") == "cuda" for r in records)),
             seconds=fmean(sum(r.timings.values()) for r in records),
         )

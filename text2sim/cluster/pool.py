@@ -9,15 +9,15 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from text2sim.cluster.task import STOPPED, TRIES, Done, Task
+from text2sim.cluster.task import MAX_TRIES, STOPPED, Done, Task
 from text2sim.runtime.child import default_memory
 from text2sim.runtime.dialogue import Child
 from text2sim.runtime.outcome import read_end
 from text2sim.runtime.stop import Stop
 
-POLL = 0.2
+POLL_INTERVAL = 0.2
 MODULE = "text2sim.cluster.worker"
-FAREWELL = 15.0
+SHUTDOWN_TIME = 15.0
 """Time [s] that workers have to end."""
 
 
@@ -26,7 +26,9 @@ class _Member:
 
     def __init__(self, number: int, folder: Path, inbox: "queue.Queue[Any]", *, warm: bool) -> None:
         self.name = f"worker {number + 1}"
-        self._start = lambda: Child(self.name, MODULE, [str(home), *["warm"] * warm], self.log, inbox, secrets=True)
+        self._start = lambda: Child(
+            self.name, MODULE, [str(home), *["warm"] * warm], self.log, inbox, whole_environment=True
+        )
         home = folder / f"worker_{number + 1}"
         home.mkdir(parents=True, exist_ok=True)
         self.log: Path = home / "worker.log"
@@ -47,9 +49,9 @@ class _Member:
 def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
     """Run tasks, and yield the result of each as soon as it is known.
 
-    A worker that dies is replaced, and its task is tried again, `TRIES` times in total. At the first request to stop,
-    running tasks are asked to stop and no others begin; at the second they are killed. Workers always end with this
-    process. A task waits until the memory needs of running tasks leave enough for it, unless it is the only one.
+    A worker that dies is replaced, and its task is tried again, `MAX_TRIES` times in total. At the first request to
+    stop, running tasks are asked to stop and no others begin; at the second they are killed. Workers always end with
+    this process. A task waits until the memory needs of running tasks leave enough for it, unless it is the only one.
 
     Args:
         tasks: The tasks, in order.
@@ -75,16 +77,16 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
                     for member in members:
                         member.child.send(cancel=0) if asked == 1 else member.child.kill()
                 for member in members:
-                    if member.job is None and waiting and _room(tasks, members, tasks[waiting[0]]):
+                    if member.job is None and waiting and _has_room(tasks, members, tasks[waiting[0]]):
                         number = waiting.popleft()
                         tries[number] += 1
                         member.begin(number, tasks[number])
                 with suppress(queue.Empty):
-                    news = inbox.get(timeout=POLL)
+                    news = inbox.get(timeout=POLL_INTERVAL)
                     member = next((member for member in members if member.child is news.child), None)
                     if member is None:
                         continue
-                    done = _heard(member, news.data, tasks, tries)
+                    done = _handle_message(member, news.data, tasks, tries)
                     if "died" in news.data and ended < len(tasks) and not stop.count:
                         member.restart()
                     if isinstance(done, Done):
@@ -96,14 +98,16 @@ def run_local(tasks: Sequence[Task], workers: int, stop: Stop, *, warm: bool = T
             for member in members:
                 member.child.send(cancel=0)
                 member.child.end()
-            until = monotonic() + FAREWELL
-            while monotonic() < until and stop.count < 2 and not all(member.child.gone for member in members):
-                sleep(POLL)
+            until = monotonic() + SHUTDOWN_TIME
+            while monotonic() < until and stop.count < 2 and not all(member.child.has_ended for member in members):
+                sleep(POLL_INTERVAL)
             for member in members:
                 member.child.kill()
 
 
-def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]) -> Done | int | None:
+def _handle_message(
+    member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: list[int]
+) -> Done | int | None:
     """The result of a worker's task, or the number of a task to retry; None if the message is about neither."""
     if member.job is None or not (data.get("order") == member.job[0] or "died" in data):
         return None
@@ -114,13 +118,13 @@ def _heard(member: _Member, data: dict[str, Any], tasks: Sequence[Task], tries: 
         return Done(
             tasks[number], data.get("result"), data.get("error", ""), tries[number], seconds, member.name, machine
         )
-    if tries[number] < TRIES:
+    if tries[number] < MAX_TRIES:
         return number
     last = read_end(member.log).strip().rpartition("\n")[2].strip()
-    words = f"its worker died {TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
+    words = f"its worker died {MAX_TRIES} times (exit code {data['died']}){last and f': {last[:300]}'}"
     return Done(tasks[number], None, words, tries[number], seconds, member.name)
 
 
-def _room(tasks: Sequence[Task], members: Sequence[_Member], task: Task) -> bool:
+def _has_room(tasks: Sequence[Task], members: Sequence[_Member], task: Task) -> bool:
     running = [tasks[member.job[0]].needs.memory for member in members if member.job is not None]
     return not running or sum(running) + task.needs.memory <= default_memory()

@@ -10,17 +10,17 @@ from time import monotonic
 from typing import Any
 
 from text2sim.cluster.store import SKIPPED, Store, Tree, digest_of
-from text2sim.cluster.task import STOPPED, TRIES, Done, Task, key_of
+from text2sim.cluster.task import MAX_TRIES, STOPPED, Done, Task, key_of
 from text2sim.cluster.worker import Worker
 from text2sim.harness.folder import staging
 from text2sim.harness.sources import package_code
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError
 
-POLL = 0.5
-AHEAD = 4
+POLL_INTERVAL = 0.5
+TASKS_PER_CORE = 4
 """Tasks per core of the cluster that are submitted to Ray at a time: enough that Ray never waits for us."""
-PLACE = "text2sim-tasks"
+TASKS_FOLDER = "text2sim-tasks"
 """Folder for inputs and outputs of tasks, below the nodes' temporary folder."""
 
 _worker: list[Worker] = []
@@ -30,8 +30,8 @@ _worker: list[Worker] = []
 def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: bool = True) -> Iterator[Done]:
     """Run tasks on a Ray cluster, and yield the result of each as soon as it is known.
 
-    Results in the store are reused. A task whose worker or node is lost is tried again, `TRIES` times in total. At a
-    request to stop, running tasks are killed. All nodes need the same version of text2sim.
+    Results in the store are reused. A task whose worker or node is lost is tried again, `MAX_TRIES` times in total. At
+    a request to stop, running tasks are killed. All nodes need the same version of text2sim.
 
     Args:
         tasks: The tasks.
@@ -53,7 +53,7 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
         running: dict[Any, tuple[int, str, float]] = {}
         try:
             while waiting or running:
-                while waiting and len(running) < AHEAD * cores and not stop.count:
+                while waiting and len(running) < TASKS_PER_CORE * cores and not stop.count:
                     number = waiting.popleft()
                     task = tasks[number]
                     order = task.order({name: _tree(store, path, trees) for name, path in task.inputs.items()}, None)
@@ -71,7 +71,9 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                     yield from (Done(tasks[number], None, STOPPED, tries[number]) for number in numbers)
                     return
                 # All ready results at once: waiting for single ones would scan all running tasks for each.
-                ready, _ = ray.wait(list(running), num_returns=len(running), timeout=POLL) if running else ([], [])
+                ready, _ = (
+                    ray.wait(list(running), num_returns=len(running), timeout=POLL_INTERVAL) if running else ([], [])
+                )
                 for ref in ready:
                     number, key, since = running.pop(ref)
                     task, seconds = tasks[number], monotonic() - since
@@ -80,10 +82,10 @@ def run_ray(tasks: Sequence[Task], address: str, url: str, stop: Stop, *, warm: 
                     except failures.RayTaskError as error:
                         answer = {"error": str(error.cause or error).splitlines()[-1]}
                     except failures.RayError as error:  # its worker or its node died
-                        if tries[number] < TRIES:
+                        if tries[number] < MAX_TRIES:
                             waiting.appendleft(number)
                             continue
-                        answer = {"error": f"its worker died {TRIES} times ({type(error).__name__})"}
+                        answer = {"error": f"its worker died {MAX_TRIES} times ({type(error).__name__})"}
                     if "error" not in answer and (kept := store.kept(key)):
                         yield _fetched(store, task, kept, tries[number], seconds, answer["worker"])
                     else:
@@ -132,7 +134,7 @@ def _on_node(order: dict[str, Any], key: str, url: str, code: str, warm: bool) -
 
     if code != package_code():
         return {"error": "this node has another version of text2sim; install the same everywhere", "machine": True}
-    store, home = Store(url), Path(tempfile.gettempdir()) / PLACE
+    store, home = Store(url), Path(tempfile.gettempdir()) / TASKS_FOLDER
     if not _worker:
         folder = home / f".staging-{os.getpid()}-engine"
         folder.mkdir(parents=True, exist_ok=True)

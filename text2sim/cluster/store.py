@@ -22,10 +22,10 @@ from text2sim.spec_schema.errors import RunError
 
 SKIPPED = frozenset({"runs", "program", "__pycache__"})
 """Folders of an input that are not stored, nor are hidden ones."""
-OBJECTS = frozenset({"s3", "s3a", "gs", "gcs", "abfs", "az"})
+OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "abfs", "az"})
 """Protocols of object stores, whose top level are buckets."""
 MAX_FILES = 10_000
-TOGETHER = 16
+MAX_TRANSFERS = 16
 """Number of transfers at a time: latency dominates."""
 _DIGEST = re.compile(r"[0-9a-f]{64}\Z")
 Tree = dict[str, str]
@@ -53,7 +53,7 @@ class Store:
             protocol = self._fs.protocol
             protocols = {protocol} if isinstance(protocol, str) else {*protocol}
             self._is_folder = "file" in protocols
-            if protocols & OBJECTS:
+            if protocols & OBJECT_STORES:
                 # Object stores need no folders, and `makedirs` would create a bucket if its name is misspelt.
                 if not self._fs.exists(bucket := self._root.partition("/")[0]):
                     raise RunError(f"the store {self.url} cannot be used: there is no bucket {bucket}")
@@ -70,8 +70,10 @@ class Store:
         files = list(islice(_files(folder, skip), MAX_FILES + 1))
         if len(files) > MAX_FILES:
             raise RunError(f"{folder} has more than {MAX_FILES:,} files, the limit for a task")
-        with ThreadPoolExecutor(TOGETHER) as pool:
-            return dict(zip((name for name, _ in files), pool.map(self._put, (path for _, path in files)), strict=True))
+        with ThreadPoolExecutor(MAX_TRANSFERS) as pool:
+            return dict(
+                zip((name for name, _ in files), pool.map(self._upload, (path for _, path in files)), strict=True)
+            )
 
     def get_tree(self, tree: Tree, folder: Path) -> None:
         """Fetch files that a folder does not have yet, each atomically.
@@ -79,7 +81,7 @@ class Store:
         Raises:
             RunError: if a path leads out of the folder, or a file is missing or damaged.
         """
-        with ThreadPoolExecutor(TOGETHER) as pool:
+        with ThreadPoolExecutor(MAX_TRANSFERS) as pool:
             list(pool.map(lambda name: self._get(name, tree[name], folder), tree))
 
     def keep(self, key: str, result: dict[str, Any], tree: Tree) -> None:
@@ -130,7 +132,7 @@ class Store:
         finally:
             part.unlink(missing_ok=True)
 
-    def _put(self, path: Path) -> str:
+    def _upload(self, path: Path) -> str:
         digest = sha256_of(path)
         target = self._blob(digest)
         with self._using():

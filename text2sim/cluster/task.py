@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from text2sim.harness.run import Runner
 
 STOPPED = "stopped on request"
-TRIES = 3
+MAX_TRIES = 3
 """Number of attempts at a task whose worker dies."""
 PACKAGE = "text2sim."
 
@@ -87,7 +87,7 @@ class TaskPlace:
     """Runs programs, in the worker's warm engine if it has one."""
 
 
-def call(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
+def call_task(order: Mapping[str, Any], place: TaskPlace) -> dict[str, Any]:
     """Call the function of a task.
 
     Raises:

@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.task import TaskPlace, call
+from text2sim.cluster.task import TaskPlace, call_task
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 
-GRACE = 30.0
+STOP_GRACE = 30.0
 """Time [s] that a task has to end after the end of the input."""
 
 
@@ -44,7 +44,7 @@ class Worker:
         inputs = {name: Path(path) for name, path in order["inputs"].items()}
         try:
             place = TaskPlace(inputs, Path(order["output"] or "."), self.stop, self._runner)
-            return {"result": call(order, place)}
+            return {"result": call_task(order, place)}
         except (Text2SimError, OSError) as error:
             return {"error": str(error), "machine": isinstance(error, MachineError | OSError)}
         except Exception as error:
@@ -73,7 +73,7 @@ def main() -> None:
                 orders.put(order)
         orders.put(None)
         worker.stop.request()
-        timer = threading.Timer(GRACE, os._exit, (1,))
+        timer = threading.Timer(STOP_GRACE, os._exit, (1,))
         timer.daemon = True
         timer.start()
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.comparison.runs import Run, differing, same
+from text2sim.comparison.runs import Run, are_equal, differing_paths
 from text2sim.spec_schema.paths import dotted
 
 
@@ -48,7 +48,7 @@ def compare(runs: list[Run]) -> RunComparison:
 
 
 def _spec(runs: list[Run]) -> list[dict[str, Any]]:
-    return [{"path": dotted(path), "values": [run.leaves.get(path) for run in runs]} for path in differing(runs)]
+    return [{"path": dotted(path), "values": [run.leaves.get(path) for run in runs]} for path in differing_paths(runs)]
 
 
 def _rows(runs: list[Run], key: str) -> list[dict[str, Any]]:
@@ -94,5 +94,5 @@ def _diagnostics(runs: list[Run]) -> list[dict[str, Any]]:
     return [
         {"name": name, "values": values}
         for name, values in rows.items()
-        if any(value is not None for value in values) and (name in kept or not same(values))
+        if any(value is not None for value in values) and (name in kept or not are_equal(values))
     ]

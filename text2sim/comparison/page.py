@@ -8,7 +8,7 @@ import numpy as np
 
 from text2sim.comparison.compare import RunComparison
 from text2sim.comparison.runs import Run
-from text2sim.evidence.page import EMBEDDED, data_uri, films_script, read_films, render_page
+from text2sim.evidence.page import MAX_EMBEDDED_SIZE, data_uri, films_script, read_films, render_page
 from text2sim.evidence.plots import BLUE, GREEN, GREY, ORANGE, VERMILION, PlotLine, plot_series
 from text2sim.recording.run_files import read_measures
 from text2sim.recording.states import Array
@@ -44,7 +44,7 @@ def write_comparison(comparison: RunComparison, path: Path) -> Path:
 def _films(runs: list[Run]) -> list[dict[str, Any]]:
     rows = []
     for run in runs:
-        films, linked = read_films(run.folder, EMBEDDED // len(runs))
+        films, linked = read_films(run.folder, MAX_EMBEDDED_SIZE // len(runs))
         uri = films[0][1] if films else None
         link = (run.folder / linked[0][1]).resolve().as_uri() if linked and not films else None
         rows.append({"label": run.label, "uri": uri, "link": link})

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from text2sim.recording.inventory import fault
+from text2sim.recording.inventory import first_fault
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError
@@ -15,7 +15,7 @@ from text2sim.spec_schema.errors import RunError
 MAX_RUNS = 24
 """More columns do not fit on the page."""
 
-WORDS = ("text2sim", "prompt")
+DESCRIPTIVE_PARTS = ("text2sim", "prompt")
 """Parts of a case that do not affect the simulation."""
 
 
@@ -83,7 +83,7 @@ def _read(folder: Path, label: str | None) -> Run:
     record = RunRecord.read_whole(folder)
     if record is None:
         raise RunError(f"{folder}: not the folder of a run (no run.json)")
-    if damage := fault(folder, record.judged):
+    if damage := first_fault(folder, record.judged):
         raise RunError(f"{folder}: {damage}; run the case again")
     evidence, resolved = read_evidence(folder), read_json(folder / "resolved.json")
     if evidence is None or not isinstance(resolved, dict):
@@ -109,7 +109,7 @@ def _labelled(runs: list[Run]) -> list[Run]:
 
 def _values(runs: list[Run]) -> list[str]:
     """Labels made of at most two differing values, such as `density 500`; parameters take precedence over the rest."""
-    paths = differing(runs)
+    paths = differing_paths(runs)
     paths = [path for path in paths if path[0] == "params"] or paths
     if len(paths) > 2 or any(isinstance(run.leaves.get(path), list) for run in runs for path in paths):
         return []
@@ -120,15 +120,19 @@ def _text(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def differing(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
+def differing_paths(runs: Sequence[Run]) -> list[tuple[Any, ...]]:
     """Return the paths of the values that differ between the cases, parameters first."""
     paths: dict[tuple[Any, ...], None] = {}
     for run in runs:
         paths |= dict.fromkeys(run.leaves)
-    found = [path for path in paths if path[0] not in WORDS and not same([run.leaves.get(path) for run in runs])]
+    found = [
+        path
+        for path in paths
+        if path[0] not in DESCRIPTIVE_PARTS and not are_equal([run.leaves.get(path) for run in runs])
+    ]
     return sorted(found, key=lambda path: path[0] != "params")
 
 
-def same(values: Sequence[Any]) -> bool:
+def are_equal(values: Sequence[Any]) -> bool:
     """Whether all values have the same JSON text."""
     return len({json.dumps(value, sort_keys=True) for value in values}) == 1

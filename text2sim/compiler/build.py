@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from text2sim.assets.mechanism import Mechanisms
-from text2sim.compiler.contact_materials import Bounces, bounces, contact_damping, resists_rolling
+from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
 from text2sim.compiler.film import check_targets, resolve_render
 from text2sim.compiler.lower import Lowering
@@ -82,7 +82,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
     watches, found = lower_watches(loaded, placed, soft_controls)
     problems += rows.problems + found + check_targets(loaded, placed, points)
     _stop_at_errors(problems)
-    bounce = bounces(copy for group in placed.values() for copy in group)
+    bounce = restitutions(copy for group in placed.values() for copy in group)
     soft = soft_settings(loaded, placed, lowering.soft, bodies, rows)
     settings = derive(scene, _traits(loaded, placed, lowering, bodies, rows, bounce), soft)
     every = max(1, round(1.0 / (case.record_rate * scene.dt)))
@@ -186,7 +186,7 @@ def _traits(
     lowering: Lowering,
     groups: tuple[Group, ...],
     rows: ControlRows,
-    bounce: Bounces,
+    bounce: Restitutions,
 ) -> Traits:
     bodies, gravity = loaded.case.bodies, loaded.case.scene.gravity
     moving = [copy for name in bodies for copy in placed[name]]

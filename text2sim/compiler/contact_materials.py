@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import Settings
 from text2sim.spec_schema.models.materials import Material
 
-Bounces = Mapping[str, float]
+Restitutions = Mapping[str, float]
 """Restitution by copy (`ball`, `brick[3]`), or by link (`arm.hand`) where a link has its own."""
 
 
@@ -24,10 +24,10 @@ def materials_of(model: Any) -> dict[str, Material]:
 
 def resists_rolling(models: Iterable[Any]) -> bool:
     """Whether a material of these models has rolling or torsional friction."""
-    return any(any(one.torques) for model in models for one in materials_of(model).values())
+    return any(any(material.torques) for model in models for material in materials_of(model).values())
 
 
-def bounces(copies: Iterable[Copy]) -> dict[str, float]:
+def restitutions(copies: Iterable[Copy]) -> dict[str, float]:
     """Return the restitution of copies and links that have one."""
     return {
         _selector(copy, link): material.restitution
@@ -38,7 +38,7 @@ def bounces(copies: Iterable[Copy]) -> dict[str, float]:
 
 
 def contact_damping(
-    placed: Mapping[str, list[Copy]], bounce: Bounces, statics: set[str], settings: Settings, step: float
+    placed: Mapping[str, list[Copy]], restitution_of: Restitutions, statics: set[str], settings: Settings, step: float
 ) -> dict[str, tuple[float, float]]:
     """Return time constant [s] and damping ratio by copy, and by link with a material of its own.
 
@@ -48,19 +48,19 @@ def contact_damping(
 
     Args:
         placed: Copies by static and body.
-        bounce: Restitution by copy, and by link with a material of its own.
+        restitution_of: Restitution by copy, and by link with a material of its own.
         statics: Names of statics.
         settings: Of the solver.
         step: Solver step [s].
     """
-    if not bounce:
+    if not restitution_of:
         return {}
-    largest, values = max(bounce.values()), {}
+    largest, values = max(restitution_of.values()), {}
     for name, group in placed.items():
         for copy in group:
-            silent = largest if name in statics else 0.0
+            default = largest if name in statics else 0.0
             for link in {"": None, **materials_of(copy.model)}:
-                time, ratio = settings.contact_damping(bounce.get(_selector(copy, link), silent), step)
+                time, ratio = settings.contact_damping(restitution_of.get(_selector(copy, link), default), step)
                 values[_selector(copy, link)] = (round(time, 9), round(ratio, 6))
     return values
 

@@ -28,7 +28,7 @@ from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
-    FOREVER,
+    NEVER_REACHED,
     WORLD,
     SoftControls,
     ends_of,
@@ -145,7 +145,7 @@ def _reach(
     line: int,
     name: str,
 ) -> None:
-    from text2sim.compiler.reaching import reach_targets  # arrays, which few cases need
+    from text2sim.compiler.inverse_kinematics import reach_targets  # arrays, which few cases need
 
     begun: dict[str, DriveTarget] = {}
     for (entity, joint), targets in rows.targets.items():
@@ -187,7 +187,7 @@ def _lower(
             )
         )
     elif isinstance(control, Force | Torque):
-        start, end = span_of(control.during, FOREVER)
+        start, end = span_of(control.during, NEVER_REACHED)
         force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
         torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
         point = points.on_link(copy, part, control.point) if isinstance(control, Force) else None
@@ -228,7 +228,7 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
 def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:
     event = when.on if isinstance(when, Release) else None
     part = split(attach.to)[2] if split(attach.to)[0] == b.body else None
-    at = FOREVER if when.at is None else when.at
+    at = NEVER_REACHED if when.at is None else when.at
     return Weld(at, when is attach, a.name, split(attach.body)[2], b.name, part, line, name, event)
 
 

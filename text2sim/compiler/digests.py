@@ -12,9 +12,9 @@ from text2sim import __version__
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
-_UNSEEN = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
+_FILM_FIELDS = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
-REGIONS = "_looks.npz"
+LOOKS_SUFFIX = "_looks.npz"
 """How names of files end that say where parts have looks of their own."""
 _PAINT = re.compile(rb' rgba="[^"]*"')
 """Colours in model files."""
@@ -25,9 +25,11 @@ def sim_digest(plan: "Plan") -> str:
     seen = {
         path: _PAINT.sub(b"", content) if path.endswith(".xml") else content
         for path, content in plan.files.items()
-        if not path.endswith(REGIONS)
+        if not path.endswith(LOOKS_SUFFIX)
     }
-    return _digest({"plan": _plain(plan, _UNSEEN) | {"files": _plain(seen, _UNSEEN)}, "compiler": __version__})
+    return _digest(
+        {"plan": _plain(plan, _FILM_FIELDS) | {"files": _plain(seen, _FILM_FIELDS)}, "compiler": __version__}
+    )
 
 
 def render_digest(plan: "Plan") -> str:
@@ -35,7 +37,9 @@ def render_digest(plan: "Plan") -> str:
     entities = [e for g in (*plan.statics, *plan.bodies) for e in g.entities]
     surfaces = [_plain([e.surface, e.worn], frozenset()) for e in entities]
     models = {
-        path: _plain(content, frozenset()) for path, content in plan.files.items() if path.endswith((".xml", REGIONS))
+        path: _plain(content, frozenset())
+        for path, content in plan.files.items()
+        if path.endswith((".xml", LOOKS_SUFFIX))
     }
     return _digest({"render": plan.render, "surfaces": surfaces, "models": models, "compiler": __version__})
 

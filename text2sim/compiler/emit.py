@@ -20,14 +20,14 @@ from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.whole_files import naming
 
 TEMPLATES = Path(__file__).resolve().parent.parent / "templates"
-FILMING = (
+FILM_MODULES = (
     "ambience.py", "cadence.py", "cameras.py", "directing.py", "overlays.py", "pacing.py", "playback.py",
     "standpoints.py", "viewpoints.py", "video.py", "film.py",
 )  # fmt: skip
 """Modules that draw the film, and those they import."""
-FILM_TEMPLATES = (*FILMING, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
+FILM_TEMPLATES = (*FILM_MODULES, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
 """Templates that no simulation depends on."""
-COPIED = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILMING)
+COPIED_MODULES = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILM_MODULES)
 COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
@@ -98,7 +98,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
         except (TemplateError, TypeError, ValueError) as error:
             raise TemplateBug(f"{module}.j2: {error}") from error
     files = {name: text.encode() for name, text in _format(texts).items()}
-    copied = [*COPIED, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
+    copied = [*COPIED_MODULES, *(COPIED_SOFT if plan.deformables else ()), *copied_actions(plan)]
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
@@ -154,9 +154,9 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         ]
         done = subprocess.run(command, capture_output=True, check=False)
         if done.returncode:
-            said = done.stderr.decode().replace(folder, "").strip()
+            complaint = done.stderr.decode().replace(folder, "").strip()
             # An error of the operating system, such as a full disk, is no bug of ours.
-            raise MachineError(f"{folder}: {said}") if "(os error" in said else TemplateBug(said)
+            raise MachineError(f"{folder}: {complaint}") if "(os error" in complaint else TemplateBug(complaint)
         return {name: path.read_text("utf-8") for name, path in paths.items()}
 
 

@@ -11,7 +11,7 @@ COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "removals.p
 """Modules that a program gets only if it needs them."""
 OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """Names of `fields.py` that a program may call."""
-FINDERS = ("ball", "box", "everything", "nearest", "sides")
+REGION_FINDERS = ("ball", "box", "everything", "nearest", "sides")
 """Functions of `points.py` for regions."""
 
 
@@ -43,10 +43,10 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "watches": plan.watches,
         "prescribed": plan.prescribed,
         "acting": Code(", ".join(acting)),
-        "finders": _names(FINDERS, regions),
+        "finders": _names(REGION_FINDERS, regions),
         "own_fields": _names(OWN_FIELDS, ["Fields", *(row.make for row in plan.fields)]),
         "pushing": Code(", ".join(pushing)),
-        "watching": _names(WATCHING, ["Triggers", *watched]),
+        "watching": _names(TRIGGER_NAMES, ["Triggers", *watched]),
     }
 
 
@@ -72,7 +72,7 @@ def copied_actions(plan: Plan) -> list[str]:
     return [name for name in COPIED_ACTIONS if needed[name]]
 
 
-WATCHING = (
+TRIGGER_NAMES = (
     "Crossing",
     "Touch",
     "Triggers",

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.film_lights import STUDIOS
-from text2sim.compiler.film_places import DECIDED, is_chosen
+from text2sim.compiler.film_places import LIGHT_FIELDS, is_chosen
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
@@ -29,7 +29,7 @@ from text2sim.spec_schema.vocabulary.words import fields_of
 
 AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
 """Models in which a default, written out, would mean something else or contradict the rest."""
-GONE = ("params", "prefabs", "variants", "sweeps")
+APPLIED_SECTIONS = ("params", "prefabs", "variants", "sweeps")
 """Sections that are already applied."""
 
 
@@ -58,7 +58,7 @@ class Explicit:
             KeyError: if there is none of that name.
         """
         path = ("bodies", name) if name in self.data["bodies"] else ("scene", "statics", name)
-        inner = _at(self.data, path)
+        inner = _get_at(self.data, path)
         for step in reversed(path):
             inner = {step: inner}
         return Explicit(inner, {key: text for key, text in self.comments.items() if key[: len(path)] == path})
@@ -68,14 +68,14 @@ def explicit(resolution: Resolution) -> Explicit:
     """Return a case with everything that it left open written out."""
     loaded = resolution.loaded
     found = Explicit(_plain(loaded.case))
-    for key in GONE:
+    for key in APPLIED_SECTIONS:
         found.data.pop(key, None)
     if not found.data.get("waive"):
         found.data.pop("waive", None)
     params = loaded.data.get("params") or {}
     for path, text in loaded.document.sites.items():
         if loaded.varies(path):
-            _put(found.data, path, folded(text, params))
+            _set_at(found.data, path, folded(text, params))
     _add_settings(found, resolution)
     add_soft(found.data, found.comments, resolution)
     _add_render(found, resolution)
@@ -101,8 +101,8 @@ def _plain(value: Any) -> Any:
     return escaped(value) if isinstance(value, str) else value
 
 
-def _put(data: Any, path: Path, value: Any) -> None:
-    _at(data, path[:-1])[path[-1]] = value
+def _set_at(data: Any, path: Path, value: Any) -> None:
+    _get_at(data, path[:-1])[path[-1]] = value
 
 
 def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
@@ -146,7 +146,7 @@ def _add_settings(found: Explicit, resolution: Resolution) -> None:
             found.comments["scene", "dt"] = f"substeps, left out, are {settings.substeps:,}: {why}"
             continue
         if value is not None:
-            _put(scene, path, value)
+            _set_at(scene, path, value)
         if why is not None:
             found.comments["scene", *path] = f"derived: {why}"
     case = resolution.loaded.case
@@ -173,7 +173,7 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         found.comments["render",] = f"{', '.join(left)} follow from what is recorded"
     given = resolution.loaded.case.render
     if is_chosen(given):
-        for key in sorted(DECIDED):
+        for key in sorted(LIGHT_FIELDS):
             render.pop(key, None)
         found.comments["render", "supports"] = "place and light are chosen from the case"
     elif given.setting is not None and "lighting" not in given.model_fields_set:
@@ -193,7 +193,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
         for name, model in models.items():
             copies = resolution.placed[name]
             root: Path = (*section, name)
-            data = _at(found.data, root)
+            data = _get_at(found.data, root)
             if model.place is None and model.pose is None:
                 data["pose"] = _plain(Pose())
             place = "place" if model.place is not None else "pose" if model.repeat is None else "repeat"
@@ -206,7 +206,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
 
 def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
     """Write out the finish, and the colour if the case gives none and no file may have one."""
-    look = _at(found.data, root)["look"]
+    look = _get_at(found.data, root)["look"]
     look["finish"] = finish_of_body(model)
     parts = getattr(copies[0].shape, "parts", {}).values() if copies else ()
     kinds = {getattr(part, "shape", part).kind for part in parts}
@@ -219,7 +219,7 @@ def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> No
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
 
 
-def _at(data: Any, path: Path) -> Any:
+def _get_at(data: Any, path: Path) -> Any:
     for step in path:
         data = data[step]
     return data

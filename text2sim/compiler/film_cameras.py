@@ -21,16 +21,16 @@ Ball = tuple[tuple[float, float, float], float]
 
 DEFAULT_FOV = 32.0
 """Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""
-MARGIN = 0.08
+DEFAULT_MARGIN = 0.08
 """Part of the picture that a frame keeps free at each edge, if nothing is said."""
-ORBIT = 0.45
+ORBIT_HEIGHT = 0.45
 """Height over radius of a circle that follows from what it frames."""
-FALL = 3.0
+MAX_GROUND_DISTANCE = 3.0
 """How far [m] down to the ground a body may be at the start, for the place below it to be in a picture."""
-STRAY, LEGIBLE = 2.5, 20.0
+MAX_STRAY, LEGIBLE = 2.5, 20.0
 """That camera follows a body until it strays this many sizes of the whole scene, or this many of its own, from where
 all began: any farther, and nothing would be large enough to recognise."""
-AROUND, LARGE = 2.0, 3.0
+MAX_STATIC_DISTANCE, MAX_STATIC_SIZE = 2.0, 3.0
 """A static nearer than this many sizes of what moves is shown too, if it is not larger than this many."""
 
 
@@ -76,11 +76,11 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
         if camera.radius is not None:
             plain |= {"radius": camera.radius, "height": camera.height}
         else:
-            plain |= {"radius": 1.0, "height": ORBIT}
+            plain |= {"radius": 1.0, "height": ORBIT_HEIGHT}
         if camera.frame is None:
             return plain | {"look_at": resolve_target(camera.look_at, scene)}
         frame = _frame(camera, scene) | {"fit": camera.radius is None}
-        return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
+        return _framed(plain | {"frame": frame}, _subject_balls(_names(camera.frame), scene), scene)
     assert isinstance(camera, Still)
     if camera.frame is None:
         return plain | {"pos": camera.from_, "look_at": resolve_target(camera.look_at, scene)}
@@ -89,7 +89,7 @@ def resolve_camera(camera: Camera, scene: FilmedScene) -> dict[str, Any]:
         plain |= {"pos": camera.from_}
     else:
         frame |= {"direction": camera.direction or _free_direction(_names(camera.frame), scene)}
-    return _framed(plain | {"frame": frame}, _shown(_names(camera.frame), scene), scene)
+    return _framed(plain | {"frame": frame}, _subject_balls(_names(camera.frame), scene), scene)
 
 
 def derived_camera(scene: FilmedScene) -> dict[str, Any]:
@@ -100,11 +100,11 @@ def derived_camera(scene: FilmedScene) -> dict[str, Any]:
     low, high = _box(balls)
     size = _longest(low, high)
     own = 2 * median(radius for _, radius in moving) if moving else size
-    room = max(STRAY * size, LEGIBLE * own)
+    room = max(MAX_STRAY * size, LEGIBLE * own)
     levels = [copy.pos[2] for copy in _planes(scene)]
     lowest = min(levels) - 0.1 * size if levels else low[2] - size
     within = _rounded((low[0] - room, low[1] - room, lowest)), _rounded(c + room for c in high)
-    frame = {"bodies": [*scene.moving, *statics], "margin": MARGIN, "within": within}
+    frame = {"bodies": [*scene.moving, *statics], "margin": DEFAULT_MARGIN, "within": within}
     frame |= {"direction": _free_direction(scene.moving, scene)}
     return _framed({"kind": "still", "up": (0.0, 0.0, 1.0), "fov": DEFAULT_FOV, "frame": frame}, balls, scene)
 
@@ -189,7 +189,7 @@ def _focus(focus: Any, scene: FilmedScene) -> Any:
 
 def _frame(camera: Still | Orbit, scene: FilmedScene) -> dict[str, Any]:
     assert camera.frame is not None
-    margin = MARGIN if camera.margin is None else camera.margin
+    margin = DEFAULT_MARGIN if camera.margin is None else camera.margin
     within = None if camera.within is None else (camera.within.min, camera.within.max)
     return {"bodies": _plain_names(camera.frame, scene), "margin": margin, "within": within}
 
@@ -219,7 +219,7 @@ def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> di
     return {key: found[key] for key in [*(key for key in found if key != "frame"), "frame"]}
 
 
-def _shown(names: list[str], scene: FilmedScene) -> list[Ball]:
+def _subject_balls(names: list[str], scene: FilmedScene) -> list[Ball]:
     """Return balls around what a frame is to show, as known at the start, and around where it will fall."""
     moving = scene.around([name for name in names if name in scene.moving])
     return _to_the_ground(moving, scene) + scene.around([name for name in names if name not in scene.moving])
@@ -239,7 +239,11 @@ def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
     """Return the balls, and where they will land if there is ground not too far below."""
     levels = [copy.pos[2] for copy in ground_planes(scene)]
     level = max(levels) if levels else None
-    fallen = [] if level is None else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < FALL]
+    fallen = (
+        []
+        if level is None
+        else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < MAX_GROUND_DISTANCE]
+    )
     return balls + fallen
 
 
@@ -255,9 +259,10 @@ def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:
             continue
         first, last = _box(balls)
         near = all(
-            a < d + AROUND * size and b > c - AROUND * size for a, b, c, d in zip(first, last, low, high, strict=True)
+            a < d + MAX_STATIC_DISTANCE * size and b > c - MAX_STATIC_DISTANCE * size
+            for a, b, c, d in zip(first, last, low, high, strict=True)
         )
-        if near and _longest(first, last) <= LARGE * size:
+        if near and _longest(first, last) <= MAX_STATIC_SIZE * size:
             found.append(name)
     return found
 

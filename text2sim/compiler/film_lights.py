@@ -5,17 +5,17 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import adapted, floor_of, place_of
-from text2sim.compiler.looks import STAGE
+from text2sim.compiler.looks import STATIC_COLOR
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render
 
-FAR = 4.0
+SOFTBOX_DISTANCE = 4.0
 """Default distance of a softbox, in radii of the scene."""
-SOFT = 0.24
+SOFTBOX_SIDE = 0.24
 """Default side of a softbox, in units of its distance."""
-ROOM = 8.0
+CYCLORAMA_RADIUS = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside and light the wall too."""
 
 
@@ -122,7 +122,9 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     center, radius = extent(scene)
     lights = {name: _light(light, scene, center, radius) for name, light in render.lights.items()}
     if not lights:
-        lights = {name: _light(_turned(light, camera), scene, center, radius) for name, light in studio.lights.items()}
+        lights = {
+            name: _light(_turn_light(light, camera), scene, center, radius) for name, light in studio.lights.items()
+        }
     elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
         strength = render.ambient if render.ambient is not None else 0.16
         lights["ambient"] = _light(
@@ -137,7 +139,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
     if floor is not None and not render.lights:
         stops += adapted(floor)
-    planes = [copy for copy in ground_planes(scene) if copy.model.look.color in (None, STAGE)]
+    planes = [copy for copy in ground_planes(scene) if copy.model.look.color in (None, STATIC_COLOR)]
     levels = [copy.pos[2] for copy in ground_planes(scene)]
     return {
         "background": color_of(background),
@@ -148,7 +150,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
             "kind": render.backdrop or (place.backdrop if place else studio.backdrop),
             "level": max(levels) if levels else None,
             "center": center,
-            "radius": round(ROOM * radius, 3),
+            "radius": round(CYCLORAMA_RADIUS * radius, 3),
             "planes": [copy.name for copy in planes],
             **({"floor": floor} if floor else {}),
             **({"sky": color_of(place.sky)} if place and place.sky and not render.background else {}),
@@ -173,12 +175,12 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
     if isinstance(light, Sun):
         return plain | {"direction": light.direction, "angle": round(radians(light.angle_deg), 5)}
     if isinstance(light, Softbox):
-        distance = light.distance or round(FAR * radius, 3)
+        distance = light.distance or round(SOFTBOX_DISTANCE * radius, 3)
         return plain | {
             "direction": light.direction,
             "at": center if light.at is None else resolve_target(light.at, scene),
             "distance": distance,
-            "size": light.size or round(SOFT * distance, 3),
+            "size": light.size or round(SOFTBOX_SIDE * distance, 3),
         }
     if isinstance(light, Lamp):
         return plain | {"pos": light.pos, "radius": light.radius or round(0.05 * radius, 4)}
@@ -191,7 +193,7 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
     }
 
 
-def _turned(light: Light, camera: dict[str, Any]) -> Light:
+def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
     """A studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light

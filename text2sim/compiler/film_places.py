@@ -8,7 +8,7 @@ from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import STAGE, has_glass, oklab, worn_by
+from text2sim.compiler.looks import STATIC_COLOR, has_glass, oklab, worn_by
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
@@ -39,9 +39,9 @@ PLACES = {
     "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
     "meadow": FilmPlace("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
 }
-DECIDED = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
+LIGHT_FIELDS = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """Fields of `render` that decide about light or background."""
-PAIRS = (
+FLOORS_AND_WALLS = (
     ("slabs", "#8d8379", "#a9c8df"),
     ("slabs", "#7f8b94", "#e6cda8"),
     ("slabs", "#9a8a78", "#a3c4b4"),
@@ -49,9 +49,9 @@ PAIRS = (
     ("slabs", "#6b6058", "#c79a7c"),
 )
 """Pattern and colour of the floor, and colour of the wall, of a place that nobody chose; the most usual first."""
-USUAL = 0.03
+MIN_CONTRAST_GAIN = 0.03
 """What each step down that list has to gain in contrast."""
-SMALL = 0.3
+MAX_TABLE_RADIUS = 0.3
 """Radius [m] of a scene small enough for a table, on whose floor joints would look huge: it has none."""
 OF_FINISH = {
     "concrete": "slabs",
@@ -62,18 +62,24 @@ OF_FINISH = {
     "smooth": "polished",
 }
 """Pattern of a floor by the finish that the case gives the ground."""
-JOINTS = {"slabs": (0.5, 2.0), "boards": (0.02, 0.2), "tiles": (0.05, 0.5), "asphalt": (0.5, 2.0), "grass": (0.5, 2.0)}
+JOINT_DISTANCES = {
+    "slabs": (0.5, 2.0),
+    "boards": (0.02, 0.2),
+    "tiles": (0.05, 0.5),
+    "asphalt": (0.5, 2.0),
+    "grass": (0.5, 2.0),
+}
 """Least and greatest distance [m] of the joints of a pattern, or size of what it repeats."""
-SHARE = 0.45
+JOINT_SHARE = 0.45
 """That distance within these limits, in radii of the scene."""
-MIDDLE, USED_TO, BOUND = 0.33, 0.5, 0.7
+LIT_BRIGHTNESS, ADAPTED_SHARE, MAX_ADAPTED_STOPS = 0.33, 0.5, 0.7
 """Brightness of the floor that lights are made for, the part of another floor's difference in stops that exposure makes
 up for, and the most stops of that."""
 
 
 def is_chosen(render: Render) -> bool:
     """Return whether a place is chosen for a case: it decides about neither light nor background."""
-    return not render.model_fields_set & DECIDED
+    return not render.model_fields_set & LIGHT_FIELDS
 
 
 def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
@@ -86,8 +92,8 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
     if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
         return PLACES["meadow"]
     colors = _colors(scene)
-    pattern, color, behind = PAIRS[max(range(len(PAIRS)), key=lambda k: _apart(k, colors))]
-    if extent(scene)[1] < SMALL:
+    pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _contrast(k, colors))]
+    if extent(scene)[1] < MAX_TABLE_RADIUS:
         pattern = "polished"
     return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
 
@@ -96,7 +102,9 @@ def adapted(floor: dict[str, Any]) -> float:
     """Return the stops that brighten a picture with a dark floor and darken one with a pale floor, as eyes adapt."""
     red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in floor["color"])
     bright = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    return round(min(max(USED_TO * log2(MIDDLE / max(bright, 1e-3)), -BOUND), BOUND), 4)
+    return round(
+        min(max(ADAPTED_SHARE * log2(LIT_BRIGHTNESS / max(bright, 1e-3)), -MAX_ADAPTED_STOPS), MAX_ADAPTED_STOPS), 4
+    )
 
 
 def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool) -> dict[str, Any]:
@@ -114,10 +122,10 @@ def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool
     for copy in () if named else ground_planes(scene):
         look = copy.model.look
         pattern = OF_FINISH.get(look.finish, pattern)
-        if look.color not in (None, STAGE):
+        if look.color not in (None, STATIC_COLOR):
             color = next(iter(worn_by(copy)))[:3]
-    low, high = JOINTS.get(pattern, (0.1, 2.0))
-    return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(SHARE * radius, low), high))}
+    low, high = JOINT_DISTANCES.get(pattern, (0.1, 2.0))
+    return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(JOINT_SHARE * radius, low), high))}
 
 
 def _colors(scene: FilmedScene) -> dict[Vec, None]:
@@ -129,13 +137,13 @@ def _colors(scene: FilmedScene) -> dict[Vec, None]:
     return dict.fromkeys(map(oklab, colors))
 
 
-def _apart(k: int, colors: Collection[Vec]) -> float:
+def _contrast(k: int, colors: Collection[Vec]) -> float:
     """How well colours stand out against a floor and its wall."""
     if not colors:
         return -k
-    behind = [oklab(rgb(color)) for color in PAIRS[k][1:]]
+    behind = [oklab(rgb(color)) for color in FLOORS_AND_WALLS[k][1:]]
     away = sorted(min(dist(one, color) for one in behind) for color in colors)
-    return 0.6 * away[0] + 0.4 * sum(away) / len(away) - USUAL * k
+    return 0.6 * away[0] + 0.4 * sum(away) / len(away) - MIN_CONTRAST_GAIN * k
 
 
 def _pleasant(length: float) -> float:

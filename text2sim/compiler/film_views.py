@@ -25,9 +25,9 @@ DIRECTIONS = (
     (0.4, -0.7, 1.8),
 )
 """Directions from the scene to the camera."""
-FLAT = 0.3
+MAX_FLAT_RATIO = 0.3
 """What is thinner than this part of its width, and taller than that part, is filmed from its broad side."""
-RAYS = 16
+TESTED_POINTS = 16
 """About how many points of what moves are tested in each direction."""
 
 
@@ -43,13 +43,13 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
     """
     ways = (*_broadside(size), *DIRECTIONS)
     standing = [piece for copy in statics if _hides(copy) for piece in _pieces(copy, bodies)]
-    points = points[:: max(len(points) // RAYS, 1)]
+    points = points[:: max(len(points) // TESTED_POINTS, 1)]
     if not standing or not points:
         return ways[0]
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
-        return sum(any(_meets(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
+        return sum(any(_crosses(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
 
     return min(ways, key=hidden)
 
@@ -57,9 +57,9 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 def _broadside(size: Vec) -> tuple[Vec, ...]:
     """Directions to the broad sides of what stands flat and upright; none of anything else."""
     wide, deep, tall = size
-    if deep < FLAT * wide and tall > FLAT * wide:
+    if deep < MAX_FLAT_RATIO * wide and tall > MAX_FLAT_RATIO * wide:
         return ((0.25, -1.0, 0.3), (-0.25, -1.0, 0.3), (0.25, 1.0, 0.3))
-    if wide < FLAT * deep and tall > FLAT * deep:
+    if wide < MAX_FLAT_RATIO * deep and tall > MAX_FLAT_RATIO * deep:
         return ((1.0, -0.25, 0.3), (-1.0, -0.25, 0.3))
     return ()
 
@@ -77,7 +77,7 @@ def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
     return [(piece, copy.pos, copy.quat) for piece in pieces(copy.shape, bodies.folder)]
 
 
-def _meets(standing: Standing, start: Vec, end: Vec) -> bool:
+def _crosses(standing: Standing, start: Vec, end: Vec) -> bool:
     """Whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))

@@ -17,17 +17,17 @@ from text2sim.spec_schema.models.shapes import Compound, Mesh
 
 Rgba = tuple[float, float, float, float]
 
-STAGE = "#98a1a9"
+STATIC_COLOR = "#98a1a9"
 """Statics without a colour: grey, so that bodies stand out."""
-STUFF = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
+MATERIAL_COLORS = {"granular": "#c8a96a", "liquid": "#3f88c5", "snow": "#f1f4f7"}
 """Bodies that have the colour of their material if they are given none."""
 # Okabe and Ito's palette, which people with every kind of colour vision can tell apart
 # (https://jfly.uni-koeln.de/color/), for bodies that were given no colour.
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 
-SOLID = 0.5
+MIN_HIDING_OPACITY = 0.5
 """Least opacity at which something hides what is behind it."""
-CLEAR = ("glass", "frosted_glass")
+CLEAR_FINISHES = ("glass", "frosted_glass")
 """Finishes that hide nothing, however opaque."""
 
 
@@ -49,7 +49,7 @@ def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
 
 def hides(opacity: float, finish: str) -> bool:
     """Return whether something of this opacity and finish hides what is behind it."""
-    return opacity >= SOLID and finish not in CLEAR
+    return opacity >= MIN_HIDING_OPACITY and finish not in CLEAR_FINISHES
 
 
 def finish_of_body(model: Any) -> str:
@@ -61,8 +61,8 @@ def finish_of_body(model: Any) -> str:
 def default_color(name: str, model: Any) -> str:
     """Return the colour of a body or static that was given none."""
     if isinstance(model, Static):
-        return STAGE
-    return STUFF.get(model.kind) or PALETTE[sum(name.encode()) % len(PALETTE)]
+        return STATIC_COLOR
+    return MATERIAL_COLORS.get(model.kind) or PALETTE[sum(name.encode()) % len(PALETTE)]
 
 
 def rgba_of(look: Look, copy: Copy) -> Rgba:

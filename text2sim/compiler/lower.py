@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.dolls import ragdoll_tree
-from text2sim.compiler.trees.filebody import file_changes, file_motors, mechanism_tree
+from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
 from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
@@ -39,9 +39,9 @@ from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Rop
 if TYPE_CHECKING:
     from text2sim.compiler.soft.lowering import SoftLowering
 
-NATIVE = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
-PLACES = ("pose", "place", "repeat")
-IMMOVABLE = 1e4
+NATIVE_MORPHS = {"box": "Box", "sphere": "Sphere", "cylinder": "Cylinder"}
+PLACEMENT_KEYS = ("pose", "place", "repeat")
+DRIVEN_ARMATURE = 1e4
 """Armature [kg or kg m2] of a driven body's joints: contact cannot push it back.
 
 The solver's stopping criterion scales with the mean inertia of the scene: ten times as much here would make the
@@ -123,12 +123,14 @@ class Lowering:
         motion = model.motion
         if isinstance(motion, Spin):
             axes: dict[str, TreeJoint] = {
-                "turn": TreeJoint("hinge", axis=self._local(copy, motion.axis), armature=IMMOVABLE)
+                "turn": TreeJoint("hinge", axis=self._local(copy, motion.axis), armature=DRIVEN_ARMATURE)
             }
         elif isinstance(motion, Oscillate):
-            axes = {"slide": TreeJoint("slider", axis=self._local(copy, motion.axis), armature=IMMOVABLE)}
+            axes = {"slide": TreeJoint("slider", axis=self._local(copy, motion.axis), armature=DRIVEN_ARMATURE)}
         else:
-            axes = {f"slide_{a}": TreeJoint("slider", axis=self._local(copy, a), armature=IMMOVABLE) for a in "xyz"}
+            axes = {
+                f"slide_{a}": TreeJoint("slider", axis=self._local(copy, a), armature=DRIVEN_ARMATURE) for a in "xyz"
+            }
         link = self._link(copy, model.material, model.look)
         link = replace(link, joints=tuple(axes.items()))
         return self._model(copy, Tree((link,)))
@@ -184,7 +186,7 @@ class Lowering:
     def _solid(self, copy: Copy, material: Material, look: Look, joint: TreeJoint | None) -> EntityPlan:
         shape = copy.shape
         simple = joint is None or joint.kind == "free"
-        if shape.kind in NATIVE and simple:
+        if shape.kind in NATIVE_MORPHS and simple:
             options: dict[str, Any] = {name: value for name, value in shape if name != "kind"}
             if joint is None:
                 options["fixed"] = True
@@ -192,7 +194,7 @@ class Lowering:
             self.thinnest = min(self.thinnest, piece.thickness)
             center, radius = piece.ball
             self.balls[copy.name] = [(frame_apply(copy.pos, copy.quat, center), radius)]
-            return self._native(copy, NATIVE[shape.kind], options, material, look, piece.volume())
+            return self._native(copy, NATIVE_MORPHS[shape.kind], options, material, look, piece.volume())
         # Copies that differ only in where they are, and perhaps in a colour of their own, share one model.
         plain = one_color(shape)
         key = (
@@ -211,7 +213,7 @@ class Lowering:
     def _content(self, model: Any) -> Any:
         """The content of a model, without where its copies are."""
         if id(model) not in self.contents:
-            there = {field: None for field in PLACES if field in type(model).model_fields}
+            there = {field: None for field in PLACEMENT_KEYS if field in type(model).model_fields}
             self.contents[id(model)] = (model, content_of(model.model_copy(update=there)))
         return self.contents[id(model)][1]
 
@@ -288,10 +290,10 @@ class Lowering:
         # An MJCF file sets the friction of every geom, if only by MuJoCo's defaults; a URDF cannot.
         friction = model.material.friction if urdf or "friction" in model.material.model_fields_set else None
         rho = generators.density_of(model.material, 1.0) if urdf and mechanism.inertialess else None
-        said = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
+        gives_torques = urdf or model.material.model_fields_set & {"rolling_friction", "torsional_friction"}
         return EntityPlan(
             copy.name, mechanism.kind.upper(), options, copy.pos, copy.quat, rho, friction, surface,
-            material_options=self._torques(model.material) if said else {},
+            material_options=self._torques(model.material) if gives_torques else {},
         )  # fmt: skip
 
     def held_joints(self) -> dict[str, set[str]]:

@@ -22,11 +22,11 @@ from text2sim.spec_schema.models.motion import (
     start_of,
 )
 
-SMOOTH = 1.5
+PEAK_SPEED_RATIO = 1.5
 """Peak speed over mean speed of a body on a smooth stretch that begins and ends at rest."""
-LOOKS = 200
+SPIN_SAMPLES = 200
 """Times at which the speed of a spin is sampled."""
-POSES = 60
+MAX_POSES = 60
 """Most poses of a path or a turn."""
 
 Moment = tuple[float, Vec, Quaternion]
@@ -67,7 +67,7 @@ def strokes(motion: Oscillate | Waypoints) -> Iterator[tuple[Vec, Bounds]]:
         axis = vector_unit(motion.axis)
         yield vector_times(axis, 2 * pi * motion.frequency * motion.amplitude), displacements(motion)
         return
-    peak = SMOOTH if motion.ease == "smooth" else 1.0
+    peak = PEAK_SPEED_RATIO if motion.ease == "smooth" else 1.0
     for (t, a), (end, b) in pairwise(zip(motion.times, motion.positions, strict=True)):
         velocity = tuple((q - p) * peak / (end - t) for p, q in zip(a, b, strict=True))
         if any(velocity):
@@ -79,7 +79,7 @@ def top_speed(motion: Oscillate | Waypoints) -> float:
     if isinstance(motion, Oscillate):
         return 2 * pi * motion.frequency * motion.amplitude
     legs = pairwise(zip(motion.times, motion.positions, strict=True))
-    return max(SMOOTH * math.dist(a, b) / (end - start) for (start, a), (end, b) in legs)
+    return max(PEAK_SPEED_RATIO * math.dist(a, b) / (end - start) for (start, a), (end, b) in legs)
 
 
 def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
@@ -88,16 +88,16 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
     Args:
         motion: The motion.
         duration: Of the run [s].
-        stride: Greatest distance [m] between moments, unless that makes more than `POSES` of them.
+        stride: Greatest distance [m] between moments, unless that makes more than `MAX_POSES` of them.
     """
     if isinstance(motion, Spin):
-        yield from _turns(motion, duration)
+        yield from _spin_moments(motion, duration)
         return
     corners = _corners(motion, duration)
     total = sum(math.dist(a, b) for (_, a), (_, b) in pairwise(corners)) or 1.0
     for (start, a), (end, b) in pairwise(corners):
         far = math.dist(a, b)
-        count = max(1, math.ceil(min(far / stride, POSES * far / total)))
+        count = max(1, math.ceil(min(far / stride, MAX_POSES * far / total)))
         for k in range(1, count + 1):
             u = k / count
             x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
@@ -114,21 +114,21 @@ def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float
     return [(t, displacement(motion, t)) for t in times]
 
 
-def _turns(motion: Spin, duration: float) -> Iterator[Moment]:
+def _spin_moments(motion: Spin, duration: float) -> Iterator[Moment]:
     """Moments of a spin up to its largest angle either way, at most one turn each."""
     axis = vector_unit(motion.axis)
     low = high = angle = 0.0
     ends = [(0.0, 0.0), (0.0, 0.0)]
-    for k in range(LOOKS):
-        t = duration * (k + 1) / LOOKS
-        angle += value_at(motion.speed, t - duration / (2 * LOOKS)) * duration / LOOKS
+    for k in range(SPIN_SAMPLES):
+        t = duration * (k + 1) / SPIN_SAMPLES
+        angle += value_at(motion.speed, t - duration / (2 * SPIN_SAMPLES)) * duration / SPIN_SAMPLES
         if angle < low or angle > high:
             low, high = min(low, angle), max(high, angle)
             ends[angle > 0] = (angle, t)
     for last, t in ends:
         last = max(-2 * pi, min(last, 2 * pi))
-        for k in range(1, POSES + 1) if last else ():
-            yield t * k / POSES, (0.0, 0.0, 0.0), quat_from_axis_angle(axis, last * k / POSES)
+        for k in range(1, MAX_POSES + 1) if last else ():
+            yield t * k / MAX_POSES, (0.0, 0.0, 0.0), quat_from_axis_angle(axis, last * k / MAX_POSES)
 
 
 def sets_out(motion: Motion) -> float:

@@ -110,12 +110,12 @@ class _Writer:
     def _value(self, name: str) -> Code:
         measure = self.loaded.case.actions.measures[name]
         if measure.change_from is None:
-            return self._whole(name, measure)
+            return self._code_of_measure(name, measure)
         if measure.change_from in ("start", 0.0):
-            return _call("since_start", self._whole(name, measure))
+            return _call("since_start", self._code_of_measure(name, measure))
         raise UnseenError(f"a program cannot see `{name}`, a change from a later time; it sees a change from the start")
 
-    def _whole(self, name: str, measure: measures.Measure) -> Code:
+    def _code_of_measure(self, name: str, measure: measures.Measure) -> Code:
         if isinstance(measure, measures.Distance):
             first, second = (self._named_places(selector) for selector in measure.between)
             pairs = [Code(f"({a}, {b})") for one, a in first for other, b in second if one != other]
@@ -164,13 +164,13 @@ class _Writer:
 
     def _named_places(self, selector: str, region: object = None) -> list[tuple[str, Code]]:
         chosen, part = self._chosen(selector)
-        return [(copy.name, self._of(copy, part, region, "origin", "center")) for copy in chosen]
+        return [(copy.name, self._call_for_copy(copy, part, region, "origin", "center")) for copy in chosen]
 
     def _velocities(self, selector: str, region: object) -> list[Code]:
         chosen, part = self._chosen(selector)
-        return [self._of(copy, part, region, "velocity", "center_velocity") for copy in chosen]
+        return [self._call_for_copy(copy, part, region, "velocity", "center_velocity") for copy in chosen]
 
-    def _of(self, copy: Copy, part: str | None, region: object, rigid: str, deformable: str) -> Code:
+    def _call_for_copy(self, copy: Copy, part: str | None, region: object, rigid: str, deformable: str) -> Code:
         if not is_soft(copy.model):
             return _call(rigid, Code("scene"), _body(copy), part)
         assert self.soft is not None

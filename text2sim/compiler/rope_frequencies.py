@@ -19,7 +19,7 @@ from text2sim.compiler.trees.generators import link_of
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.models.bodies import Articulated, Link
 
-SWING = 2.0
+TENSION_FACTOR = 2.0
 """Assumed tension over weight; a load that swings down from the horizontal would pull with three times its weight."""
 
 
@@ -37,12 +37,12 @@ def taut_frequencies(
         rows: Controls, lowered: what is welded to a rope hangs on it.
         gravity: [m/s2]
     """
-    pull = SWING * math.hypot(*gravity)
+    pull = TENSION_FACTOR * math.hypot(*gravity)
     found = {
         copy.name: frequency
         for copy in copies
         if isinstance(copy.model, Articulated) and copy.model.links
-        if (frequency := _listed(copy.model.links, lowering.trees[copy.name], pull)) > 0.0
+        if (frequency := _fastest_hanging_link(copy.model.links, lowering.trees[copy.name], pull)) > 0.0
     }
     ropes = [copy for copy in copies if copy.model.kind in ("rope", "chain")]
     if not ropes:
@@ -53,7 +53,7 @@ def taut_frequencies(
             if rope in tied and weld.on:
                 tied[rope].add(load)
     wanted = {name for names in tied.values() for name in names}
-    weights = masses_of(lowering, groups, (c for c in copies if c.name in wanted and _hangs(c)))
+    weights = masses_of(lowering, groups, (c for c in copies if c.name in wanted and _hangs_freely(c)))
     for copy in ropes:
         mass, length = link_of(copy.model)
         if copy.model.kind == "chain":
@@ -64,7 +64,7 @@ def taut_frequencies(
     return found
 
 
-def _listed(links: Mapping[str, Link], tree: Tree, pull: float) -> float:
+def _fastest_hanging_link(links: Mapping[str, Link], tree: Tree, pull: float) -> float:
     """Return the angular frequency [rad/s] of the fastest passive link that hangs in a row of them; 0 if none does."""
     rows = {row.link.name: row for row in carried_links(tree)}
 
@@ -83,6 +83,6 @@ def _listed(links: Mapping[str, Link], tree: Tree, pull: float) -> float:
     return fastest
 
 
-def _hangs(copy: Copy) -> bool:
+def _hangs_freely(copy: Copy) -> bool:
     """Return whether nothing else carries a body."""
     return getattr(getattr(copy.model, "mount", None), "kind", "free") == "free" and copy.model.kind != "driven"

@@ -68,13 +68,13 @@ def extremes(schedule: Schedule) -> tuple[float, float]:
     return value, value
 
 
-LOOKS = 200
+SCHEDULE_SAMPLES = 200
 """Times at which a schedule is sampled for its largest value."""
 
 
 def largest(schedule: Schedule, duration: float) -> float:
     """Return the largest absolute value of a schedule within a run of this duration [s]."""
-    return max(abs(value_at(schedule, duration * k / LOOKS)) for k in range(LOOKS + 1))
+    return max(abs(value_at(schedule, duration * k / SCHEDULE_SAMPLES)) for k in range(SCHEDULE_SAMPLES + 1))
 
 
 def slopes(times: list[float], values: list[float]) -> list[float]:

@@ -6,9 +6,9 @@ from math import acos, acosh, ceil, exp, sqrt
 from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.spec_schema.models.scene import Scene
 
-CROWD = 100
+CROWD_BODIES = 100
 """With more loose bodies than this, the Newton solver is 20 to 60 times slower than CG."""
-CRISPNESS = 0.25
+CONTACT_PHASE = 0.25
 """Substep times angular frequency of a contact that bounces. Restitution then scatters by some hundredths with the
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
 RIGID_SUBSTEPS = 50
@@ -19,10 +19,10 @@ TAUT_STEP = 1.0
 """Substep times angular frequency of a taut rope: 1.4 still holds, 1.5 does not."""
 BOUNCE_STEP = 0.0005
 """Longest substep [s] for contacts that bounce; at this one they last 6 ms."""
-LOST = 1e-6
+MIN_INERTIA_SHARE = 1e-6
 """Least part of a link in the inertia of what hangs on it that numbers of 32 bits do not lose: 1.4e-7 and 4e-8 end in
 nan at a touch, 2e-6 holds (50 kg on 20 links of 11 g)."""
-TIMECONST = 0.002
+MIN_TIMECONST = 0.002
 """Shortest time constant [s] of contacts that is derived; an author may give a shorter one."""
 
 
@@ -153,7 +153,7 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
     step = scene.dt / substeps
     solver = scene.solver.kind
     if solver is None:
-        crowded = traits.loose > CROWD
+        crowded = traits.loose > CROWD_BODIES
         tangled = traits.loops > 12 or traits.chains > 40
         solver = "cg" if crowded or tangled or traits.wound else "newton"
         if crowded:
@@ -168,13 +168,13 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
             why["solver"] = "few enough bodies for the exact solver"
     iterations = scene.solver.iterations
     if iterations is None:
-        iterations = 60 if solver == "cg" and traits.loose > CROWD else 50
+        iterations = 60 if solver == "cg" and traits.loose > CROWD_BODIES else 50
     timeconst = scene.contact.timeconst
     if timeconst is None:
-        timeconst = max(2 * step, TIMECONST)
+        timeconst = max(2 * step, MIN_TIMECONST)
         why["timeconst"] = (
             "two substeps: the stiffest contact that stays stable"
-            if 2 * step >= TIMECONST
+            if 2 * step >= MIN_TIMECONST
             else "the shortest that is derived: two substeps are less, and may be given"
         )
         if traits.wound and 4 * step < timeconst:
@@ -187,7 +187,7 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
         why["max_pairs"] = f"16 for each of {traits.geoms} convex pieces"
     cone = scene.contact.friction_cone or _cone(scene, solver, traits, soft, why)
     precision = "32" if soft is None else soft.precision
-    if soft is None and traits.slightest < LOST:
+    if soft is None and traits.slightest < MIN_INERTIA_SHARE:
         precision, why["precision"] = "64", "32 bits lose light links beside what hangs on them"
     return Settings(
         substeps=substeps,
@@ -240,7 +240,7 @@ def _substeps(scene: Scene, traits: Traits, soft: SoftSettings | None, why: dict
 
     if traits.loose > 1:
         need(0.005, "at 10 ms stacked and piled bodies sink into each other")
-    if traits.loose > CROWD:
+    if traits.loose > CROWD_BODIES:
         need(0.0025, "at 5 ms and more the bodies of a dense pile sink into each other")
     if traits.chains or traits.loops:
         need(0.0025, "trees of ball joints and closed loops drift or explode at longer steps")
@@ -276,4 +276,4 @@ def _bounce_time(scene: Scene, step: float, traits: Traits, why: dict[str, str])
     if scene.contact.timeconst is not None:
         return scene.contact.timeconst * damping_ratio(traits.bounciest)
     why["bounce_time"] = "contacts that bounce last pi times this; shorter ones would scatter at this substep"
-    return step / CRISPNESS
+    return step / CONTACT_PHASE

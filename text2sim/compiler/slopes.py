@@ -9,49 +9,58 @@ from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_multiply, qu
 from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.shapes import Compound
 
-LEVEL = 0.0087
+MAX_LEVEL_TILT = 0.0087
 """Largest tilt [rad] of a level face: half a degree."""
-WITHOUT_FACES = ("sphere", "ellipsoid", "torus")
-TURNED = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
+SHAPES_WITHOUT_FACES = ("sphere", "ellipsoid", "torus")
+SHAPES_OF_REVOLUTION = ("cylinder", "capsule", "cone", "tube", "cup", "funnel")
 """Shapes of revolution about z."""
 
 
 def has_slopes(copies: Iterable[Copy], gravity: Vec) -> bool:
     """Return whether there are flat faces, except of packed bodies, that are neither level nor upright."""
-    return next(tilted(copies, gravity), None) is not None
+    return next(tilted_copies(copies, gravity), None) is not None
 
 
-def tilted(copies: Iterable[Copy], gravity: Vec) -> Iterator[Copy]:
+def tilted_copies(copies: Iterable[Copy], gravity: Vec) -> Iterator[Copy]:
     """Yield the copies with such faces."""
-    pull = hypot(*gravity)
-    if not pull:
+    gravity_size = hypot(*gravity)
+    if not gravity_size:
         return
-    up = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
-    yield from (copy for copy in copies if _is_placed(copy) and _is_tilted(copy, up))
+    up = (gravity[0] / gravity_size, gravity[1] / gravity_size, gravity[2] / gravity_size)
+    yield from (copy for copy in copies if _has_intended_tilt(copy) and _is_tilted(copy, up))
 
 
-def _is_placed(copy: Copy) -> bool:
+def _has_intended_tilt(copy: Copy) -> bool:
     """Return whether its tilt is intended, not that of a packing."""
     repeat = getattr(copy.model, "repeat", None)
-    return copy.shape is not None and copy.shape.kind not in WITHOUT_FACES and getattr(repeat, "kind", "") != "packing"
+    return (
+        copy.shape is not None
+        and copy.shape.kind not in SHAPES_WITHOUT_FACES
+        and getattr(repeat, "kind", "") != "packing"
+    )
 
 
 def _is_tilted(copy: Copy, up: Vec) -> bool:
     if isinstance(copy.shape, Compound):
-        return any(_is_off(p.shape, quat_multiply(copy.quat, quat_of(p.pose)), up) for p in copy.shape.solids.values())
-    return _is_off(copy.shape, copy.quat, up)
+        return any(
+            _has_tilted_faces(p.shape, quat_multiply(copy.quat, quat_of(p.pose)), up)
+            for p in copy.shape.solids.values()
+        )
+    return _has_tilted_faces(copy.shape, copy.quat, up)
 
 
-def _is_off(shape: Any, quat: Quaternion, up: Vec) -> bool:
+def _has_tilted_faces(shape: Any, quat: Quaternion, up: Vec) -> bool:
     """Return whether a shape's faces are neither level nor upright."""
-    if shape.kind in WITHOUT_FACES:
+    if shape.kind in SHAPES_WITHOUT_FACES:
         return False
     if shape.kind == "polyhedron":
         return True  # slanted faces are what a polyhedron is used for
     z = _sine(quat, "z", up)
-    if shape.kind in TURNED:
-        return LEVEL < z < cos(LEVEL)
-    return z > LEVEL and (shape.kind == "plane" or min(_sine(quat, axis, up) for axis in "xy") > LEVEL)
+    if shape.kind in SHAPES_OF_REVOLUTION:
+        return MAX_LEVEL_TILT < z < cos(MAX_LEVEL_TILT)
+    return z > MAX_LEVEL_TILT and (
+        shape.kind == "plane" or min(_sine(quat, axis, up) for axis in "xy") > MAX_LEVEL_TILT
+    )
 
 
 def _sine(quat: Quaternion, axis: str, up: Vec) -> float:

@@ -14,19 +14,19 @@ import numpy as np
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.view import PictureView
 from text2sim.legibility.recorded import Array, Recorded, raster_view
-from text2sim.legibility.sight import PIXELS, Things, look
+from text2sim.legibility.sight import MIN_PIXELS, Things, look
 from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.states import RunStates
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-TRIANGLES = 400_000
+MAX_TRIANGLES = 400_000
 """Triangles of rigid things, about: larger meshes are coarsened."""
-GRAINS = 5_000
+MAX_PARTICLES = 5_000
 """Particles that are drawn."""
-WAYS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+KEY_POINT_DIRECTIONS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 """Key points of a thing are the eight vertices of its surface that are farthest in these directions at the start."""
-AHEAD = 0.01
+DEPTH_TOLERANCE = 0.01
 """A point is seen if it is at most this part of its depth behind the surface at its pixel."""
 FLIP = np.array([1.0, -1.0, -1.0])
 """Converts (right, up, back) to (right, down, ahead)."""
@@ -70,7 +70,7 @@ class Annotator:
 
     def __init__(self, recording: FilmRecord):
         self.recording = recording
-        self.recorded = Recorded(recording, TRIANGLES, GRAINS, copies=True)
+        self.recorded = Recorded(recording, MAX_TRIANGLES, MAX_PARTICLES, copies=True)
         self.size: tuple[int, int] = tuple(recording.film["resolution"])
         self._cameras = Cameras(recording.film, recording.states)
         corners, self.piece, _ = self.recorded.surfaces(float(recording.states.time[0]))
@@ -206,10 +206,10 @@ class Annotator:
             row: dict[str, Any] = {"instance": k + 1, "name": thing["name"]}
             if "visibility" in wanted:
                 row["share"] = float(sight.seen[k] / sight.size)
-                row["hidden"] = float(sight.hidden[k]) if sight.alone[k] >= PIXELS else None
+                row["hidden"] = float(sight.hidden[k]) if sight.alone[k] >= MIN_PIXELS else None
                 row["inside"] = float(sight.inside[k])
             if "boxes" in wanted:
-                row["box"], row["whole_box"] = _box(ids == k), _around(points, now.view)
+                row["box"], row["whole_box"] = _box(ids == k), _bounding_box(points, now.view)
                 row |= self._box3d(thing["name"], points, now.frame.t)
             if "keypoints" in wanted:
                 triangle, corner = self._keys[k]
@@ -257,25 +257,25 @@ class PictureContacts:
                 "penetration": float(self._arrays["penetration"][k]),
                 "pixel": pixels[n].tolist() if np.isfinite(pixels[n]).all() else None,
             }
-            for n, k in enumerate(self._at(now.frame.t))
+            for n, k in enumerate(self._points_at(now.frame.t))
         ]
 
     def map(self, now: Seen) -> Array:
         """Return the sum of normal forces at each pixel [N], float16, shape (h, w)."""
         wide, tall = now.view.width, now.view.height
-        pixels, force = self._pixels(now), self._arrays["normal_force"][self._at(now.frame.t)]
+        pixels, force = self._pixels(now), self._arrays["normal_force"][self._points_at(now.frame.t)]
         inside = np.isfinite(pixels).all(axis=1) & (pixels >= 0).all(axis=1) & (pixels < (wide, tall)).all(axis=1)
         column, row = pixels[inside].astype(int).T
         sums = np.bincount(row * wide + column, np.abs(force[inside]).astype(float), wide * tall)
         return np.minimum(sums, np.finfo(np.float16).max).reshape(tall, wide).astype(np.float16)
 
-    def _at(self, t: float) -> Array:
+    def _points_at(self, t: float) -> Array:
         step = round(t / self._states.dt)
         first, last = np.searchsorted(self._sorted, [step, step + 1])
         return self._order[first:last]
 
     def _pixels(self, now: Seen) -> Array:
-        return now.view.pixels(self._arrays["pos"][self._at(now.frame.t)].reshape(-1, 3))
+        return now.view.pixels(self._arrays["pos"][self._points_at(now.frame.t)].reshape(-1, 3))
 
 
 def _shares(now: Seen, pixels: Array, triangle: Array) -> Array:
@@ -317,13 +317,13 @@ def _is_seen(now: Seen, points: Array) -> Array:
     # The plane extends beyond the triangle.
     ends = -now.view.local(corners.reshape(-1, 3))[:, 2].reshape(-1, 3)
     ahead = np.where(ahead > 0, np.clip(ahead, ends.min(axis=1), ends.max(axis=1)), now.depth[row, column][hit])
-    found[which] = depth[which] <= ahead * (1 + AHEAD)
+    found[which] = depth[which] <= ahead * (1 + DEPTH_TOLERANCE)
     return found
 
 
 def _outermost(corners: Array, triangles: Array) -> tuple[Array, Array]:
-    """Triangle and corner of the points that are farthest along `WAYS`, both of shape (8,)."""
-    best = np.argmax(corners[triangles].reshape(-1, 3) @ WAYS.T, axis=0)
+    """Triangle and corner of the points that are farthest along `KEY_POINT_DIRECTIONS`, both of shape (8,)."""
+    best = np.argmax(corners[triangles].reshape(-1, 3) @ KEY_POINT_DIRECTIONS.T, axis=0)
     return triangles[best // 3], best % 3
 
 
@@ -335,7 +335,7 @@ def _box(mask: Array) -> list[int] | None:
     return [int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1]
 
 
-def _around(points: Array, view: PictureView) -> list[float] | None:
+def _bounding_box(points: Array, view: PictureView) -> list[float] | None:
     """Left, top, right, bottom [pixels] of a whole thing, with what is hidden or outside of the picture.
 
     None if some of it is behind the camera.

@@ -16,13 +16,13 @@ from text2sim.dataset.questions import Row
 
 Group = tuple[str, str, str]
 """Split, case and text of questions: answers from another case would not be in the scene."""
-MOST = 5
+MAX_CHOICES = 5
 """Largest number of choices."""
 FOLDS = 5
 """Folds of cases for cross-validation."""
 
 
-def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
+def balanced_questions(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: int) -> Iterator[Row]:
     """Yield questions with choices, as rows of the table, such that their text does not tell the answer.
 
     Args:
@@ -49,9 +49,9 @@ def balanced(rows: Iterable[Row], counts: Mapping[Group, Counter[str]], seed: in
 def _quota(found: Counter[str]) -> dict[str, int]:
     """How often each answer is used: the most frequent answers, each as often as the rarest of them.
 
-    The number of answers, from two to `MOST`, is the one that gives the most questions.
+    The number of answers, from two to `MAX_CHOICES`, is the one that gives the most questions.
     """
-    ranked = sorted(found.items(), key=lambda pair: (-pair[1], pair[0]))[:MOST]
+    ranked = sorted(found.items(), key=lambda pair: (-pair[1], pair[0]))[:MAX_CHOICES]
     best = max(range(1, len(ranked) + 1), key=lambda n: (n > 1, n * ranked[n - 1][1]))
     return {answer: ranked[best - 1][1] for answer, _ in ranked[:best]} if best > 1 else {}
 

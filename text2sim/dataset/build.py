@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from text2sim.cluster.estimate import measured
+from text2sim.cluster.estimate import measured_needs
 from text2sim.cluster.run import Where, run_tasks
 from text2sim.cluster.task import Needs, Task
-from text2sim.dataset.balance import Group, balanced
+from text2sim.dataset.balance import Group, balanced_questions
 from text2sim.dataset.card import write_card
 from text2sim.dataset.curation import Likeness, same_film
 from text2sim.dataset.item import Item
@@ -19,7 +19,7 @@ from text2sim.dataset.lerobot import RobotForm, RobotWriter, robot_form
 from text2sim.dataset.recipe import Recipe
 from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
-from text2sim.dataset.splits import deal
+from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import TableWriter
 from text2sim.recording.record import write_atomically
 from text2sim.runtime.stop import Stop
@@ -123,9 +123,9 @@ def build(
     folder = stage / "dataset"
     shutil.rmtree(folder, ignore_errors=True)
     jobs = jobs_of(recipe, root, runs, stage / "items")
-    writer = Writer(recipe, folder, deal(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
+    writer = Writer(recipe, folder, deal_splits(recipe, [(job.source, job.name) for job in jobs]), dropped, scores)
     writer.tally.jobs = len(jobs)
-    known = measured(runs)
+    known = measured_needs(runs)
     tasks = [task_of(job, known.get(job.name, Needs())) for job in jobs]
     announce(tasks)
     for fresh, result in _results(dict(zip(map(id, tasks), jobs, strict=True)), tasks, where):
@@ -227,8 +227,8 @@ class Writer:
         self._asked.close()
         with Path(self._asked.name).open(encoding="utf-8") as lines:
             rows = (json.loads(line) for line in lines)
-            for row in balanced(rows, self._answers, self._recipe.seed):
-                self._put("questions", row.pop("split"), [row])
+            for row in balanced_questions(rows, self._answers, self._recipe.seed):
+                self._write_rows("questions", row.pop("split"), [row])
         Path(self._asked.name).unlink()
         for file in (*self._tables.values(), *self._shards.values(), *self._robots.values(), self._refused):
             file.close()
@@ -243,8 +243,8 @@ class Writer:
         item.row["shard"] = self._shards[split].add(item.key, item.folder, extra)
         if (form := robot_form(item)) is not None:
             self._robot(f"{split}-{item.row['source']}-{item.row['case']}", form).add(item)
-        self._put("items", split, [item.row])
-        self._put("frames", split, item.frames)
+        self._write_rows("items", split, [item.row])
+        self._write_rows("frames", split, item.frames)
         for row in item.questions:
             self._asked.write(json.dumps({"split": split, "case": item.row["case"], **row}) + "\n")
             group = split, item.row["case"], row["question"]
@@ -259,7 +259,7 @@ class Writer:
             self._robots[name, form] = RobotWriter(folder, form)
         return self._robots[name, form]
 
-    def _put(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
+    def _write_rows(self, table: str, split: str, rows: list[dict[str, Any]]) -> None:
         if (table, split) not in self._tables:
             path = self._folder / table / f"{split}-00000.parquet"
             self._tables[table, split] = TableWriter(path, table)

@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import yaml
 
-from text2sim.dataset.curation import annotation_faults, decoded, fingerprint, is_alike
+from text2sim.dataset.curation import annotation_faults, fingerprint, is_alike, thumbnail_colors
 from text2sim.dataset.lerobot import episodes_of
 from text2sim.dataset.recipe import ItemLimits
 from text2sim.dataset.shards import read_shard
@@ -173,7 +173,7 @@ def _item(key: str, files: dict[str, bytes], row: dict[str, Any]) -> Iterator[st
     verdict = json.loads(files["evidence.json"])["verdict"]
     if verdict != row["verdict"]:
         yield f"{key}: the table says verdict {row['verdict']}, evidence.json {verdict}"
-    pictures = len(decoded(io.BytesIO(files["film.mp4"]), (row["width"], row["height"])))
+    pictures = len(thumbnail_colors(io.BytesIO(files["film.mp4"]), (row["width"], row["height"])))
     if pictures != row["frames"]:
         yield f"{key}: {pictures} of {row['frames']} pictures of the film can be decoded"
     with np.load(io.BytesIO(files["states.npz"])) as arrays:

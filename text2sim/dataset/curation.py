@@ -12,17 +12,17 @@ from text2sim.dataset.item import Item
 from text2sim.dataset.recipe import ItemLimits
 from text2sim.recording.vectors import rotate
 
-MOMENTS = 12
+COMPARED_TIMES = 12
 """Number of times at which two runs are compared."""
-GLANCE, GLANCES = 12, 4
+THUMBNAIL_SIDE, THUMBNAILS = 12, 4
 """Fields along each side of a picture, and pictures of a film, whose mean colours are compared."""
-SAME = 1.5
+MAX_SAME_DIFFERENCE = 1.5
 """Mean difference of these colours, of 255, below which two films of one simulation are the same."""
-LINKS = 16
+MAX_COMPARED_LINKS = 16
 """Links, and points of deformable bodies, whose motion is compared, at most."""
-REACH = 0.1
+POINT_OFFSET = 0.1
 """Distance [m] from a link's origin of further points that are compared: an arm may turn about its origin."""
-NEAR = 0.5
+DOUBTFUL_SHARE = 0.5
 """Part of a limit above which an item is doubtful."""
 
 
@@ -37,12 +37,12 @@ def refusals(item: Item, limits: ItemLimits) -> list[str]:
         found.append(f"energy: {100 * gain:.2g} % without a source, more than {100 * limits.energy:g} %")
     if (depth := row["penetration"]) is not None and depth > limits.penetration:
         found.append(f"penetration: {1e3 * depth:.3g} mm, more than {1e3 * limits.penetration:g} mm")
-    if (seen := _seen(item)) < limits.seen:
+    if (seen := _median_filled_share(item)) < limits.seen:
         found.append(f"legibility: no moving body fills {limits.seen:g} of the picture in half of them ({seen:.2g})")
-    pictures = decoded(item.folder / "film.mp4", (row["width"], row["height"]))
+    pictures = thumbnail_colors(item.folder / "film.mp4", (row["width"], row["height"]))
     if len(pictures) != row["frames"]:
         found.append(f"film: {len(pictures)} of {row['frames']} pictures can be decoded")
-    item.glance = pictures[:: max(1, len(pictures) // GLANCES)]
+    item.glance = pictures[:: max(1, len(pictures) // THUMBNAILS)]
     found += annotation_faults(item.folder / "annotations.npz", row, item.frames)
     return found
 
@@ -50,10 +50,12 @@ def refusals(item: Item, limits: ItemLimits) -> list[str]:
 def is_doubtful(row: dict[str, Any], limits: ItemLimits) -> bool:
     """Whether a person should look at an accepted item."""
     close = [(row["energy_gain"], limits.energy), (row["penetration"], limits.penetration)]
-    return bool(row["suspicions"]) or any(value is not None and value > NEAR * limit for value, limit in close)
+    return bool(row["suspicions"]) or any(
+        value is not None and value > DOUBTFUL_SHARE * limit for value, limit in close
+    )
 
 
-def _seen(item: Item) -> float:
+def _median_filled_share(item: Item) -> float:
     """Median over the pictures of the share that the largest moving body fills."""
     still = {thing["instance"] for thing in item.row["things"] if thing["static"]}
     shares = [
@@ -63,7 +65,7 @@ def _seen(item: Item) -> float:
     return median(shares) if shares else 0.0
 
 
-def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
+def thumbnail_colors(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]:
     """Return mean colours of fields of each picture, 0 to 255, as far as a film is readable and has this size."""
     import av
     import av.error
@@ -74,7 +76,9 @@ def decoded(path: "Path | io.BytesIO", size: tuple[int, int]) -> list[list[int]]
             for picture in film.decode(video=0):
                 if (picture.width, picture.height) != size:
                     return found
-                image = picture.reformat(width=GLANCE, height=GLANCE, format="rgb24", interpolation="AREA")
+                image = picture.reformat(
+                    width=THUMBNAIL_SIDE, height=THUMBNAIL_SIDE, format="rgb24", interpolation="AREA"
+                )
                 found.append([int(value) for value in image.to_ndarray().ravel()])
     except (av.error.FFmpegError, OSError, IndexError):
         pass
@@ -166,7 +170,7 @@ def same_film(item: Item, others: Sequence[Item]) -> str | None:
     """Return the key of the first of some films of the same simulation that looks the same, if any."""
     for other in others:
         one, two = np.array(item.glance, float), np.array(other.glance, float)
-        if one.shape == two.shape and np.abs(one - two).mean() < SAME:
+        if one.shape == two.shape and np.abs(one - two).mean() < MAX_SAME_DIFFERENCE:
             return other.key
     return None
 
@@ -175,11 +179,13 @@ def fingerprint(states: "Path | io.BytesIO") -> Any:
     """Return positions of points of links and deformable bodies at some times of a run [m], shape (M, L, 3)."""
     with np.load(states) as arrays:
         pos = arrays["pos"]
-        chosen = np.linspace(0, len(pos) - 1, MOMENTS).round().astype(int) if len(pos) else []
-        pos, quat = (a[chosen][:, :: max(1, a.shape[1] // LINKS)].astype(float) for a in (pos, arrays["quat"]))
-        found = [pos, *(pos + rotate(quat, np.broadcast_to(axis, pos.shape)) for axis in REACH * np.eye(3)[:2])]
+        chosen = np.linspace(0, len(pos) - 1, COMPARED_TIMES).round().astype(int) if len(pos) else []
+        pos, quat = (
+            a[chosen][:, :: max(1, a.shape[1] // MAX_COMPARED_LINKS)].astype(float) for a in (pos, arrays["quat"])
+        )
+        found = [pos, *(pos + rotate(quat, np.broadcast_to(axis, pos.shape)) for axis in POINT_OFFSET * np.eye(3)[:2])]
         if "soft_points" in arrays:
             soft = arrays["soft_points"]
-            rows = np.linspace(0, len(soft) - 1, MOMENTS).round().astype(int)
-            found.append(soft[rows][:, :: max(1, soft.shape[1] // LINKS)].astype(float))
+            rows = np.linspace(0, len(soft) - 1, COMPARED_TIMES).round().astype(int)
+            found.append(soft[rows][:, :: max(1, soft.shape[1] // MAX_COMPARED_LINKS)].astype(float))
     return np.concatenate(found, axis=1) if len(found[0]) else np.zeros((0, 0, 3))

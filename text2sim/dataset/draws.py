@@ -35,25 +35,25 @@ def draw(table: Mapping[str, Draw], rng: np.random.Generator, case: Any) -> Valu
     Raises:
         RunError: if a relative draw finds no number in the case.
     """
-    return {dotted(parse_path(path)): _value(how, rng, case, path) for path, how in table.items()}
+    return {dotted(parse_path(path)): _value(distribution, rng, case, path) for path, distribution in table.items()}
 
 
-def _value(how: Draw, rng: np.random.Generator, case: Any, path: str) -> Any:
-    if how.choice is not None:
-        return how.choice[int(rng.integers(len(how.choice)))]
-    if how.integer is not None:
-        return int(rng.integers(how.integer[0], how.integer[1], endpoint=True))
-    if how.log_uniform is not None:
-        return _rounded(np.exp(rng.uniform(*np.log(how.log_uniform))))
-    if how.normal is not None:
-        return _rounded(rng.normal(*how.normal))
-    if how.uniform is not None:
-        return _rounded(rng.uniform(*how.uniform))
+def _value(distribution: Draw, rng: np.random.Generator, case: Any, path: str) -> Any:
+    if distribution.choice is not None:
+        return distribution.choice[int(rng.integers(len(distribution.choice)))]
+    if distribution.integer is not None:
+        return int(rng.integers(distribution.integer[0], distribution.integer[1], endpoint=True))
+    if distribution.log_uniform is not None:
+        return _rounded(np.exp(rng.uniform(*np.log(distribution.log_uniform))))
+    if distribution.normal is not None:
+        return _rounded(rng.normal(*distribution.normal))
+    if distribution.uniform is not None:
+        return _rounded(rng.uniform(*distribution.uniform))
     given = number_at(case, path)
-    if how.times is not None:
-        return _rounded(given * rng.uniform(*how.times))
-    assert how.plus is not None
-    return _rounded(given + rng.uniform(*how.plus))
+    if distribution.times is not None:
+        return _rounded(given * rng.uniform(*distribution.times))
+    assert distribution.plus is not None
+    return _rounded(given + rng.uniform(*distribution.plus))
 
 
 def number_at(case: Any, path: str) -> float:

@@ -18,31 +18,31 @@ from text2sim.recording.run_files import read_events
 from text2sim.recording.vectors import rotate, rotate_back
 
 Row = dict[str, Any]
-EARLY = 0.05
+MAX_START_TIME = 0.05
 """Contacts up to this time [s] exist from the start."""
-MOVED = 0.05
+MIN_MOVED = 0.05
 """Distance, as a part of the scene's size, above which a body moves."""
 AT_REST = 0.005
 """Distance, as a part of the scene's size, below which a body still rests."""
-FALLEN = 45.0
+FALLEN_TILT_DEG = 45.0
 """Tilt [deg] above which a copy has fallen over."""
-TALL = 0.75
+TALL_INERTIA_RATIO = 0.75
 """Moment of inertia about the vertical, as a part of the smaller of the others, below which a body can fall over."""
-SEEN = 0.002
+MIN_SEEN = 0.002
 """Smallest part of a picture that a thing in a question fills."""
-HIDDEN = 0.6
+MAX_HIDDEN = 0.6
 """Largest part of such a thing that others hide."""
-CLEAR = 0.25
+MIN_CLEAR_PICTURES = 0.25
 """Smallest part of the pictures that show such a thing so well."""
-HEAVIER = 1.5
+MIN_MASS_RATIO = 1.5
 """Smallest ratio of masses for questions about the heavier body."""
-PUSHED = 0.1
+MIN_SPEED_CHANGE = 0.1
 """Smallest change of speed [m/s] in a collision that tells masses apart."""
-GAP = 2
+MIN_PICTURES_APART = 2
 """Smallest number of pictures between two times that a viewer can tell apart."""
-MUCH = 3.0
+MUCH_LARGER = 3.0
 """Factor above which a value is much larger."""
-PICTURES = 4
+FILM_PARTS = 4
 """Parts of a film; questions about times are asked at their ends."""
 
 
@@ -73,7 +73,7 @@ class ItemScene:
         self.loose = [body for body in bodies if body not in still and self.copies[body]]
         self._pos, self._vel = pos.astype(float), vel.astype(float)
         self._seen = {body: [self._sees(frame, body) for frame in frames] for body in bodies}
-        self.clear = {body for body, seen in self._seen.items() if sum(seen) >= CLEAR * len(frames)}
+        self.clear = {body for body, seen in self._seen.items() if sum(seen) >= MIN_CLEAR_PICTURES * len(frames)}
         chosen = [self._links[copy] for body in self.loose for copy in self.copies[body]]
         self.size = 1e-6
         """Extent of the loose bodies at the start, or their largest displacement if that is larger [m]."""
@@ -87,7 +87,9 @@ class ItemScene:
     def _sees(self, frame: Row, body: str) -> bool:
         mine = [one for one in frame["objects"] if one["name"].partition("[")[0] == body]
         share = sum(one["share"] for one in mine)
-        return share >= SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= HIDDEN
+        return (
+            share >= MIN_SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= MAX_HIDDEN
+        )
 
     def shows(self, t: float, *bodies: str) -> bool:
         """Whether the picture of a time shows all of these bodies well enough."""
@@ -102,7 +104,7 @@ class ItemScene:
 
     def starts(self, body: str) -> float | None:
         """Return when the first copy of a body starts to move [s]; None if none does."""
-        moved = np.flatnonzero(self._displacement(body) > MOVED * self.size)
+        moved = np.flatnonzero(self._displacement(body) > MIN_MOVED * self.size)
         return float(self._time[moved[0]]) if len(moved) and moved[0] else None
 
     def rests_at(self, body: str, t: float) -> bool:
@@ -115,7 +117,7 @@ class ItemScene:
 
     def moved(self, body: str) -> list[str]:
         """Return the copies that have left their places at the end of the film."""
-        far = self._displacements(self._links_of(body))[self.last] > MOVED * self.size
+        far = self._displacements(self._links_of(body))[self.last] > MIN_MOVED * self.size
         return list(compress(self.copies[body], far))
 
     def fallen(self, body: str) -> list[str]:
@@ -125,14 +127,14 @@ class ItemScene:
         # The axis of a copy that pointed upwards at the start, turned with it.
         now = rotate(self._quat[self.last, links], rotate_back(self._quat[0, links], up))
         tilt = np.degrees(np.arccos(np.clip(now[:, 2], -1, 1)))
-        return list(compress(self.copies[body], tilt > FALLEN))
+        return list(compress(self.copies[body], tilt > FALLEN_TILT_DEG))
 
     def is_tall(self, body: str) -> bool:
         """Whether a body can fall over: it is taller than wide, and not a ball."""
         link = self._links[self.copies[body][0]]
         axes = rotate_back(np.broadcast_to(self._quat[0, link], (3, 4)), np.eye(3))
         about = np.einsum("ni,ij,nj->n", axes, np.array(self._inertia[link], float), axes)
-        return bool(about[2] < TALL * min(about[:2]))
+        return bool(about[2] < TALL_INERTIA_RATIO * min(about[:2]))
 
     def mass(self, body: str) -> float:
         """Return the mass of the first copy of a body [kg]."""
@@ -149,7 +151,7 @@ class ItemScene:
         return next((k for k, time in enumerate(self.times) if time >= t - 1e-9), None)
 
 
-def ask(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
+def candidate_questions(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
     """Return candidate questions about an item: `kind`, `question`, `right` and `evidence`.
 
     `balanced` selects from them such that answers to equal questions about other items are equally frequent.
@@ -219,7 +221,7 @@ def cause_in_words(path: str, value: Any, before: float | None) -> str:
         return f"{subject} were not there"
     if before is None or isinstance(value, bool) or not isinstance(value, int | float) or value == before:
         return f"{subject} were different"
-    much = "much " if not before or not 1 / MUCH < value / before < MUCH else ""
+    much = "much " if not before or not 1 / MUCH_LARGER < value / before < MUCH_LARGER else ""
     return f"{subject} were {much}{'larger' if value > before else 'smaller'}"
 
 
@@ -229,7 +231,7 @@ def _moves_first(scene: ItemScene) -> Iterator[Row]:
         first, second = sorted((one, other), key=lambda body: starts[body])
         a, b = (scene.picture(starts[body]) for body in (first, second))
         # A slower body that starts at the same time does not start later.
-        if a is not None and b is not None and b - a >= GAP and scene.rests_at(second, starts[first]):
+        if a is not None and b is not None and b - a >= MIN_PICTURES_APART and scene.rests_at(second, starts[first]):
             yield {
                 "question": f"Which starts to move first, {_words(one)} or {_words(other)}?",
                 "right": _words(first),
@@ -241,7 +243,7 @@ def _touches_first(scene: ItemScene) -> Iterator[Row]:
     for body in scene.loose:
         mine = [row for row in scene.touches if body in _pair(row) and len({*_pair(row)}) == 2]
         # Contacts with its support repeat, and do not count.
-        before = {name for row in mine if row["time"] <= EARLY for name in _pair(row)} - {body}
+        before = {name for row in mine if row["time"] <= MAX_START_TIME for name in _pair(row)} - {body}
         first = min((row for row in mine if not before & {*_pair(row)}), key=lambda row: row["time"], default=None)
         if first is not None and scene.shows(first["time"], *_pair(first)):
             yield {
@@ -274,7 +276,7 @@ def _touch_by(scene: ItemScene) -> Iterator[Row]:
             shown = None if when is None else scene.picture(when)
             touched = when is not None and when <= t
             if when is not None and shown is not None:
-                if abs(shown - k) < GAP or (touched and not scene.shows(when, one, other)):
+                if abs(shown - k) < MIN_PICTURES_APART or (touched and not scene.shows(when, one, other)):
                     continue
             yield {
                 "question": f"Have {_words(one)} and {_words(other)} touched by picture {k} of {len(scene.times)}?",
@@ -287,7 +289,9 @@ def _will_touch(scene: ItemScene) -> Iterator[Row]:
     """Whether two things will touch, asked about the pictures before."""
     for one, other, when in _first_touches(scene):
         end = len(scene.times) // 3
-        if end < GAP or (when is not None and (when <= scene.times[end] or not scene.shows(when, one, other))):
+        if end < MIN_PICTURES_APART or (
+            when is not None and (when <= scene.times[end] or not scene.shows(when, one, other))
+        ):
             continue
         yield {
             "question": f"You see pictures 0 to {end} only. Will {_words(one)} touch {_words(other)} later on?",
@@ -303,7 +307,11 @@ def _heavier(scene: ItemScene) -> Iterator[Row]:
         masses = {body: scene.mass(body) for body in (one, other)}
         light, heavy = sorted(masses, key=lambda body: masses[body])
         pushes = {body: scene.pushed(body, when) for body in masses}
-        if not masses[light] or masses[heavy] < HEAVIER * masses[light] or max(pushes.values()) < PUSHED:
+        if (
+            not masses[light]
+            or masses[heavy] < MIN_MASS_RATIO * masses[light]
+            or max(pushes.values()) < MIN_SPEED_CHANGE
+        ):
             continue
         if pushes[light] > pushes[heavy] and scene.shows(when, one, other):
             yield {
@@ -320,13 +328,13 @@ def _first_touches(scene: ItemScene) -> Iterator[tuple[str, str, float | None]]:
         pair = tuple(sorted(_pair(row)))
         first[pair[0], pair[1]] = min(first.get((pair[0], pair[1]), np.inf), row["time"])
     for one, other in combinations(sorted(scene.clear), 2):
-        if {one, other} & {*scene.loose} and (when := first.get((one, other), np.inf)) > EARLY:
+        if {one, other} & {*scene.loose} and (when := first.get((one, other), np.inf)) > MAX_START_TIME:
             yield one, other, float(when) if np.isfinite(when) else None
 
 
 def _moments(scene: ItemScene) -> list[int]:
     count = len(scene.times)
-    return sorted({round((count - 1) * k / PICTURES) for k in range(1, PICTURES)})
+    return sorted({round((count - 1) * k / FILM_PARTS) for k in range(1, FILM_PARTS)})
 
 
 def _pair(row: Mapping[str, Any]) -> tuple[str, ...]:

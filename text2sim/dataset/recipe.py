@@ -18,9 +18,9 @@ Split = Literal["train", "validation", "test"]
 SPLITS: tuple[Split, ...] = ("train", "validation", "test")
 Group = Literal["physics", "looks", "lights", "cameras"]
 GROUPS: tuple[Group, ...] = ("physics", "looks", "lights", "cameras")
-LIMIT = 200
+MAX_DRAWS = 200
 """Largest number of draws, of films of a run, and of tries."""
-Few = Annotated[Count, Field(le=LIMIT)]
+Few = Annotated[Count, Field(le=MAX_DRAWS)]
 
 
 class Draw(Model):

@@ -7,8 +7,8 @@ from typing import Any
 
 from text2sim.dataset.draws import draw, generator, overlay_of
 from text2sim.dataset.recipe import CaseSource, Draws, Recipe, parse_recipe
-from text2sim.dataset.splits import deal
-from text2sim.lint.rules import EARLIER, RULES
+from text2sim.dataset.splits import deal_splits
+from text2sim.lint.rules import EARLIER_RULES, RULES
 from text2sim.service.examined import Examined, case_file, examine, find_cases
 from text2sim.spec_schema.errors import Problem, RunError, SpecError, Text2SimError, nearest
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -39,12 +39,12 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
         document: Its text.
         root: Folder that its paths are relative to.
     """
-    named, known = [], [*(rule.id for rule in RULES), *EARLIER]
+    named, known = [], [*(rule.id for rule in RULES), *EARLIER_RULES]
     for key in ("benchmarks", "judged"):
-        yield from _missing(document, (key,), getattr(recipe, key), root)
+        yield from _missing_cases(document, (key,), getattr(recipe, key), root)
     for name, source in recipe.sources.items():
         where = ("sources", name)
-        yield from _missing(document, (*where, "cases"), source.cases, root)
+        yield from _missing_cases(document, (*where, "cases"), source.cases, root)
         for k, rule in enumerate(source.refuse):
             if rule not in known:
                 message = f"there is no rule `{rule}`; `text2sim check --rules` lists them"
@@ -53,14 +53,14 @@ def misfits(recipe: Recipe, document: Document, root: Path) -> Iterator[Problem]
             plain = examine(case, to="loaded")
             if plain.loaded is not None:
                 named.append((name, plain.name))
-                yield from _of_case(document, where, source, case, plain)
+                yield from _case_misfits(document, where, source, case, plain)
     try:
-        deal(recipe, named)
+        deal_splits(recipe, named)
     except RunError as error:
         yield document.problem(("sources",), str(error), rule="inconsistent")
 
 
-def _missing(document: Document, where: Place, paths: Iterable[str], root: Path) -> Iterator[Problem]:
+def _missing_cases(document: Document, where: Place, paths: Iterable[str], root: Path) -> Iterator[Problem]:
     for k, path in enumerate(paths):
         if not (root / path).exists():
             message = f"there is no file or folder `{path}` relative to the recipe"
@@ -69,55 +69,59 @@ def _missing(document: Document, where: Place, paths: Iterable[str], root: Path)
             yield document.problem((*where, k), f"there is no case in `{path}`", rule="unreadable")
 
 
-def _of_case(document: Document, where: Place, source: CaseSource, case: Path, plain: Examined) -> Iterator[Problem]:
+def _case_misfits(
+    document: Document, where: Place, source: CaseSource, case: Path, plain: Examined
+) -> Iterator[Problem]:
     """Yield what a source needs from one of its cases and the case lacks."""
     assert plain.loaded is not None
     bases = [CaseOverlay()] if source.plain else []
     for k, variant in enumerate(source.variants):
         found = examine(case, to="loaded", overlay=CaseOverlay(variants=(variant,)))
         lacking = [problem for problem in found.problems if problem.file == "--variant"]
-        yield from (_moved(document, (*where, "variants", k), problem) for problem in lacking)
+        yield from (_relocated(document, (*where, "variants", k), problem) for problem in lacking)
         bases += [] if lacking else [found.overlay]
     if source.sweep is not None:
         try:
-            bases += [over for _, over in runs_of(plain.loaded.written, source.sweep)]
+            bases += [overlay for _, overlay in runs_of(plain.loaded.written, source.sweep)]
         except SpecError as error:
-            yield from (_moved(document, (*where, "sweep"), problem) for problem in error.problems)
+            yield from (_relocated(document, (*where, "sweep"), problem) for problem in error.problems)
     for base in bases:
         first = examine(case, to="loaded", overlay=base)
         if first.loaded is None:
             continue
-        drawn = yield from _drawn(document, (*where, "physics"), source.physics, case, first)
-        yield from _of_expectations(document, where, source, drawn)
+        drawn = yield from _draw_misfits(document, (*where, "physics"), source.physics, case, first)
+        yield from _expectation_misfits(document, where, source, drawn)
         tables = {("counterfactuals", name): table for name, table in source.counterfactuals.items()}
         tables |= {(group,): getattr(source, group) for group in ("looks", "lights", "cameras")}
         for place, table in tables.items():
-            yield from _drawn(document, (*where, *place), table, case, drawn)
+            yield from _draw_misfits(document, (*where, *place), table, case, drawn)
 
 
-def _drawn(document: Document, where: Place, table: Draws, case: Path, row: Examined) -> Any:
+def _draw_misfits(document: Document, where: Place, table: Draws, case: Path, examined: Examined) -> Any:
     """Yield problems of the paths of a table; return the case with a draw, or without it if the draw is invalid."""
-    assert row.loaded is not None
-    over, paths = row.overlay, []
-    for path, how in table.items():
+    assert examined.loaded is not None
+    overlay, paths = examined.overlay, []
+    for path, distribution in table.items():
         try:
-            sets = overlay_of(draw({path: how}, generator(0, path), row.loaded.data))
+            sets = overlay_of(draw({path: distribution}, generator(0, path), examined.loaded.data))
         except Text2SimError as error:
             yield document.problem((*where, path), f"{error} (in {case_file(case)})", rule="unknown-path")
         else:
-            over, paths = over + sets, [*paths, path]
-    found = examine(case, to="loaded", overlay=over)
+            overlay, paths = overlay + sets, [*paths, path]
+    found = examine(case, to="loaded", overlay=overlay)
     # Each line of `--set` is one value of the overlay.
-    wrong = {problem.line - 1 - len(row.overlay.sets): problem for problem in found.problems if problem.file == "--set"}
+    wrong = {
+        problem.line - 1 - len(examined.overlay.sets): problem for problem in found.problems if problem.file == "--set"
+    }
     yield from (
-        _moved(document, (*where, paths[k]), problem, f" (in {case_file(case)})", key=True)
+        _relocated(document, (*where, paths[k]), problem, f" (in {case_file(case)})", key=True)
         for k, problem in wrong.items()
         if 0 <= k < len(paths)
     )
-    return found if found.loaded is not None else row
+    return found if found.loaded is not None else examined
 
 
-def _of_expectations(document: Document, where: Place, source: CaseSource, drawn: Examined) -> Iterator[Problem]:
+def _expectation_misfits(document: Document, where: Place, source: CaseSource, drawn: Examined) -> Iterator[Problem]:
     assert drawn.loaded is not None
     known = [*drawn.loaded.case.actions.expect]
     for key in ("holds", "fails"):
@@ -134,7 +138,7 @@ def _of_expectations(document: Document, where: Place, source: CaseSource, drawn
                 yield document.problem((*where, key, k), message, rule="inconsistent")
 
 
-def _moved(document: Document, where: Place, problem: Problem, more: str = "", *, key: bool = False) -> Problem:
+def _relocated(document: Document, where: Place, problem: Problem, more: str = "", *, key: bool = False) -> Problem:
     """A problem of an overlay, at the place in the recipe that the overlay comes from."""
     at = document.problem(where, problem.message + more, rule=problem.rule, hint=problem.hint, key=key)
     return replace(at, severity=problem.severity)

@@ -12,7 +12,7 @@ from text2sim.cluster.task import Needs, Task, TaskPlace
 from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item, raise_if_stopped
-from text2sim.dataset.questions import ask, cause_in_words, what_if
+from text2sim.dataset.questions import candidate_questions, cause_in_words, what_if
 from text2sim.dataset.recipe import CaseSource, Recipe
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
@@ -186,7 +186,7 @@ def _make(job: DrawJob) -> DrawResult:
         except Text2SimError as error:
             made.refuse(key, "check", [str(error)], [])
             continue
-        all_drawn = [*drawn, *_drawn("physics", changed)]
+        all_drawn = [*drawn, *_drawn_rows("physics", changed)]
         other = examine(job.case, overlay=row.overlay + overlay_of(changed))
         run_of_other = _run(job, other, key, all_drawn, made)
         if run_of_other is not None:
@@ -209,7 +209,7 @@ def _simulated(
             made.refuse(job.key, "check", [str(error)], [])
             return None
         row = examine(job.case, overlay=job.base + overlay_of(values))
-        drawn = _drawn("physics", values)
+        drawn = _drawn_rows("physics", values)
         result = _run(job, row, job.key, drawn, made)
         if result is None:
             continue
@@ -227,7 +227,7 @@ def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], mad
     """Simulate a case that passes the check; None, with the reason in `made`, if check or simulation fail."""
     raise_if_stopped(job.stop)
     stage, refuse = "check", job.recipe.sources[job.source].refuse
-    if row.ok and row.loaded is not None and not _unwanted(row, refuse):
+    if row.ok and row.loaded is not None and not _refusing_problems(row, refuse):
         try:
             lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
             result = run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
@@ -241,7 +241,7 @@ def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], mad
             if result.evidence is not None:
                 return result
             row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
-    made.refuse(key, stage, _unwanted(row, refuse) or [row.failure], drawn)
+    made.refuse(key, stage, _refusing_problems(row, refuse) or [row.failure], drawn)
     return None
 
 
@@ -281,7 +281,7 @@ def _films(
         item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": all_drawn, **about}
         item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
         made.items.append(item)
-        item.questions = ask(item.row, item.frames, item.folder)
+        item.questions = candidate_questions(item.row, item.frames, item.folder)
         first = first or name
     return first
 
@@ -320,10 +320,10 @@ def _other_film(
             except Text2SimError as error:
                 made.refuse(name, "check", [str(error)], drawn)
                 return None
-            drawn += _drawn(group, values)
+            drawn += _drawn_rows(group, values)
             sets += overlay_of(values)
         filmed = examine(job.case, overlay=row.overlay + sets)
-        why = _unwanted(filmed, source.refuse)
+        why = _refusing_problems(filmed, source.refuse)
         if not why and filmed.plan is not None and row.plan is not None:
             if filmed.plan.sim_digest == row.plan.sim_digest:
                 return filmed, drawn
@@ -332,13 +332,13 @@ def _other_film(
     return None
 
 
-def _unwanted(row: Examined, refuse: Sequence[str]) -> list[str]:
+def _refusing_problems(row: Examined, refuse: Sequence[str]) -> list[str]:
     """The problems that refuse a case, without its folder, because a dataset goes to other people."""
     problems = [problem for problem in row.problems if problem.severity == "error" or problem.rule in refuse]
     return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
 
 
-def _drawn(group: str, values: Values) -> list[dict[str, Any]]:
+def _drawn_rows(group: str, values: Values) -> list[dict[str, Any]]:
     return [{"group": group, "path": path, "value": json.dumps(value)} for path, value in values.items()]
 
 

@@ -13,7 +13,7 @@ LINKS = ("same_physics_as", "counterfactual_of")
 """Columns that name another item, which must be in the same split."""
 
 
-def deal(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
+def deal_splits(recipe: Recipe, jobs: Iterable[tuple[str, str]]) -> dict[str, Split]:
     """Return the split of each source, such that the numbers of items are near the requested shares.
 
     The largest sources come first, each goes to the split that lacks most, and single moves improve the result.

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 from text2sim.spec_schema.errors import RunError
 
 TEXT, REAL, WHOLE, TRUTH = pa.string(), pa.float64(), pa.int64(), pa.bool_()
-BATCH = 128
+BATCH_ROWS = 128
 """Rows of a table in memory."""
 _list = pa.list_
 
@@ -126,7 +126,7 @@ class TableWriter:
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
         """Append rows; missing keys become null."""
         self._rows += rows
-        if len(self._rows) >= BATCH:
+        if len(self._rows) >= BATCH_ROWS:
             self._flush()
 
     def close(self) -> None:
@@ -150,7 +150,7 @@ def read_rows(folder: Path, table: str, columns: list[str] | None = None) -> Ite
     """
     for path in sorted((folder / table).glob("*.parquet")):
         with pq.ParquetFile(path) as file:
-            for batch in file.iter_batches(BATCH, columns=columns):
+            for batch in file.iter_batches(BATCH_ROWS, columns=columns):
                 for row in batch.to_pylist():
                     yield split_of(path), row
 

@@ -211,10 +211,10 @@ def clipped(a: Point, b: Point, box: Box) -> tuple[Point, Point] | None:
         first, last = max(first, enter), min(last, leave)
     if first > last:
         return None
-    return _between(a, b, first), _between(a, b, last)
+    return _point_between(a, b, first), _point_between(a, b, last)
 
 
-def _between(a: Point, b: Point, part: float) -> tuple[float, float]:
+def _point_between(a: Point, b: Point, part: float) -> tuple[float, float]:
     return (a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1]))
 
 
@@ -231,6 +231,6 @@ def _dashed(a: Point, b: Point, dashes: Sequence[float]) -> list[tuple[Point, Po
     for k in range(len(dashes) * ceil(length / whole)):
         end = min(at + dashes[k % len(dashes)], length)
         if k % 2 == 0 and end > at:
-            parts.append((_between(a, b, at / length), _between(a, b, end / length)))
+            parts.append((_point_between(a, b, at / length), _point_between(a, b, end / length)))
         at = end
     return parts

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.shapes.pictures import PREVIEW, thumbnail
+from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, thumbnail
 from text2sim.compiler.shapes.sagging import is_bent
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.shapes import Sheet
 
-NETS = 48
+SHEET_CELLS = 48
 """Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
 
 
@@ -23,8 +23,8 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
     """
     if not isinstance(shape, Sheet):
         return None
-    picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW)
-    net = soft_surface(shape, folder, max(shape.size) / (NETS if picture or is_bent(shape) else 1))
+    picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
+    net = soft_surface(shape, folder, max(shape.size) / (SHEET_CELLS if picture or is_bent(shape) else 1))
     normals = _normals(net.vertices, net.faces) if is_bent(shape) else np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
     return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from text2sim.drawing.prop import Prop
 
-AROUND = 3.0
+MAX_SUBJECT_DISTANCE = 3.0
 """Distance below which a static belongs to the subject, in sizes of the larger of static and subject."""
-LARGE, LEVEL = 40.0, 2.0
+LARGE_STATIC, LARGE_LEVEL_STATIC = 40.0, 2.0
 """Size of a static, in sizes of the subject, above which it is shown in part: any static, and one that is flat."""
-FLAT = 0.15
+FLATNESS = 0.15
 """Height of a static over its length below which it is flat."""
-RIM = 0.15
+STATIC_RIM = 0.15
 """Part of the subject's size by which large statics are shown beyond it."""
 
 
@@ -27,13 +27,13 @@ def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
     waiting = [box_of([prop]) for prop in solid if prop.static]
     while True:
         size = max(float((high - low).max()), 1e-6)
-        shown = [box for box in waiting if not _large(box, size) and _near(box, (low, high), size)]
+        shown = [box for box in waiting if not _large(box, size) and _is_near(box, (low, high), size)]
         if not shown:
             break
         waiting = [box for box in waiting if not any(box is other for other in shown)]
         low = np.min([low, *(first for first, _ in shown)], axis=0)
         high = np.max([high, *(last for _, last in shown)], axis=0)
-    rim = low - RIM * size, high + RIM * size
+    rim = low - STATIC_RIM * size, high + STATIC_RIM * size
     for first, last in (box for box in waiting if _large(box, size)):
         first, last = np.maximum(first, rim[0]), np.minimum(last, rim[1])
         if (first < last).all():
@@ -44,11 +44,11 @@ def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
 def _large(box: tuple[np.ndarray, np.ndarray], size: float) -> bool:
     sides = box[1] - box[0]
     longest = float(sides.max())
-    return longest > (LEVEL if sides[2] < FLAT * longest else LARGE) * size
+    return longest > (LARGE_LEVEL_STATIC if sides[2] < FLATNESS * longest else LARGE_STATIC) * size
 
 
-def _near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarray], size: float) -> bool:
-    around = AROUND * max(size, float((box[1] - box[0]).max()))
+def _is_near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.ndarray], size: float) -> bool:
+    around = MAX_SUBJECT_DISTANCE * max(size, float((box[1] - box[0]).max()))
     return bool((box[0] < shown[1] + around).all() and (box[1] > shown[0] - around).all())
 
 

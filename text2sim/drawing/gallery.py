@@ -14,9 +14,9 @@ from text2sim.spec_schema.reuse.library import BUILT_IN
 COMMAND = "python -m text2sim.drawing.gallery docs"
 SIZE = (480, 360)
 """Width and height of a picture [pixels]."""
-COLORS = (160, 96, 64, 48, 32)
+TRIED_COLOR_COUNTS = (160, 96, 64, 48, 32)
 """Numbers of colours that are tried until a picture is small enough."""
-LARGEST = 40_000
+MAX_PICTURE_SIZE = 40_000
 """Largest size of a picture [bytes]."""
 IN_A_ROW = 4
 KEY = "prefab"
@@ -64,12 +64,12 @@ def picture(name: str) -> bytes:
     info = PngInfo()
     info.add_text(KEY, digest(name))
     content = b""
-    for colors in COLORS:
+    for colors in TRIED_COLOR_COUNTS:
         stream = BytesIO()
         few = Image.open(BytesIO(drawn)).convert("RGB").quantize(colors, dither=Image.Dither.NONE)
         few.save(stream, "PNG", optimize=True, pnginfo=info)
         content = stream.getvalue()
-        if len(content) <= LARGEST:
+        if len(content) <= MAX_PICTURE_SIZE:
             break
     return content
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from text2sim.drawing.canvas import Box
 
-STEP = 8
+GRID_STEP = 8
 """Grid of candidate positions [pixels]."""
-CROWDED = 150.0
+COVERING_COST = 150.0
 """Cost of a label that covers other things completely, as a distance [pixels]."""
-SMALL = 16_000
+SMALL_AREA = 16_000
 """Area of a thing [pixels] below which covering it costs more."""
 SAMPLES = 48
 GAP = 3.0
@@ -49,7 +49,7 @@ def place_labels(
     rows, columns = seen.shape
     # Covering small things costs more.
     areas = np.bincount(seen[seen >= 0], minlength=len(keys))
-    worth = np.append(np.clip(np.sqrt(SMALL / np.maximum(areas, 1)), 1.0, 4.0), 0.0)
+    worth = np.append(np.clip(np.sqrt(SMALL_AREA / np.maximum(areas, 1)), 1.0, 4.0), 0.0)
     busy = np.maximum(worth[seen], _grown((seen >= 0) | blocked))
     filled = np.zeros((rows + 1, columns + 1))
     filled[1:, 1:] = busy.cumsum(axis=0).cumsum(axis=1)
@@ -62,13 +62,13 @@ def place_labels(
         points = spots[key]
         if len(points):
             points = points[:: len(points) // SAMPLES + 1].astype(np.float32) + np.float32(0.5)
-            label = _best(key, text, width, height, points, filled, placed, taken)
+            label = _best_label(key, text, width, height, points, filled, placed, taken)
             if label is not None:
                 placed.append(label)
     return placed
 
 
-def _best(
+def _best_label(
     key: str,
     text: str,
     width: float,
@@ -79,8 +79,8 @@ def _best(
     taken: Sequence[Box],
 ) -> PlacedLabel | None:
     rows, columns = filled.shape[0] - 1, filled.shape[1] - 1
-    across = np.arange(4, columns - width - 4, STEP, dtype=np.float32)
-    down = np.arange(4, rows - height - 4, STEP, dtype=np.float32)
+    across = np.arange(4, columns - width - 4, GRID_STEP, dtype=np.float32)
+    down = np.arange(4, rows - height - 4, GRID_STEP, dtype=np.float32)
     if not len(across) or not len(down):
         return None
     left, top = (grid.ravel() for grid in np.meshgrid(across, down))
@@ -102,7 +102,7 @@ def _best(
     distance = away[np.arange(len(left)), nearest]
     middle = points.mean(axis=0)
     aside = np.hypot(left + width / 2 - middle[0], top + height / 2 - middle[1])
-    cost = np.maximum(distance, 8.0) + CROWDED * covered + 0.15 * aside
+    cost = np.maximum(distance, 8.0) + COVERING_COST * covered + 0.15 * aside
     for other in placed:
         cost += 60.0 * _crossing(left + width / 2, top + height / 2, points[nearest], other)
     best = int(cost.argmin())

@@ -31,10 +31,10 @@ LEFT, RIGHT, ABOVE, BELOW = 56, 14, 26, 42
 CELLS = {"top": (0, 0), "front": (0, 1), "side": (1, 1)}
 """Column and row of each panel; the camera has the remaining cell."""
 TITLES = {"top": "from above", "front": "from the front (−y)", "side": "from the side (+x)"}
-LONGEST = 170
+MAX_LABEL_WIDTH = 170
 """Largest width of a label [pixels]."""
 THREADS = 2
-CROWD = 40_000
+MANY_TRIANGLES = 40_000
 """Number of triangles above which there are fewer shadows, to save time."""
 
 
@@ -122,7 +122,7 @@ def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], tria
         direction = np.array(brightest["pos"], float) - (bounds[0] + bounds[1]) / 2
     direction /= max(float(np.linalg.norm(direction)), 1e-9)
     direction[2] = max(direction[2], 0.35)
-    count = 7 if triangles < CROWD else 3
+    count = 7 if triangles < MANY_TRIANGLES else 3
     return soft_lamp(direction.tolist(), (0.78, 0.75, 0.69), 2, 0.03) + sky(
         count, (0.36, 0.4, 0.46), (0.32, 0.32, 0.32)
     )
@@ -166,7 +166,7 @@ def _texts(resolution: "Resolution", props: Stage) -> dict[str, str]:
     """Labels of bodies and statics, except grounds."""
     planes = {prop.body for prop in props if prop.plane}
     return {
-        name: shortened(name, LONGEST, 13) + (f" ×{len(copies)}" if len(copies) > 1 else "")
+        name: shortened(name, MAX_LABEL_WIDTH, 13) + (f" ×{len(copies)}" if len(copies) > 1 else "")
         for name, copies in resolution.placed.items()
         if name not in planes and copies
     }

@@ -90,13 +90,13 @@ class ShadowMap:
         y -= row
         side = view.width + 2
         spot = row * np.int32(side) + column
-        found = self._open(spot, nearness) * ((1 - x) * (1 - y))
-        found += self._open(spot + np.int32(1), nearness) * (x * (1 - y))
-        found += self._open(spot + np.int32(side), nearness) * ((1 - x) * y)
-        found += self._open(spot + np.int32(side + 1), nearness) * (x * y)
+        found = self._is_lit(spot, nearness) * ((1 - x) * (1 - y))
+        found += self._is_lit(spot + np.int32(1), nearness) * (x * (1 - y))
+        found += self._is_lit(spot + np.int32(side), nearness) * ((1 - x) * y)
+        found += self._is_lit(spot + np.int32(side + 1), nearness) * (x * y)
         return found
 
-    def _open(self, spot: np.ndarray, nearness: np.ndarray) -> np.ndarray:
+    def _is_lit(self, spot: np.ndarray, nearness: np.ndarray) -> np.ndarray:
         return self._flat.take(spot, mode="clip") <= nearness
 
 

@@ -19,7 +19,7 @@ from text2sim.spec_schema.models.placed import Linked
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
-MOST = 300
+MAX_MARKS = 300
 """Largest numbers of joints, and of arrows of a control, that are drawn."""
 UNITS = {"velocity": "m/s", "spin": "rad/s", "force": "N", "torque": "N m", "impulse": "N s"}
 
@@ -79,7 +79,7 @@ def joint_marks(resolution: "Resolution") -> list[JointMark]:
                 if isinstance(motion, Oscillate):
                     joint = replace(joint, range=(-motion.amplitude, motion.amplitude))
                 found.append(_joint(standing, joint, copy.body))
-    return found[:: len(found) // MOST + 1]
+    return found[:: len(found) // MAX_MARKS + 1]
 
 
 def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
@@ -94,7 +94,9 @@ def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
     axis = quat_rotate(standing.quat, axis)
     if joint.kind == "slider" and joint.range is not None:
         low, high = joint.range
-    return JointMark(joint.kind, (_along(anchor, axis, min(low, 0.0)), _along(anchor, axis, max(high, 0.0))), body)
+    return JointMark(
+        joint.kind, (_end_of_axis(anchor, axis, min(low, 0.0)), _end_of_axis(anchor, axis, max(high, 0.0))), body
+    )
 
 
 def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMark]:
@@ -127,7 +129,7 @@ def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMa
         sizes = [hypot(*vector) for _, vector in arrows]
         low, high = f"{min(sizes):.3g}", f"{max(sizes):.3g}"
         text = f"{low if low == high else f'{low} to {high}'} {UNITS[kind]}{notes[kind, control]}"
-        drawn = arrows[:: len(arrows) // MOST + 1]
+        drawn = arrows[:: len(arrows) // MAX_MARKS + 1]
         for number, (start, vector) in enumerate(drawn):
             # The text is only beside the middle arrow.
             found.append(ArrowMark(kind, start, vector, text if number == len(drawn) // 2 else ""))
@@ -175,7 +177,7 @@ def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
     }
 
 
-def _along(point: Vec, axis: Vec, length: float) -> Vec:
+def _end_of_axis(point: Vec, axis: Vec, length: float) -> Vec:
     return (point[0] + length * axis[0], point[1] + length * axis[1], point[2] + length * axis[2])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.surface import VisualMesh
 
-SHARP = 0.5
+MAX_SMOOTH_DIFFERENCE = 0.5
 """Difference of normals above which neighbours stay apart when a surface is simplified."""
 
 
@@ -112,21 +112,21 @@ def solid(piece: Piece, sides: int) -> Triangles:
         return _capsule(piece.size[0], piece.size[1], sides)
     corners = np.array(piece.vertices, float)
     if piece.faces:
-        return flat(corners[np.array(piece.faces)])
+        return flat_shaded(corners[np.array(piece.faces)])
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         hull = ConvexHull(corners)
     except (QhullError, ValueError):
-        return flat(np.zeros((0, 3, 3)))
+        return flat_shaded(np.zeros((0, 3, 3)))
     triangles = corners[hull.simplices]
     a, b, c = triangles.transpose(1, 0, 2)
     inward = np.einsum("nk,nk->n", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
-    return flat(triangles)
+    return flat_shaded(triangles)
 
 
-def flat(corners: np.ndarray) -> Triangles:
+def flat_shaded(corners: np.ndarray) -> Triangles:
     """Return triangles (n, 3, 3) with flat normals."""
     a, b, c = corners.transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
@@ -148,40 +148,40 @@ def scale_of(kind: str, size: tuple[float, ...]) -> tuple[float, float, float] |
     return (size[0], size[0], size[1]) if kind == "cylinder" else None
 
 
-def drawn(mesh: VisualMesh, most: int, *, picture: bool = True) -> Triangles:
+def limited_surface(mesh: VisualMesh, max_triangles: int, *, picture: bool = True) -> Triangles:
     """Return a surface of the compiler with limited detail.
 
     Args:
         mesh: The surface.
-        most: Number of triangles above which it is simplified.
+        max_triangles: Number of triangles above which it is simplified.
         picture: Whether to take colours from its picture, if it has one.
     """
     vertices, normals, faces = mesh.vertices, mesh.normals, mesh.faces
     uvs = mesh.uvs if picture and mesh.picture is not None else None
-    if len(faces) > most:
-        vertices, normals, faces, uvs = _simplified(vertices, normals, faces, uvs, most)
+    if len(faces) > max_triangles:
+        vertices, normals, faces, uvs = _simplified(vertices, normals, faces, uvs, max_triangles)
     colors = None if uvs is None or mesh.picture is None else _sampled(mesh.picture, uvs[faces].mean(axis=1))
     return _without_slivers(Triangles(vertices[faces], normals[faces], colors))
 
 
 def _simplified(
-    vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, most: int
+    vertices: np.ndarray, normals: np.ndarray, faces: np.ndarray, uvs: np.ndarray | None, max_triangles: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Merge near vertices with similar normals until the number of triangles is small enough."""
     low = vertices.min(axis=0)
     size = float((vertices.max(axis=0) - low).max())
-    cells = max(int(math.sqrt(most / 6)), 2)
+    cells = max(int(math.sqrt(max_triangles / 6)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, place, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
         # Vertices of a cell get one position, so that no cracks open, but those with other normals stay apart.
-        facing = np.round(normals / SHARP / 2).astype(np.int64) + 1
+        facing = np.round(normals / MAX_SMOOTH_DIFFERENCE / 2).astype(np.int64) + 1
         keys = cell.reshape(-1) * 27 + facing @ (1, 3, 9)
         _, first, merged = np.unique(keys, return_index=True, return_inverse=True)
         corners = cell.reshape(-1)[faces]
         a, b, c = corners.T
         left = (a != b) & (b != c) & (c != a)
-        if left.sum() <= 1.5 * most or cells <= 2:
+        if left.sum() <= 1.5 * max_triangles or cells <= 2:
             break
         cells = max(int(cells * 0.7), 2)
     moved = vertices[place][cell.reshape(-1)[first]]

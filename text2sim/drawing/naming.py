@@ -8,9 +8,9 @@ from text2sim.drawing.panel import Panel
 from text2sim.drawing.picture import Picture
 from text2sim.drawing.prop import Stage
 
-LINE = 19.0
+LABEL_HEIGHT = 19.0
 """Height of a label [pixels]."""
-LABELS = 14
+MAX_LABELS = 14
 
 
 def draw_labels(
@@ -33,10 +33,10 @@ def draw_labels(
     unseen = np.append(counts == 0, False)[through]
     seen = np.where(unseen, through, seen)
     counts = np.bincount(seen[seen >= 0], minlength=len(names))
-    most = [k for k in np.argsort(-counts, kind="stable").tolist() if counts[k]][:LABELS]
+    most = [k for k in np.argsort(-counts, kind="stable").tolist() if counts[k]][:MAX_LABELS]
     wanted = [(names[k], texts[names[k]], text_width(texts[names[k]], 13) + 28.0) for k in sorted(most)]
     taken = [(x0 - panel.left, y0 - panel.upper, x1 - panel.left, y1 - panel.upper) for x0, y0, x1, y1 in panel.notes]
-    labels = place_labels(wanted, seen, names, LINE, panel.blocked, taken)
+    labels = place_labels(wanted, seen, names, LABEL_HEIGHT, panel.blocked, taken)
     x, y = panel.left, panel.upper
     for label in labels:
         box = label.box

@@ -107,21 +107,21 @@ def fitted(name: str, bounds: tuple[np.ndarray, np.ndarray], box: tuple[int, int
     return Panel(name, view, box[0], box[1])
 
 
-def nice_step(span: float, most: int) -> float:
+def nice_step(span: float, max_steps: int) -> float:
     """Return the smallest step of 1, 2, 5, 10, … that divides a span into at most this many parts."""
-    power = 10.0 ** floor(log10(max(span, 1e-12) / most))
-    return next(power * k for k in (1, 2, 5, 10, 20) if span / (power * k) <= most)
+    power = 10.0 ** floor(log10(max(span, 1e-12) / max_steps))
+    return next(power * k for k in (1, 2, 5, 10, 20) if span / (power * k) <= max_steps)
 
 
-def ticks(low: float, high: float, most: int) -> list[float]:
+def ticks(low: float, high: float, max_steps: int) -> list[float]:
     """Return round numbers in an interval.
 
     Args:
         low: Lower end.
         high: Upper end.
-        most: Largest number of steps.
+        max_steps: Largest number of steps.
     """
-    step = nice_step(high - low, most)
+    step = nice_step(high - low, max_steps)
     return [k * step for k in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
 
 

@@ -16,9 +16,9 @@ from text2sim.drawing.view import PictureView
 
 Rgb = tuple[float, float, float]
 
-STEEP = 6.0
+STEEP_CHANGE = 6.0
 """Change of depth between pixels, in pixels, above which a parallel view has a line."""
-LAYERS = 8
+MAX_LAYERS = 8
 """Largest number of transparent surfaces at a pixel."""
 
 
@@ -196,7 +196,7 @@ class _Painter:
         starts = np.flatnonzero(np.diff(pixel, prepend=-1))
         counts = np.diff(starts, append=len(pixel))
         added, passed = np.zeros((len(starts), 3), np.float32), np.ones(len(starts), np.float32)
-        for layer in range(min(int(counts.max()), LAYERS)):
+        for layer in range(min(int(counts.max()), MAX_LAYERS)):
             slot = np.flatnonzero(counts > layer)
             part = group[starts[slot] + layer]
             kept = 1 - alpha[part]
@@ -252,6 +252,6 @@ class _Painter:
     def _add_steps(self, edge: np.ndarray) -> None:
         """Add lines where depth jumps between pixels, as at the rim of a cup."""
         depth = self.raster.depth(self.raster.nearness[::2, ::2]).astype(np.float32)
-        steep = np.float32(STEEP / self.view.focal)
+        steep = np.float32(STEEP_CHANGE / self.view.focal)
         edge[:, 1:][np.abs(depth[:, 1:] - depth[:, :-1]) > steep] = 0.35
         edge[1:][np.abs(depth[1:] - depth[:-1]) > steep] = 0.35

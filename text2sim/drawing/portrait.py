@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 TRIANGLES = 100_000
 BACKGROUND = (0.955, 0.958, 0.965)
-FROM = (0.62, -1.0, 0.58)
+VIEW_DIRECTION = (0.62, -1.0, 0.58)
 """Direction from the thing to the camera."""
 FOV = 24.0
-FILLED = 0.8
+FILLED_SHARE = 0.8
 """Part of the picture's width or height that the thing fills."""
 AMBIENT = 0.06
 
@@ -78,12 +78,12 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
 
 
 def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> PictureView:
-    """A camera that shows everything as large as `FILLED` allows."""
+    """A camera that shows everything as large as `FILLED_SHARE` allows."""
     points = props.triangles[props.of(plane=False)].reshape(-1, 3)
     target = (bounds[0] + bounds[1]) / 2
     if not len(points):
         points = np.array(bounds)
-    away = np.array(FROM) / np.linalg.norm(FROM)
+    away = np.array(VIEW_DIRECTION) / np.linalg.norm(VIEW_DIRECTION)
     distance = 4.0 * float(np.linalg.norm(bounds[1] - bounds[0])) + 1e-6
     view = _view(target, away, distance, size)
     for _ in range(4):
@@ -93,7 +93,7 @@ def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int
         # Move the target such that the thing is in the centre of the picture.
         shift = ((low + high) / 2 - np.array(size) / 2) * distance / view.focal
         target = target + shift[0] * view.axes[0] - shift[1] * view.axes[1]
-        distance *= max(part / FILLED, 0.3)
+        distance *= max(part / FILLED_SHARE, 0.3)
         view = _view(target, away, distance, size)
     return view
 

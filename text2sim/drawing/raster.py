@@ -14,9 +14,9 @@ import numpy as np
 
 from text2sim.drawing.view import PictureView
 
-CHUNK = 1 << 20
+CHUNK_FRAGMENTS = 1 << 20
 """Fragments that are processed at a time: about 60 MB."""
-SLACK = 1e-6
+TRIANGLE_MARGIN = 1e-6
 """Margin of a triangle [pixels], so that there are no gaps between neighbours."""
 
 
@@ -111,7 +111,7 @@ class Raster:
         ends = np.cumsum(counts)
         start, done = 0, 0
         while start < len(chosen):
-            stop = max(int(np.searchsorted(ends, done + CHUNK, "right")), start + 1)
+            stop = max(int(np.searchsorted(ends, done + CHUNK_FRAGMENTS, "right")), start + 1)
             yield from self._fragments(chosen[start:stop], first[start:stop], counts[start:stop])
             start, done = stop, int(ends[stop - 1])
 
@@ -148,8 +148,8 @@ class Raster:
         divided = corners[:, :, :2] / np.where(ahead, w, 1.0)[:, :, None]
         low, high = divided.min(axis=1), divided.max(axis=1)
         low[~whole], high[~whole] = 0.0, (self.view.width, self.view.height)
-        first = np.ceil(np.clip(low[:, 1], 0, self.view.height) - 0.5 - SLACK).astype(np.int64)
-        last = np.floor(np.clip(high[:, 1], 0, self.view.height) - 0.5 + SLACK).astype(np.int64)
+        first = np.ceil(np.clip(low[:, 1], 0, self.view.height) - 0.5 - TRIANGLE_MARGIN).astype(np.int64)
+        last = np.floor(np.clip(high[:, 1], 0, self.view.height) - 0.5 + TRIANGLE_MARGIN).astype(np.int64)
         np.maximum(first, 0, out=first)
         np.minimum(last, self.view.height - 1, out=last)
         seen = ahead.any(axis=1) & (last >= first) & (high[:, 0] > 0) & (low[:, 0] < self.view.width)
@@ -173,8 +173,8 @@ class Raster:
                 high = np.where(slope < 0, np.minimum(high, cut), high)
                 high[(slope == 0) & (rest < 0)] = -1.0
         wide = self.view.width
-        begin = np.ceil(np.clip(low, 0, wide + 1) - 0.5 - SLACK).astype(np.int64)
-        end = np.floor(np.clip(high, -1, wide) - 0.5 + SLACK).astype(np.int64)
+        begin = np.ceil(np.clip(low, 0, wide + 1) - 0.5 - TRIANGLE_MARGIN).astype(np.int64)
+        end = np.floor(np.clip(high, -1, wide) - 0.5 + TRIANGLE_MARGIN).astype(np.int64)
         np.maximum(begin, 0, out=begin)
         np.minimum(end, wide - 1, out=end)
         full = np.flatnonzero(end >= begin)
@@ -184,7 +184,7 @@ class Raster:
         totals = np.cumsum(widths)
         start, done = 0, 0
         while start < len(owner):
-            stop = max(int(np.searchsorted(totals, done + CHUNK, "right")), start + 1)
+            stop = max(int(np.searchsorted(totals, done + CHUNK_FRAGMENTS, "right")), start + 1)
             part = slice(start, stop)
             yield self._pixels(chosen[owner[part]], row[part], begin[part], widths[part], slope[part], at_zero[part])
             start, done = stop, int(totals[stop - 1])

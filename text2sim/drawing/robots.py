@@ -11,7 +11,7 @@ import numpy as np
 
 from text2sim.assets.mechanism import Mechanism
 from text2sim.compiler.shapes.meshfile import turn_upright
-from text2sim.compiler.shapes.meshpaint import MAX_SMOOTHED, SMOOTH, material_of
+from text2sim.compiler.shapes.meshpaint import MAX_SMOOTH_ANGLE, MAX_SMOOTHED_FACES, material_of
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, quat_from_euler_deg
 from text2sim.compiler.shapes.surface import VisualMesh
@@ -77,8 +77,8 @@ def _meshes(name: str, files: dict[str, bytes], scale: np.ndarray) -> list[Visua
     found = []
     for mesh in scene.dump():
         uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES:
+            mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
         path: Any = PurePosixPath(name)
         vertices = turn_upright(np.asarray(mesh.vertices, float), path) * scale
         normals = turn_upright(np.asarray(mesh.vertex_normals, float), path)

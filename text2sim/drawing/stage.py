@@ -14,10 +14,10 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.compiler.trees.filebody import geom_of
+from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.cloths import cloth_surfaces
-from text2sim.drawing.meshes import Triangles, drawn, scale_of, solid, square, unit
+from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 
 __all__ = ["Prop", "Stage", "matrices", "stage"]
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 Rgba = tuple[float, float, float, float]
 
-BUDGET = 90_000
+STAGE_TRIANGLES = 90_000
 """Approximate number of triangles of a stage."""
-FINE = 400_000
+FINE_STAGE_TRIANGLES = 400_000
 """Number of triangles of the meshes of a fine stage."""
-PLAIN: Rgba = (0.74, 0.77, 0.8, 1.0)
+FILE_COLOR: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of bodies from files, whose own colours are not read here."""
 
 
-def stage(resolution: "Resolution", budget: int = BUDGET, *, fine: bool = False) -> Stage:
+def stage(resolution: "Resolution", budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
     """Return the visible props of a case at its start.
 
     Args:
@@ -82,19 +82,19 @@ class _Collector:
         color: Rgba | None = entity.surface.rgba if entity.surface else None
         finish = entity.surface.finish if entity.surface else copy.model.look.finish
         if is_soft(copy.model):
-            self._soft(copy, color or PLAIN, finish)
+            self._soft(copy, color or FILE_COLOR, finish)
             return
         tree = self.resolution.lowering.trees.get(entity.name)
         if tree is not None:
             if getattr(copy.model, "file", None) is not None:
                 mechanism = self.resolution.lowering.mechanisms[copy.model.file, copy.model.base]
-                tree = _dressed(tree, mechanism, fine=self.fine)
+                tree = _with_visuals(tree, mechanism, fine=self.fine)
             self._tree(tree, copy, color, finish, static)
             return
         mount = getattr(copy.model, "mount", None)
         moves = not static and (mount is None or mount.kind != "fixed")
         plane = entity.morph == "Plane"
-        prop = self._prop(copy, color or PLAIN, finish, moves, static, plane)
+        prop = self._prop(copy, color or FILE_COLOR, finish, moves, static, plane)
         if plane:
             x, y = entity.options["plane_size"]
             self._add(_Key("plane", None), None, _Instance((x, y, 1.0), copy.pos, copy.quat, prop))
@@ -120,7 +120,7 @@ class _Collector:
     def _tree(self, tree: Tree, copy: Copy, color: Rgba | None, finish: str, static: bool) -> None:
         # A colour of the entity applies to all parts; without one, each part has its own.
         def prop_of(own: Rgba | None, moves: bool) -> int:
-            return self._prop(copy, color or own or PLAIN, finish, moves and not static, static)
+            return self._prop(copy, color or own or FILE_COLOR, finish, moves and not static, static)
 
         for geom in tree.fixtures:
             self._piece(geom.piece, copy.pos, copy.quat, prop_of(geom.rgba, False))
@@ -167,7 +167,7 @@ class _Collector:
         clear = np.array([row[2][3] < 1.0 for row in rows], bool)
         parts = []
         for key, surface in surfaces.items():
-            corners, normals = _placed(surface, self.instances[key])
+            corners, normals = _place_instances(surface, self.instances[key])
             owner = np.repeat(np.array([one.prop for one in self.instances[key]], np.int32), len(surface.corners))
             own = colors[owner]
             if surface.colors is not None:
@@ -194,7 +194,7 @@ class _Collector:
         boxes = 12 * sum(n for key, n in counts.items() if key.kind == "box")
         meshes = [(len(mesh.faces), counts[key]) for key, mesh in self.things.items() if key.kind == "surface"]
         room = max(budget - boxes, budget // 4)
-        most = _level(meshes, FINE if self.fine else 0.7 * room)
+        most = _level(meshes, FINE_STAGE_TRIANGLES if self.fine else 0.7 * room)
         meshed = sum(count * min(faces, most) for faces, count in meshes)
         sides = _sides(self.things, counts, max(room - meshed, 0.3 * room))
         found = {}
@@ -202,7 +202,7 @@ class _Collector:
             if key.kind == "plane":
                 found[key] = square()
             elif isinstance(thing, VisualMesh):
-                found[key] = drawn(thing, most, picture=key.of[1])
+                found[key] = limited_surface(thing, most, picture=key.of[1])
             elif key.kind in ("box", "ellipsoid", "cylinder"):
                 found[key] = unit(key.kind, sides.get(key, 0))
             else:
@@ -239,7 +239,7 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
     return {key: 2 * min(max(round(most * weight / 2), 4), 24) for key, weight in weights.items()}
 
 
-def _placed(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
+def _place_instances(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
     """Corners and normals of all instances of a surface."""
     scale = np.array([one.scale for one in instances])[:, None, :]
     turn = np.swapaxes(matrices(np.array([one.quat for one in instances])), 1, 2)
@@ -264,9 +264,9 @@ def matrices(quats: np.ndarray) -> np.ndarray:
     return np.array(rows).transpose(2, 0, 1)
 
 
-def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
+def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
-    shapes = {link.name: (_seen(link), ()) for link in mechanism.links}
+    shapes = {link.name: (_visual_shapes(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
         from text2sim.drawing.robots import urdf_dress
 
@@ -279,6 +279,6 @@ def _dressed(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     return replace(tree, roots=tuple(map(dress, tree.roots)), fixtures=shapes[mechanism.links[0].name][0])
 
 
-def _seen(link: MechanismLink) -> tuple[TreeGeom, ...]:
+def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
     apart = any(not geom.touches for geom in link.geoms)
     return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))

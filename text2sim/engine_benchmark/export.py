@@ -103,7 +103,7 @@ def _scene(loaded: LoadedCase, plan: Plan, statement: Statement, ran: Runs) -> d
         "forces": [_force(row, morphs) for row in plan.wrenches],
         "times": [float(f"{t:.9g}") for t in ran.times],
         "observables": references(ran, statement),
-        "ours": _ours(ran),
+        "ours": _engine_and_cost(ran),
         "layout": layout,
     }  # fmt: skip
 
@@ -152,7 +152,7 @@ def _force(row: Any, morphs: dict[str, str]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _ours(ran: Runs) -> dict[str, Any]:
+def _engine_and_cost(ran: Runs) -> dict[str, Any]:
     record = ran.records[0]
     return {
         "engine": f"Genesis {record.versions.get('genesis-world', '')}",

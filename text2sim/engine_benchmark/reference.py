@@ -21,9 +21,9 @@ from text2sim.spec_schema.loaded import LoadedCase
 
 HALVINGS = (0, 1, 2)
 """Numbers of halvings of the time step; the last run is the reference without an equation."""
-SHARE = 0.02
+TOLERANCE_SHARE = 0.02
 """Default tolerance, as a part of the observable's range."""
-LEAST = {"m": 1e-3, "rad": 0.01, "deg": 1.0, "m/s": 0.01, "rad/s": 0.05}
+MIN_TOLERANCE = {"m": 1e-3, "rad": 0.01, "deg": 1.0, "m/s": 0.01, "rad/s": 0.05}
 """Smallest default tolerance by unit."""
 Array = NDArray[np.floating]
 
@@ -122,7 +122,9 @@ def references(runs: Runs, statement: Statement) -> dict[str, dict[str, Any]]:
             reference = np.array([float(formula.evaluate({"t": float(t)})) for t in runs.times])  # type: ignore[arg-type]
         else:
             reference = rows[-1]
-        tolerance = stated.tolerance or max(SHARE * float(np.ptp(reference)), LEAST.get(runs.units[name], 1e-3))
+        tolerance = stated.tolerance or max(
+            TOLERANCE_SHARE * float(np.ptp(reference)), MIN_TOLERANCE.get(runs.units[name], 1e-3)
+        )
         until = runs.times <= (statement.until or np.inf) + 1e-9
         if stated.analytic is None:
             known = np.abs(rows[-1] - rows[-2]) <= tolerance / 2

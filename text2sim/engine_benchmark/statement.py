@@ -14,7 +14,7 @@ from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 
-FILE = "benchmark.yaml"
+STATEMENT_FILE = "benchmark.yaml"
 
 
 class Observable(Model):
@@ -42,24 +42,24 @@ def read_statement(loaded: LoadedCase) -> Statement:
     Raises:
         SpecError: with all problems of the file and their places, or if there is nothing to observe.
     """
-    measures, path = loaded.case.actions.measures, loaded.folder / FILE
-    able = [name for name, measure in measures.items() if observable(measure)]
+    measures, path = loaded.case.actions.measures, loaded.folder / STATEMENT_FILE
+    comparable = [name for name, measure in measures.items() if is_observable(measure)]
     if not path.is_file():
-        if not able:
+        if not comparable:
             message = "it has no measure that other engines can give: position, joint_position, energy, …"
             raise SpecError([loaded.problem(("actions",), message, rule="no-observable")])
-        return Statement(observables={name: Observable() for name in able})
+        return Statement(observables={name: Observable() for name in comparable})
     document = parse_document(read_source(path))
     try:
-        found = Statement.model_validate(document.data)
+        statement = Statement.model_validate(document.data)
     except ValidationError as error:
         raise SpecError(diagnose(document, error, Statement, document.data)) from None
     problems: list[Problem] = []
-    for name, row in found.observables.items():
+    for name, row in statement.observables.items():
         place = ("observables", name)
-        if name not in able:
-            message = f"there is no measure `{name}` that can be compared; there are {', '.join(able) or 'none'}"
-            problems.append(document.problem(place, message, key=True, rule="unknown", hint=nearest(name, able)))
+        if name not in comparable:
+            message = f"there is no measure `{name}` that can be compared; there are {', '.join(comparable) or 'none'}"
+            problems.append(document.problem(place, message, key=True, rule="unknown", hint=nearest(name, comparable)))
         if row.analytic is not None:
             try:
                 parse_expression(row.analytic).evaluate({"t": 1.0})
@@ -67,9 +67,9 @@ def read_statement(loaded: LoadedCase) -> Statement:
                 problems.append(document.problem((*place, "analytic"), str(error), rule="expression"))
     if problems:
         raise SpecError(problems)
-    return found
+    return statement
 
 
-def observable(measure: Measure) -> bool:
+def is_observable(measure: Measure) -> bool:
     """Whether a measure only needs poses, velocities and joint positions."""
     return measure.traits.from_poses and getattr(measure, "at", None) is None

@@ -23,9 +23,9 @@ from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.roles import quoted
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.film_frames import film_frames, length_of
-from text2sim.evaluation.genesis_docs import digest, explained
-from text2sim.evaluation.letters import letter
+from text2sim.evaluation.genesis_docs import digest, docstrings_of
 from text2sim.evaluation.method_folder import CaseResult, resources_of
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.stop import Stop
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
 PROGRAM, FILM, LOG, ENDED = "main.py", "film.mp4", "log.txt", "ended.json"
 ROUNDS_PER_ATTEMPT = 3
 """Replies for each program that may be run, including requests for documentation."""
-REMEMBERED = 12
+MAX_RESENT_MESSAGES = 12
 """Latest messages that are sent again, after the first two."""
 LOG_SHOWN = 6_000
 """Characters at the end of a log that the agent sees."""
-CARDS = 6
+MAX_CARDS = 6
 """Number of cards that the agent gets; they are found by the words of the prompt."""
 
 
@@ -104,23 +104,23 @@ class BareAgent:
         why, accepted = "its attempts are spent", False
         allowed = self._allowance
         limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
-        told = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
+        facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", letter("agent", **told)),
-            Message("user", letter("agent_ask", prompt=prompt, docs=digest(), cards=self._dealt(prompt))),
+            Message("system", render_prompt("agent", **facts)),
+            Message("user", render_prompt("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
         ]
         try:
             with Stop() as stop:
                 for _ in range(ROUNDS_PER_ATTEMPT * allowed.attempts):
                     if len(self._trials) >= allowed.attempts:
                         break
-                    reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-REMEMBERED:]])
-                    told, images, done = self._act(reply, stop)
+                    reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-MAX_RESENT_MESSAGES:]])
+                    facts, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
                         break
                     messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
-                    messages += [Message("assistant", reply), Message("user", told, images)]
+                    messages += [Message("assistant", reply), Message("user", facts, images)]
         except BudgetSpent as error:
             why = str(error)
         return self._result(name, why, accepted)
@@ -130,7 +130,7 @@ class BareAgent:
         blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
         if blocks and blocks[-1].closed:
             trial = self._run(blocks[-1].text, stop)
-            return self._told(trial), self._pictures(trial), False
+            return self._describe_trial(trial), self._pictures(trial), False
         if blocks:
             return "The block of Python is not closed: send the program again, whole.", (), False
         try:
@@ -138,7 +138,7 @@ class BareAgent:
         except ReplyError:
             data = None
         if isinstance(data, dict) and isinstance(data.get("read"), list):
-            return explained([str(one)[:80] for one in data["read"][:20]]), (), False
+            return docstrings_of([str(one)[:80] for one in data["read"][:20]]), (), False
         if isinstance(data, dict) and data.get("done") is True and self._trials:
             return "", (), True
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
@@ -166,7 +166,7 @@ class BareAgent:
         self._trials.append(trial)
         return trial
 
-    def _told(self, trial: ProgramTrial) -> str:
+    def _describe_trial(self, trial: ProgramTrial) -> str:
         log = read_text(trial.folder / LOG).replace(str(trial.folder), ".")
         film = "film.mp4 is there" if trial.film else "there is no film.mp4"
         try:
@@ -175,7 +175,9 @@ class BareAgent:
             film = str(error)
         left = self._allowance.attempts - len(self._trials)
         minutes = trial.minutes_left
-        return letter("agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes)
+        return render_prompt(
+            "agent_ran", trial=trial, film=film, log=quoted(log[-LOG_SHOWN:]), left=left, minutes=minutes
+        )
 
     def _pictures(self, trial: ProgramTrial) -> tuple[Image, ...]:
         if trial.film is None or not self._chat.vision("agent"):
@@ -185,13 +187,13 @@ class BareAgent:
         except RunError:
             return ()
 
-    def _dealt(self, prompt: str) -> str:
+    def _deal_cards(self, prompt: str) -> str:
         if not self._cards:
             return ""
         from text2sim.card_library.library import load_library
         from text2sim.card_library.retrieval import find_cards
 
-        found = find_cards(load_library(), text=prompt, limit=CARDS)
+        found = find_cards(load_library(), text=prompt, limit=MAX_CARDS)
         return "\n\n".join(match.entry.card.brief() for match in found)
 
     def _result(self, name: str, why: str, accepted: bool) -> CaseResult:

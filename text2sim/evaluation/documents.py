@@ -8,7 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.text.document import Document, parse_document
-from text2sim.spec_schema.text.source import Source, check_source, read_source
+from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 from text2sim.spec_schema.whole_files import write_atomically
 
@@ -26,12 +26,7 @@ def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
     Raises:
         SpecError: With all problems of the file.
     """
-    return _parsed(read_source(path), model, what)
-
-
-def _parsed(source: Source, model: type[M], what: str) -> tuple[M, Document]:
-    """Parse a text into a model; see `read_model`."""
-    document = parse_document(check_source(source))
+    document = parse_document(read_source(path))
     data: Any = document.data
     if not isinstance(data, dict):
         message = f"{what} is a mapping with the keys {', '.join(model.model_fields)}"

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from text2sim.agents.conversation import Conversation, typed
+from text2sim.agents.conversation import Conversation, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.roles import quoted
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.evaluation.judging import judge_endpoint
-from text2sim.evaluation.letters import letter
-from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, complete
+from text2sim.evaluation.prompt_templates import render_prompt
+from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt, Requirements, Suite, check_complete
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
 from text2sim.spec_schema.whole_files import write_atomically
@@ -23,7 +23,7 @@ class RequirementDraft(Model):
     prohibitions: dict[Name, Prohibition] = {}
 
 
-def draft(chat: Conversation, prompt: Prompt) -> Prompt:
+def draft_requirements(chat: Conversation, prompt: Prompt) -> Prompt:
     """Return a prompt with requirements; existing ones are kept.
 
     Raises:
@@ -32,7 +32,7 @@ def draft(chat: Conversation, prompt: Prompt) -> Prompt:
     if prompt.requirements is not None:
         return prompt
     question = f"<prompt>\n{quoted(prompt.prompt)}\n</prompt>\n\nTake it apart."
-    answer: RequirementDraft = chat.ask("drafter", letter("draft"), question, typed(RequirementDraft))
+    answer: RequirementDraft = chat.ask("drafter", render_prompt("draft"), question, typed_parser(RequirementDraft))
     return prompt.model_copy(update={"requirements": answer.requirements, "prohibitions": answer.prohibitions})
 
 
@@ -54,13 +54,13 @@ def suite_text(suite: Suite) -> str:
         rows += ["", f"  {name}:", yaml_text(data, 4)]
         if needs is not None:
             rows.append("    requirements:")
-            rows += [f"      {kind}:\n{_listed(needs[kind], 8)}" for kind in CATEGORIES]
+            rows += [f"      {kind}:\n{_yaml_rows(needs[kind], 8)}" for kind in CATEGORIES]
         if prohibitions:
-            rows.append(f"    prohibitions:\n{_listed(prohibitions, 6)}")
+            rows.append(f"    prohibitions:\n{_yaml_rows(prohibitions, 6)}")
     return "\n".join(rows) + "\n"
 
 
-def _listed(rows: dict[str, Any], indent: int) -> str:
+def _yaml_rows(rows: dict[str, Any], indent: int) -> str:
     """One line of YAML per entry."""
     return "\n".join(yaml_text({name: row}, indent) for name, row in rows.items())
 
@@ -78,11 +78,11 @@ def draft_missing(suite: Suite, document: Document, model: str, folder: Path) ->
         SpecError: If requirements are missing and no model is given.
     """
     if not model:
-        complete(suite, document)
+        check_complete(suite, document)
         return suite
     prompts = {}
     for name, prompt in suite.prompts.items():
         log, journal = CallLog(folder / name), Journal(folder / name / "journal.jsonl")
         chat = Conversation({"": judge_endpoint(model, name)}, log, Account(), Budget(), journal)
-        prompts[name] = draft(chat, prompt)
+        prompts[name] = draft_requirements(chat, prompt)
     return suite.model_copy(update={"prompts": prompts})

@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
-from text2sim.agents.facts import claim_faults, found
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.facts import claim_faults, compute_facts
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import UnfitFileError, read_plain
 from text2sim.agents.replies import Answer, Claim
@@ -16,8 +16,8 @@ from text2sim.agents.roles import quoted
 from text2sim.agents.run_summary import evidence_text
 from text2sim.evaluation.film_frames import FilmFrames, film_frames
 from text2sim.evaluation.keyframes import Motion, motion_of
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import PromptResult
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.suite import Prompt
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
@@ -27,14 +27,14 @@ from text2sim.spec_schema.loaded import LoadedCase
 LONGEST_PROGRAM, LONGEST_LOG = 80_000, 6_000
 """Characters of a program, and of the end of a log, that a judge reads."""
 LARGEST_FILE = 20_000_000
-FACTS = 12
+MAX_FACTS = 12
 """Largest number of requirements that facts are computed for."""
 
 
 class FactClaims(Answer):
     """Facts that can be computed from a run, by requirement."""
 
-    facts: Annotated[dict[str, list[Claim]], Field(max_length=FACTS)] = {}
+    facts: Annotated[dict[str, list[Claim]], Field(max_length=MAX_FACTS)] = {}
 
 
 @dataclass
@@ -106,10 +106,10 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultEx
         if wrong := claim_faults(answer.facts, names, bodies):
             raise Wrong(wrong)
 
-    question = letter("check_ask", prompt=prompt, program=shown.program)
+    question = render_prompt("check_ask", prompt=prompt, program=shown.program)
     try:
-        answer: FactClaims = chat().ask("checker", letter("check"), question, typed(FactClaims, check))
-        for fact in found(answer.facts, shown.loaded, run):
+        answer: FactClaims = chat().ask("checker", render_prompt("check"), question, typed_parser(FactClaims, check))
+        for fact in compute_facts(answer.facts, shown.loaded, run):
             (shown.facts if fact.ok is not None else shown.notes).append(f"{fact.requirement}: {fact}")
     except StoppedError:
         raise

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 
 from text2sim.agents.models.exchange import MAX_IMAGE, Image
-from text2sim.legibility.film import spread
+from text2sim.legibility.film import spread_numbers
 from text2sim.spec_schema.errors import RunError
 
-EVENLY, CHANGES = 10, 6
+EVEN_FRAMES, MAX_CHANGE_FRAMES = 10, 6
 """Number of evenly spaced frames, and largest number of frames after scene changes."""
-LONGEST = 20_000
+MAX_FRAMES = 20_000
 """Largest number of frames that are read."""
-PIXELS = 4096 * 2304
+MAX_PIXELS = 4096 * 2304
 """Largest frame that is read [pixels]."""
-CUT = 0.12
+MIN_CUT_DIFFERENCE = 0.12
 """Smallest mean difference of consecutive grey thumbnails (0 to 1) at a scene change."""
-TIMES = 5.0
+MIN_CUT_RATIO = 5.0
 """Smallest ratio of this difference to the film's median, since fast motion is not a scene change."""
-SMALL = (64, 36)
+THUMBNAIL_SIZE = (64, 36)
 """Width and height of these thumbnails [pixels]."""
 
 
@@ -50,7 +50,7 @@ def film_frames(film: Path) -> FilmFrames:
         RunError: If it cannot be decoded.
     """
     times, greys, size = _looked_through(film)
-    chosen = sorted({*spread(len(times), EVENLY), *_changes(greys)})
+    chosen = sorted({*spread_numbers(len(times), EVEN_FRAMES), *_changes(greys)})
     images = []
     for number, picture in enumerate(_pictures(film, chosen), 1):
         images.append(_image(f"frame_{number:02}", picture))
@@ -92,12 +92,12 @@ def _looked_through(film: Path) -> tuple[list[float], Any, tuple[int, int]]:
         with av.open(str(film)) as video:
             if not video.streams.video:
                 raise RunError("the film has no frames")
-            for k, frame in zip(range(LONGEST), video.decode(video=0)):  # noqa: B905
+            for k, frame in zip(range(MAX_FRAMES), video.decode(video=0)):  # noqa: B905
                 size = size if k else (frame.width, frame.height)
-                if frame.width * frame.height > PIXELS:
-                    raise RunError(f"the film's frames are larger than {PIXELS:,} pixels")
+                if frame.width * frame.height > MAX_PIXELS:
+                    raise RunError(f"the film's frames are larger than {MAX_PIXELS:,} pixels")
                 times.append(float(frame.time) if frame.time is not None else k / 25)
-                greys.append(frame.reformat(*SMALL, format="gray").to_ndarray().astype(np.float32) / 255)
+                greys.append(frame.reformat(*THUMBNAIL_SIZE, format="gray").to_ndarray().astype(np.float32) / 255)
     except (OSError, ValueError, av.error.FFmpegError) as error:
         raise RunError(
             f"the film does not decode: {getattr(error, 'strerror', None) or type(error).__name__}"
@@ -117,8 +117,8 @@ def _changes(greys: Any) -> list[int]:
     if len(greys) < 3:
         return []
     steps = np.abs(np.diff(greys, axis=0)).mean(axis=(1, 2))
-    cuts = np.flatnonzero((steps > CUT) & (steps > TIMES * np.median(steps)))
-    strongest = sorted(cuts, key=lambda k: -steps[k])[:CHANGES]
+    cuts = np.flatnonzero((steps > MIN_CUT_DIFFERENCE) & (steps > MIN_CUT_RATIO * np.median(steps)))
+    strongest = sorted(cuts, key=lambda k: -steps[k])[:MAX_CHANGE_FRAMES]
     return [int(k) + 1 for k in strongest]
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from text2sim.spec_schema.errors import MachineError, nearest
 
-OPTIONS = {
+OPTION_SOURCES = {
     "gs.options": ("options/solvers.py", "options/vis.py"),
     "gs.renderers": ("options/renderers.py",),
     "gs.morphs": ("options/morphs.py",),
@@ -26,7 +26,7 @@ OPTIONS = {
     "gs.force_fields": ("engine/force_fields.py",),
 }
 """Sources of option classes, which are configured by their fields, by the prefix of their names."""
-OBJECTS = {
+CLASS_SOURCES = {
     "Scene": ("engine/scene.py",),
     "Camera": ("vis/camera.py",),
     "RigidEntity": ("engine/entities/rigid_entity/rigid_entity.py", "engine/entities/base_entity.py"),
@@ -48,9 +48,9 @@ SKIPPED = (
     "ToolOptions",
     "ViewerOptions",
 )
-FIELD = 40
+MAX_DEFAULT_LENGTH = 40
 """Longest default value that is shown [characters]."""
-DOCSTRING = 6_000
+MAX_DOCSTRING_LENGTH = 6_000
 """Longest docstring that is shown [characters]."""
 
 
@@ -74,22 +74,26 @@ def documentation() -> dict[str, ApiEntry]:
     if spec is None or spec.origin is None:
         raise MachineError("Genesis is not installed")
     root, found = Path(spec.origin).parent, dict[str, ApiEntry]()
-    init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _is(node, "init"))
+    init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _assigns(node, "init"))
     found["gs.init"] = _method("gs.init", init)  # type: ignore[arg-type]
-    for prefix, places in OPTIONS.items():
+    for prefix, places in OPTION_SOURCES.items():
         for node in _classes(root, places):
             if node.name[0] != "_" and node.name not in SKIPPED:
                 name = f"{prefix}.{node.name}"
                 if prefix == "gs.options" and node.name.endswith("Light"):
                     name = f"gs.options.vis.{node.name}"  # not re-exported by the package
-                made = next((one for one in node.body if _is(one, "__init__")), None)
+                made = next((one for one in node.body if _assigns(one, "__init__")), None)
                 options = _options(name, node)
                 bare = made is None or "()" not in options.line  # a class with fields accepts them as arguments
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
-    for owner, places in OBJECTS.items():
+    for owner, places in CLASS_SOURCES.items():
         for node in _classes(root, places):
             for one in node.body:
-                if isinstance(one, ast.FunctionDef) and (one.name == "__init__" or one.name[0] != "_") and _shown(one):
+                if (
+                    isinstance(one, ast.FunctionDef)
+                    and (one.name == "__init__" or one.name[0] != "_")
+                    and _is_public(one)
+                ):
                     name = owner if one.name == "__init__" else f"{owner}.{one.name}"
                     found.setdefault(name, _method(name, one))
     return found
@@ -100,7 +104,7 @@ def digest() -> str:
     return "\n".join(entry.line for entry in documentation().values())
 
 
-def explained(names: list[str]) -> str:
+def docstrings_of(names: list[str]) -> str:
     """Return the docstrings of classes and methods; for an unknown name, the nearest known one."""
     rows, known = [], documentation()
     for name in names:
@@ -109,7 +113,7 @@ def explained(names: list[str]) -> str:
             hint = nearest(name.rpartition(".")[2], [one.rpartition(".")[2] for one in known])
             rows.append(f"There is nothing called `{name}`" + (f"; there is `{hint}`." if hint else "."))
         else:
-            rows.append(f"{known[match].line}\n\n{known[match].doc[:DOCSTRING]}".strip())
+            rows.append(f"{known[match].line}\n\n{known[match].doc[:MAX_DOCSTRING_LENGTH]}".strip())
     return "\n\n---\n\n".join(rows)
 
 
@@ -124,7 +128,7 @@ def _classes(root: Path, places: tuple[str, ...]) -> Iterator[ast.ClassDef]:
 def _options(name: str, node: ast.ClassDef) -> ApiEntry:
     """Fields of an options class with their defaults, without those of its bases."""
     fields = [
-        f"{one.target.id}={_short(one.value) if one.value is not None else 'REQUIRED'}"
+        f"{one.target.id}={_shortened(one.value) if one.value is not None else 'REQUIRED'}"
         for one in node.body
         if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and one.target.id[0] != "_"
     ]
@@ -138,19 +142,19 @@ def _method(name: str, node: ast.FunctionDef) -> ApiEntry:
     arguments = node.args
     given = [None] * (len(arguments.args) - len(arguments.defaults)) + list(arguments.defaults)
     words = [
-        one.arg if default is None else f"{one.arg}={_short(default)}"
+        one.arg if default is None else f"{one.arg}={_shortened(default)}"
         for one, default in zip(arguments.args, given, strict=True)
         if one.arg != "self"
     ]
     words += [
-        one.arg if default is None else f"{one.arg}={_short(default)}"
+        one.arg if default is None else f"{one.arg}={_shortened(default)}"
         for one, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
     ]
     about = " ".join(doc.split("\n\n")[0].split())[:110]
     return ApiEntry(f"{name}({', '.join(words)})" + (f"  # {about}" if about else ""), doc)
 
 
-def _shown(node: ast.FunctionDef) -> bool:
+def _is_public(node: ast.FunctionDef) -> bool:
     """Whether a method is public API: documented, and neither a kernel nor a property setter."""
     marks = [ast.unparse(mark) for mark in node.decorator_list]
     return not any("qd." in mark or "setter" in mark or "property" in mark for mark in marks) and bool(
@@ -158,10 +162,10 @@ def _shown(node: ast.FunctionDef) -> bool:
     )
 
 
-def _is(node: ast.stmt, name: str) -> bool:
+def _assigns(node: ast.stmt, name: str) -> bool:
     return isinstance(node, ast.FunctionDef) and node.name == name
 
 
-def _short(node: ast.expr) -> str:
+def _shortened(node: ast.expr) -> str:
     text = ast.unparse(node)
-    return text if len(text) <= FIELD else "…"
+    return text if len(text) <= MAX_DEFAULT_LENGTH else "…"

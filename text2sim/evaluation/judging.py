@@ -14,16 +14,16 @@ from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed
+from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never
+from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never_stop
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_whole
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
-from text2sim.evaluation.letters import letter
 from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.scores import (
     PhysicalReply,
     VisualReply,
@@ -41,7 +41,7 @@ Kind = Literal["physical", "visual", "check"]
 KINDS: tuple[Kind, ...] = ("physical", "visual")
 State = Literal["judged", "nothing", "not_judged"]
 """`nothing`: there was nothing to judge, so the score is 0 and no judge was asked."""
-JUDGING, JUDGEMENT = "judging.json", "judgement.json"
+JUDGING_FILE, JUDGEMENT_FILE = "judging.json", "judgement.json"
 Tell = Callable[[str], None]
 
 
@@ -60,8 +60,8 @@ class Turn:
     @property
     def code(self) -> str:
         """Its anonymous name, which reveals neither the method nor other judgements of the same film."""
-        said = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
-        return f"{self.prompt}-{self.kind}-{sha256(said.encode()).hexdigest()[:8]}"
+        seed_text = f"{self.prompt}/{self.method}/{self.kind}/{self.judge}/{self.repeat}"
+        return f"{self.prompt}-{self.kind}-{sha256(seed_text.encode()).hexdigest()[:8]}"
 
     @property
     def place(self) -> Path:
@@ -102,7 +102,7 @@ class Judging:
     repeats: int = 3
     """Number of judgements of each kind by each judge."""
     budget: Budget = field(default_factory=Budget)
-    stop: Callable[[], bool] = never
+    stop: Callable[[], bool] = never_stop
 
     def __post_init__(self) -> None:
         names = [method.name for method in self.methods]
@@ -128,10 +128,10 @@ class Judging:
                 raise RunError(
                     f"the judge {model} does not accept pictures; if it does, append `,vision=yes` to its name"
                 )
-        before = read_json(self.out / JUDGING)
+        before = read_json(self.out / JUDGING_FILE)
         earlier = before["judged"] if isinstance(before, dict) and before["digest"] == self.suite.digest() else []
         write_json(
-            self.out / JUDGING,
+            self.out / JUDGING_FILE,
             {
                 "judged": list(dict.fromkeys([*earlier, *prompts])),
                 "suite": self.suite.name,
@@ -157,15 +157,15 @@ class Judging:
             bind_facts(lambda: self._chat(turn), prompt, shown, made)
         rows = []
         for turn in _turns(name, method.name, len(self.models), self.repeats):
-            row = self._judged(turn, prompt, made, shown)
-            write_json(self.out / turn.place / JUDGEMENT, asdict(row))
+            row = self._judge_turn(turn, prompt, made, shown)
+            write_json(self.out / turn.place / JUDGEMENT_FILE, asdict(row))
             rows.append(row)
-            said = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
+            result = f"{row.total:.1f}" if row.total is not None else f"not judged: {row.why}"
             who = f"{turn.kind} {turn.repeat} of {self.repeats} by judge {turn.judge}"
-            tell(f"{name}, {method.name}: {who}: {said}")
+            tell(f"{name}, {method.name}: {who}: {result}")
         return rows
 
-    def _judged(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
+    def _judge_turn(self, turn: Turn, prompt: Prompt, made: PromptResult | None, shown: ResultExhibit) -> Judgement:
         def plain(state: State, why: str) -> Judgement:
             return Judgement(turn, prompt.digest(), state, 0.0 if state == "nothing" else None, why)
 
@@ -199,8 +199,10 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
         if wrong := physical_faults(prompt, reply, len(images)):
             raise Wrong(wrong)
 
-    question = letter("physical_ask", prompt=prompt, shown=shown)
-    reply: PhysicalReply = chat.ask("physical", letter("physical"), question, typed(PhysicalReply, check), images)
+    question = render_prompt("physical_ask", prompt=prompt, shown=shown)
+    reply: PhysicalReply = chat.ask(
+        "physical", render_prompt("physical"), question, typed_parser(PhysicalReply, check), images
+    )
     keyframed = shown.motion is not None and shown.motion.mainly_keyframed
     score = physical_score(prompt, reply, usable=shown.frames is not None, keyframed=keyframed)
     times = list(shown.frames.times) if shown.frames else []
@@ -212,8 +214,10 @@ def _physical(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhib
 
 def _visual(chat: Conversation, turn: Turn, prompt: Prompt, shown: ResultExhibit) -> Judgement:
     assert shown.frames is not None
-    question = letter("visual_ask", prompt=prompt, frames=shown.frames)
-    reply: VisualReply = chat.ask("visual", letter("visual"), question, typed(VisualReply), shown.frames.images)
+    question = render_prompt("visual_ask", prompt=prompt, frames=shown.frames)
+    reply: VisualReply = chat.ask(
+        "visual", render_prompt("visual"), question, typed_parser(VisualReply), shown.frames.images
+    )
     seen = {"times": list(shown.frames.times)}
     return Judgement(turn, prompt.digest(), "judged", visual_score(reply), reply=reply.model_dump(), shown=seen)
 
@@ -240,11 +244,11 @@ def read_judgements(out: Path) -> tuple[dict[str, Any], list[Judgement]]:
     Raises:
         RunError: If the folder has no judgements.
     """
-    record = read_json(out / JUDGING)
+    record = read_json(out / JUDGING_FILE)
     if not isinstance(record, dict):
-        raise RunError(f"{out}: nothing was judged here (no {JUDGING})")
+        raise RunError(f"{out}: nothing was judged here (no {JUDGING_FILE})")
     rows = []
-    for path in sorted(out.glob(f"*/*/*/{JUDGEMENT}")):
+    for path in sorted(out.glob(f"*/*/*/{JUDGEMENT_FILE}")):
         data = read_json(path)
         try:
             row = Judgement(**{**data, "turn": Turn(**data["turn"])})

@@ -13,21 +13,21 @@ from text2sim.spec_schema.names.selectors import body_of, strings_in
 if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
-STILL = 2e-4
+MAX_REST_DISPLACEMENT = 2e-4
 """Displacement per frame below which something is at rest [m]."""
-SLACK = 0.05
+INTEGRATION_SLACK = 0.05
 """Tolerated integration error, as a fraction of the displacement."""
 SOFT_SLACK = 0.5
 """The same for deformable bodies, where the solver moves held points without giving them a velocity."""
-FREE = 0.5
+GRAVITY_SLACK = 0.5
 """Tolerated unexplained acceleration, as a fraction of gravity."""
-PUSHED = 0.2
+CONTACT_SLACK = 0.2
 """Additional tolerance, as a fraction of the acceleration by contacts."""
-USUAL = 9.81
+REFERENCE_GRAVITY = 9.81
 """Reference acceleration in a scene without gravity [m/s2]."""
-SHARE, FEWEST = 0.2, 3
+MIN_UNEXPLAINED_SHARE, MIN_UNEXPLAINED_FRAMES = 0.2, 3
 """Smallest fraction and number of unexplained frames in motion for which a body counts as keyframed."""
-JUMP = 0.05
+MIN_JUMP = 0.05
 """Displacement in one frame beyond what velocities explain that counts as a jump [m]."""
 
 
@@ -75,23 +75,23 @@ def motion_of(recording: RecordedCase) -> Motion:
     ways: dict[str, float] = {}
     given = _impulses(recording)
     for target in recording.names.loose:
-        moved, odd, worst = _unexplained(recording, target, given)
+        moved, odd, worst = _unexplained_motion(recording, target, given)
         ways[target.copy] = float(moved.sum())
-        moving = moved > STILL
+        moving = moved > MAX_REST_DISPLACEMENT
         share = float(odd[moving].mean()) if moving.any() else 0.0
-        if worst[0] > JUMP:
+        if worst[0] > MIN_JUMP:
             keyframed[target.copy] = (
                 f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
             )
-        elif share >= SHARE and (odd & moving).sum() >= FEWEST:
+        elif share >= MIN_UNEXPLAINED_SHARE and (odd & moving).sum() >= MIN_UNEXPLAINED_FRAMES:
             keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
         way = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
         driven[body_of(copy)] = driven.get(body_of(copy), 0.0) + way
     whole = sum(ways.values()) + sum(driven.values())
-    part = sum(ways[copy] for copy in keyframed) / whole if whole > STILL else 0.0
-    driven = {name: way / whole if whole > STILL else 0.0 for name, way in driven.items()}
+    part = sum(ways[copy] for copy in keyframed) / whole if whole > MAX_REST_DISPLACEMENT else 0.0
+    driven = {name: way / whole if whole > MAX_REST_DISPLACEMENT else 0.0 for name, way in driven.items()}
     return Motion(keyframed, driven, part, len(ways))
 
 
@@ -107,7 +107,7 @@ def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
     return impulse[:-1], size[:-1]
 
 
-def _unexplained(
+def _unexplained_motion(
     recording: RecordedCase, target: RecordedTarget, given: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[float, float]]:
     """Displacements [m] per frame, mask of the unexplained ones, (F-1,), and the largest jump [m] with its time [s]."""
@@ -126,8 +126,8 @@ def _unexplained(
     before, after = velocities[:-1], velocities[1:]
     gap = np.linalg.norm(ways - step[..., None] * (before + after) / 2, axis=-1)
     moved = np.linalg.norm(ways, axis=-1)
-    slack = SLACK if target.soft is None else SOFT_SLACK
-    bound = step * np.linalg.norm(after - before, axis=-1) / 2 + slack * moved + STILL
+    slack = INTEGRATION_SLACK if target.soft is None else SOFT_SLACK
+    bound = step * np.linalg.norm(after - before, axis=-1) / 2 + slack * moved + MAX_REST_DISPLACEMENT
     present = (there[:-1] & there[1:])[:, None]
     odd = (gap > bound) & present
     beyond = np.where(odd, gap - bound, 0.0).max(axis=1)
@@ -151,8 +151,8 @@ def _without_cause(
     span = np.diff(states.time)
     impulse, size = (part[1:, target.root] / mass for part in given)
     odd = np.linalg.norm((after - before - impulse) / span[:, None] - gravity, axis=1)
-    usual = float(np.linalg.norm(gravity)) or USUAL
-    return odd > FREE * usual + PUSHED * size / span
+    usual = float(np.linalg.norm(gravity)) or REFERENCE_GRAVITY
+    return odd > GRAVITY_SLACK * usual + CONTACT_SLACK * size / span
 
 
 def _is_free(recording: RecordedCase, target: RecordedTarget) -> bool:
@@ -161,8 +161,8 @@ def _is_free(recording: RecordedCase, target: RecordedTarget) -> bool:
     if target.soft is not None or len(target.links) != 1 or states.links[target.root].mass <= 0:
         return False
     joints = [joint for joint in states.joints if joint.link == target.root and joint.kind != "free"]
-    told = recording.contacts.recorded and not states.deformables
-    return told and not joints and not _acted_on(case, body_of(target.copy))
+    contacts_known = recording.contacts.recorded and not states.deformables
+    return contacts_known and not joints and not _acted_on(case, body_of(target.copy))
 
 
 def _acted_on(case: "Case", body: str) -> bool:

@@ -16,25 +16,33 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed
-from text2sim.agents.distilling import CardDraft, CardProposal, attempts_of, drafted, told
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.distilling import CardDraft, CardProposal, attempts_of, attempts_text, draft_card
 from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account as Spent
 from text2sim.agents.models.calls import Budget, CallLog
-from text2sim.agents.models.endpoint import never
+from text2sim.agents.models.endpoint import never_stop
 from text2sim.agents.replies import Answer
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.card_library.library import BUILT_IN, CardEntry, CardLibrary, check_card, load_library
 from text2sim.card_library.model import Card, card_schema
-from text2sim.card_library.retrieval import SAME, alike
+from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
 from text2sim.card_library.verify import TIMEOUT, verify_card
 from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import exhibit_of
 from text2sim.evaluation.judging import KINDS, Judgement, Judging, judge_endpoint
-from text2sim.evaluation.ledger import CardRecord, CardTrial, Debt, digest_of, enter, read_ledger, retrieved
-from text2sim.evaluation.letters import letter
+from text2sim.evaluation.ledger import (
+    CardDebt,
+    CardRecord,
+    CardTrial,
+    count_dealt_cards,
+    digest_of,
+    read_ledger,
+    record_card,
+)
 from text2sim.evaluation.method_folder import MethodFolder, read_method
 from text2sim.evaluation.methods import Allowance, Method, run_method
+from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.statistics import case_scores, spread_within
 from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.run_files import read_json
@@ -102,27 +110,27 @@ class Learning:
     answer: Callable[..., Path] = run_method
     """Answers prompts; has the signature of `run_method`."""
     budget: Budget = field(default_factory=Budget)
-    stop: Callable[[], bool] = never
+    stop: Callable[[], bool] = never_stop
 
     def run(self) -> None:
         """Answer all prompts and try a lesson from each; finished steps are not repeated."""
         self.cards.mkdir(parents=True, exist_ok=True)
-        before = self._round("before", self.prompts, self.cards)
+        before = self._run_round("before", self.prompts, self.cards)
         for name in self.prompts:
             file = self.work / "lessons" / name / "lesson.json"
-            known: Any = read_json(file)
-            if known is None:
-                found = self._lesson(name, before)
-                known = (
+            stored: Any = read_json(file)
+            if stored is None:
+                found = self._ask_for_lesson(name, before)
+                stored = (
                     {"lesson": None} if found is None else {"lesson": found[0].model_dump(), "draft": asdict(found[1])}
                 )
-                write_json(file, known)
-            if known["lesson"] is not None and not known.get("tried"):
-                self._try(name, Lesson(**known["lesson"]), CardDraft(**known["draft"]), before)
-                write_json(file, known | {"tried": True})
+                write_json(file, stored)
+            if stored["lesson"] is not None and not stored.get("tried"):
+                self._try_card(name, Lesson(**stored["lesson"]), CardDraft(**stored["draft"]), before)
+                write_json(file, stored | {"tried": True})
         self.consolidate()
 
-    def _round(self, label: str, prompts: Mapping[str, Prompt], library: Path) -> LearningRound:
+    def _run_round(self, label: str, prompts: Mapping[str, Prompt], library: Path) -> LearningRound:
         method = Method(label, "text2sim", library=str(library.resolve()))
         folder = self.answer(self.suite, prompts, method, self.models, self.allowance, self.work / "rounds", self.tell)
         made = read_method(folder)
@@ -130,7 +138,7 @@ class Learning:
         judging = Judging(self.suite, [made], [self.judge], out, self.repeats, self.budget, self.stop)
         return LearningRound(made, judging.run(prompts, self.tell))
 
-    def _chat(self, name: str) -> Conversation:
+    def _conversation(self, name: str) -> Conversation:
         folder = self.work / "lessons" / name
         endpoint = judge_endpoint(self.judge, f"lesson-{name}")
         log, journal = CallLog(folder / "calls"), Journal(folder / "journal.jsonl")
@@ -139,7 +147,7 @@ class Learning:
     def _library(self) -> CardLibrary:
         return load_library([self.cards])
 
-    def _lesson(self, name: str, before: LearningRound) -> tuple[Lesson, CardDraft] | None:
+    def _ask_for_lesson(self, name: str, before: LearningRound) -> tuple[Lesson, CardDraft] | None:
         """Have a model review the answer to a prompt, until its card is valid."""
         score, made = before.scores().get(name), before.made.made.get(name)
         attempts = attempts_of(made.folder / "case") if made is not None else {}
@@ -149,8 +157,8 @@ class Learning:
         library, built_in = self._library(), load_library([BUILT_IN])
         everything = {**built_in.entries, **library.entries}
         shown = exhibit_of(made)
-        question = letter(
-            "learn_ask", prompt=self.prompts[name], attempts=told(attempts), frames=shown.frames,
+        question = render_prompt(
+            "learn_ask", prompt=self.prompts[name], attempts=attempts_text(attempts), frames=shown.frames,
             findings=_findings(before.rows, name), learned=", ".join(library.entries) or "none",
             built_in=", ".join(built_in.entries),
             **{kind: f"{case_scores(before.rows, kind)[before.made.name, name]:.0f}" for kind in KINDS},
@@ -161,19 +169,21 @@ class Learning:
             drafts.clear()
             if answer.lesson is None:
                 return
-            draft = drafted(answer.lesson, attempts)
-            self._fits(answer.lesson.edits, draft, library, everything)
-            self._holds(draft, self.work / "cards" / f"asked-{name}")
+            draft = draft_card(answer.lesson, attempts)
+            self._check_duplicates(answer.lesson.edits, draft, library, everything)
+            self._check_by_running(draft, self.work / "cards" / f"asked-{name}")
             drafts.append(draft)
 
         def pages(names: list[str]) -> str:
-            return "\n\n".join(everything[one].card.brief() for one in names if one in everything) or "There is none."
+            return (
+                "\n\n".join(everything[card].card.brief() for card in names if card in everything) or "There is none."
+            )
 
         images = shown.frames.images if shown.frames is not None else ()
-        system = letter("learn", schema=yaml_text(card_schema()))
+        system = render_prompt("learn", schema=yaml_text(card_schema()))
         try:
-            answer: Lessons = self._chat(name).ask(
-                "evaluator", system, question, typed(Lessons, check), images, more=pages
+            answer: Lessons = self._conversation(name).ask(
+                "evaluator", system, question, typed_parser(Lessons, check), images, read_pages=pages
             )
         except RoleFailed as failed:
             self.tell(f"{name}: {failed}")
@@ -183,7 +193,9 @@ class Learning:
             return None
         return answer.lesson, drafts[0]
 
-    def _fits(self, edits: str, draft: CardDraft, library: CardLibrary, everything: Mapping[str, CardEntry]) -> None:
+    def _check_duplicates(
+        self, edits: str, draft: CardDraft, library: CardLibrary, everything: Mapping[str, CardEntry]
+    ) -> None:
         """Reject a card that duplicates another one or makes a forbidden edit."""
         card = Card.model_validate(draft.data)
         if edits and edits not in library.entries:
@@ -195,11 +207,11 @@ class Learning:
         if not edits and card.id in everything:
             raise Wrong([f"/card/id: there is a card `{card.id}` already"])
         for entry in everything.values():
-            if entry.id != edits and alike(card, entry.card) >= SAME:
+            if entry.id != edits and likeness(card, entry.card) >= DUPLICATE_LIKENESS:
                 way = f"edit it (`edits: {entry.id}`)" if entry.id in library.entries else "it comes with text2sim"
                 raise Wrong([f"/card: it says the same as `{entry.id}`: {way}"])
 
-    def _holds(self, draft: CardDraft, folder: Path) -> None:
+    def _check_by_running(self, draft: CardDraft, folder: Path) -> None:
         """Run both cases of a card, and reject it if they do not show what it says."""
         place = folder / str(draft.data["id"])
         shutil.rmtree(folder, ignore_errors=True)
@@ -209,41 +221,44 @@ class Learning:
         if not verdict.ok:
             raise Wrong([f"the card does not hold: {verdict.message}"])
 
-    def _try(self, name: str, lesson: Lesson, draft: CardDraft, before: LearningRound) -> None:
+    def _try_card(self, name: str, lesson: Lesson, draft: CardDraft, before: LearningRound) -> None:
         """Answer the prompts of a card again with it, and keep it if their scores improve."""
         id = str(draft.data["id"])
-        old = read_ledger(self.cards).cards.get(id) if lesson.edits else None
-        affected = {name, *(debt.prompt for debt in old.owes)} if old else {name}
-        prompts = {one: prompt for one, prompt in self.prompts.items() if one in affected}
+        previous = read_ledger(self.cards).cards.get(id) if lesson.edits else None
+        affected = {name, *(debt.prompt for debt in previous.owes)} if previous else {name}
+        prompts = {prompt_id: prompt for prompt_id, prompt in self.prompts.items() if prompt_id in affected}
         entry = CardEntry(Card.model_validate(draft.data), self.work / "cards" / f"asked-{name}" / id)
         label = f"with-{id}-{digest_of(entry)[:8]}"
         library = self.work / "cards" / label
         if not library.exists():
             shutil.copytree(self.cards, library)
             draft.write(library / id)
-        after = self._round(label, prompts, library)
-        was = before.scores() | {one.prompt: one.after for one in (old.tried if old else ())}
-        now = after.scores()
+        after = self._run_round(label, prompts, library)
+        scores_before = before.scores() | {trial.prompt: trial.after for trial in (previous.tried if previous else ())}
+        scores_after = after.scores()
         tried = [
             CardTrial(
-                prompt=one, before=was[one], after=now[one], dealt=retrieved([after.made.made[one].folder])[1][id] > 0
+                prompt=prompt_id,
+                before=scores_before[prompt_id],
+                after=scores_after[prompt_id],
+                dealt=count_dealt_cards([after.made.made[prompt_id].folder])[1][id] > 0,
             )
-            for one in prompts
-            if one in was and one in now
+            for prompt_id in prompts
+            if prompt_id in scores_before and prompt_id in scores_after
         ]
-        account = CardRecord(
+        record = CardRecord(
             state="rejected", digest=digest_of(entry), tried=tried,
-            owes=[Debt(prompt=name, failure=lesson.failure, evidence=lesson.evidence)],
+            owes=[CardDebt(prompt=name, failure=lesson.failure, evidence=lesson.evidence)],
         )  # fmt: skip
         noise = sqrt(before.noise(self.repeats) ** 2 + after.noise(self.repeats) ** 2) / sqrt(max(1, len(tried)))
-        kept = any(one.dealt for one in tried) and account.gain > noise
+        kept = any(trial.dealt for trial in tried) and record.gain > noise
         if kept:
-            account = account.model_copy(update={"state": "kept"})
+            record = record.model_copy(update={"state": "kept"})
             draft.write(self.cards / id)
-        if kept or old is None:  # an edit without improvement is discarded
-            enter(self.cards, id, account, {name: self.prompts[name]})
-        why = f"{account.gain:+.1f} points (noise {noise:.1f})" if any(one.dealt for one in tried) else "never dealt"
-        self.tell(f"{name}: {id}: {account.state}: {why}")
+        if kept or previous is None:  # an edit without improvement is discarded
+            record_card(self.cards, id, record, {name: self.prompts[name]})
+        why = f"{record.gain:+.1f} points (noise {noise:.1f})" if any(trial.dealt for trial in tried) else "never dealt"
+        self.tell(f"{name}: {id}: {record.state}: {why}")
 
     def consolidate(self) -> None:
         """Have cards with the same content merged."""
@@ -251,12 +266,12 @@ class Learning:
             there, known = self._library().entries, read_ledger(self.cards).cards
             if (
                 not {first, second} <= there.keys() & known.keys()
-                or alike(there[first].card, there[second].card) < SAME
+                or likeness(there[first].card, there[second].card) < DUPLICATE_LIKENESS
             ):
                 continue
             pair = {name: there[name] for name in (first, second)}
-            question = letter("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
-            system = letter("merge", ids=list(pair), schema=yaml_text(card_schema()))
+            question = render_prompt("merge_ask", cards=[entry.card.brief() for entry in pair.values()])
+            system = render_prompt("merge", ids=list(pair), schema=yaml_text(card_schema()))
             drafts: list[CardDraft] = []
 
             def check(
@@ -273,27 +288,32 @@ class Learning:
                 try:
                     check_card(yaml_text(draft.data), failing=draft.failing, repaired=draft.repaired)
                 except SpecError as error:
-                    raise Wrong([f"{one.path}: {one.message}" for one in error.problems[:8]]) from None
+                    raise Wrong([f"{problem.path}: {problem.message}" for problem in error.problems[:8]]) from None
                 drafts[:] = [draft]
 
-            chat = self._chat(f"{first}-{second}")
+            chat = self._conversation(f"{first}-{second}")
             try:
-                answer: MergedCard = chat.ask("evaluator", system, question, typed(MergedCard, check))
+                answer: MergedCard = chat.ask("evaluator", system, question, typed_parser(MergedCard, check))
             except RoleFailed as failed:
                 self.tell(f"{first} and {second} stay two: {failed}")
                 continue
             self._merge(pair, answer.keep, drafts[0])
 
     def _merge(self, pair: Mapping[str, CardEntry], keep: str, draft: CardDraft) -> None:
-        (gone,) = set(pair) - {keep}
+        (dropped,) = set(pair) - {keep}
         ledger = read_ledger(self.cards)
         draft.write(self.cards / keep)
-        shutil.rmtree(self.cards / gone)
-        mine, its = ledger.cards[keep], ledger.cards[gone]
+        shutil.rmtree(self.cards / dropped)
+        kept_record, dropped_record = ledger.cards[keep], ledger.cards[dropped]
         digest = digest_of(pair[keep])
-        enter(self.cards, keep, mine.model_copy(update={"digest": digest, "owes": [*mine.owes, *its.owes]}), {})
-        enter(self.cards, gone, its.model_copy(update={"state": "merged"}), {})
-        self.tell(f"{gone}: merged into {keep}")
+        record_card(
+            self.cards,
+            keep,
+            kept_record.model_copy(update={"digest": digest, "owes": [*kept_record.owes, *dropped_record.owes]}),
+            {},
+        )
+        record_card(self.cards, dropped, dropped_record.model_copy(update={"state": "merged"}), {})
+        self.tell(f"{dropped}: merged into {keep}")
 
 
 def _findings(rows: Sequence[Judgement], name: str) -> list[str]:
@@ -304,10 +324,10 @@ def _findings(rows: Sequence[Judgement], name: str) -> list[str]:
         if row.turn.prompt != name or row.turn.kind != "physical":
             continue
         marks = reply.get("requirements", {}).items()
-        found += [f"{what}: {one['mark']:g}: {one['evidence']}" for what, one in marks if one["mark"] < 1]
+        found += [f"{what}: {mark['mark']:g}: {mark['evidence']}" for what, mark in marks if mark["mark"] < 1]
         bans = reply.get("prohibitions", {}).items()
         found += [
-            f"{what}: violated ({one['violated']}): {one['evidence']}" for what, one in bans if one["violated"] != "no"
+            f"{what}: violated ({ban['violated']}): {ban['evidence']}" for what, ban in bans if ban["violated"] != "no"
         ]
         found += [why] if (why := row.why or reply.get("why", "")) else []
     return list(dict.fromkeys(found))

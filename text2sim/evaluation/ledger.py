@@ -21,11 +21,11 @@ from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
 
-LEDGER = "ledger.json"
+LEDGER_FILE = "ledger.json"
 Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]
 
 
-class Debt(Model):
+class CardDebt(Model):
     """The prompt, and so the source, that a card was learned from."""
 
     prompt: Name
@@ -49,13 +49,13 @@ class CardRecord(Model):
     state: Literal["kept", "rejected", "merged"]
     digest: str
     """SHA-256 of its files."""
-    owes: Annotated[list[Debt], Field(min_length=1)]
+    owes: Annotated[list[CardDebt], Field(min_length=1)]
     tried: list[CardTrial] = []
 
     @property
     def gain(self) -> float:
         """Mean change of the scores of the prompts that were answered again with the card."""
-        return sum(one.after - one.before for one in self.tried) / max(1, len(self.tried))
+        return sum(trial.after - trial.before for trial in self.tried) / max(1, len(self.tried))
 
 
 class CardLedger(Model):
@@ -69,25 +69,29 @@ class CardLedger(Model):
 
 def read_ledger(cards: Path) -> CardLedger:
     """Read the ledger of a folder of cards; empty if there is none."""
-    return read_model(cards / LEDGER, CardLedger, "a ledger")[0] if (cards / LEDGER).exists() else CardLedger()
+    return (
+        read_model(cards / LEDGER_FILE, CardLedger, "a ledger")[0] if (cards / LEDGER_FILE).exists() else CardLedger()
+    )
 
 
-def enter(cards: Path, card: str, account: CardRecord, prompts: dict[str, Prompt]) -> None:
+def record_card(cards: Path, card: str, record: CardRecord, prompts: dict[str, Prompt]) -> None:
     """Update the record of a card; its earlier debts stay.
 
     Args:
         cards: Folder of the cards.
         card: Id of the card.
-        account: The new record.
+        record: The new record.
         prompts: Prompts that it was learned from, by name.
     """
-    before = read_ledger(cards)
-    if (known := before.cards.get(card)) is not None:
-        owed = [*known.owes, *(debt for debt in account.owes if debt not in known.owes)]
-        account = account.model_copy(update={"owes": owed})
-    sources = before.prompts | {name: one.model_copy(update={"requirements": None}) for name, one in prompts.items()}
-    made = CardLedger(prompts=sources, cards=before.cards | {card: account})
-    write_json(cards / LEDGER, made.model_dump(mode="json"))
+    ledger = read_ledger(cards)
+    if (previous := ledger.cards.get(card)) is not None:
+        debts = [*previous.owes, *(debt for debt in record.owes if debt not in previous.owes)]
+        record = record.model_copy(update={"owes": debts})
+    sources = ledger.prompts | {
+        name: prompt.model_copy(update={"requirements": None}) for name, prompt in prompts.items()
+    }
+    updated = CardLedger(prompts=sources, cards=ledger.cards | {card: record})
+    write_json(cards / LEDGER_FILE, updated.model_dump(mode="json"))
 
 
 def digest_of(entry: CardEntry) -> str:
@@ -109,12 +113,12 @@ def check_split(suite: Suite, document: Document, cards: Path | None) -> None:
     """
     if cards is None or cards.resolve() == BUILT_IN:
         return
-    ledger, file = read_ledger(cards), str(cards / LEDGER)
+    ledger, file = read_ledger(cards), str(cards / LEDGER_FILE)
     problems = []
     for entry in load_library([cards]).entries.values():
-        account = ledger.cards.get(entry.id)
-        if account is None or account.digest != digest_of(entry):
-            what = "it is not in the ledger" if account is None else "it has changed since it was entered"
+        record = ledger.cards.get(entry.id)
+        if record is None or record.digest != digest_of(entry):
+            what = "it is not in the ledger" if record is None else "it has changed since it was entered"
             problems.append(Problem("/cards", f"`{entry.id}`: {what}", file=file, rule="unknown-source"))
     problems += shared_sources(suite, learned_from(ledger, cards), document)
     if problems:
@@ -127,16 +131,16 @@ def learned_from(ledger: CardLedger, cards: Path) -> Suite:
     Raises:
         SpecError: If a prompt is missing.
     """
-    there = {entry.id for entry in load_library([cards]).entries.values()}
-    owed = [debt.prompt for name, one in ledger.cards.items() if name in there for debt in one.owes]
-    if missing := [name for name in owed if name not in ledger.prompts]:
+    active = {entry.id for entry in load_library([cards]).entries.values()}
+    prompts = [debt.prompt for name, record in ledger.cards.items() if name in active for debt in record.owes]
+    if missing := [name for name in prompts if name not in ledger.prompts]:
         what = f"the sources of {', '.join(missing)} are missing"
-        raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER), rule="unknown-source")])
+        raise SpecError([Problem("/prompts", what, file=str(cards / LEDGER_FILE), rule="unknown-source")])
     # An empty suite is invalid; this one is compared with others and never answered.
-    return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in owed})
+    return Suite.model_construct(name="the ledger of cards", prompts={name: ledger.prompts[name] for name in prompts})
 
 
-def retrieved(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
+def count_dealt_cards(folders: Iterable[Path]) -> tuple[int, Counter[str]]:
     """Return the number of loops below some folders, and the number of them in which each card was dealt."""
     runs, dealt = 0, Counter[str]()
     for file in sorted({file for folder in folders for file in folder.rglob("generation/run.json")}):

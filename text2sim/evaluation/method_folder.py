@@ -112,8 +112,8 @@ class PromptResult:
 
     def path(self, name: Literal["film", "program", "run", "log"]) -> Path | None:
         """Return the path of a part of the result; None if it is missing or outside of the folder."""
-        said = getattr(self.result, name)
-        found = self.folder / said if said else None
+        path = getattr(self.result, name)
+        found = self.folder / path if path else None
         if found is None or not found.resolve().is_relative_to(self.folder.resolve()):
             return None
         return found if (found.is_dir() if name == "run" else found.is_file()) else None
@@ -162,18 +162,18 @@ def read_made(folder: Path) -> PromptResult:
     """Read the result for a prompt; never raises, because no result may be dropped silently."""
     if not (folder / RESULT).is_file():
         problem = Problem("", f"there is no {RESULT}, so its cost is unknown", file=str(folder), rule="no-record")
-        return PromptResult(folder, discovered(folder), (problem,))
+        return PromptResult(folder, discover_result(folder), (problem,))
     try:
         result, document = read_model(folder / RESULT, CaseResult, "a result")
     except SpecError as error:
-        return PromptResult(folder, discovered(folder), tuple(error.problems))
+        return PromptResult(folder, discover_result(folder), tuple(error.problems))
     made = PromptResult(folder, result)
     missing = [name for name in ("film", "program", "run", "log") if getattr(result, name) and not made.path(name)]
     problems = [document.problem((name,), "there is no such file in the folder", rule="no-file") for name in missing]
     return PromptResult(folder, result, tuple(problems))
 
 
-def discovered(folder: Path) -> CaseResult:
+def discover_result(folder: Path) -> CaseResult:
     """Return the result found in a folder without `result.json`."""
     found: dict[str, str] = {}
     programs = sorted(path.name for path in folder.glob("*.py"))

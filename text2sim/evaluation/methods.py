@@ -23,7 +23,7 @@ from text2sim.evaluation.method_folder import (
     RESULT,
     CaseResult,
     MethodRecord,
-    discovered,
+    discover_result,
     read_made,
     resources_of,
     write_method,
@@ -39,9 +39,9 @@ from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.whole_files import write_atomically
 
 ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
-FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
-CLOCK = "clock.json"
-Tell = Callable[[str], None]
+METHOD_FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"
+CLOCK_FILE = "clock.json"
+Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class Allowance:
     """Largest wall time for the path-traced film of text2sim [min]."""
 
 
-def method_of(word: str) -> Method:
+def parse_method(word: str) -> Method:
     """Parse a method from the command line.
 
     Raises:
@@ -91,13 +91,13 @@ def method_of(word: str) -> Method:
         return Method(name, "command", command=words)
     kind, _, cards = word.partition(":")
     if kind not in ("text2sim", "agent") or cards not in ("", "with-cards", "no-cards"):
-        raise RunError(f"`{word[:80]}` is not a method; there are {FORMS}")
+        raise RunError(f"`{word[:80]}` is not a method; there are {METHOD_FORMS}")
     return Method(f"{kind}-{cards or 'with-cards'}", "agent" if kind == "agent" else "text2sim", cards != "no-cards")
 
 
 def run_method(
     suite: Suite, prompts: Mapping[str, Prompt], method: Method, models: Sequence[str], allowance: Allowance,
-    out: Path, tell: Tell,
+    out: Path, tell: Report,
 ) -> Path:  # fmt: skip
     """Have a method answer prompts; existing answers are kept.
 
@@ -124,33 +124,40 @@ def run_method(
         folder, MethodRecord(name=method.name, suite=suite.name, digest=suite.prompts_digest(), made_by=made_by)
     )
     for name, prompt in prompts.items():
-        place = folder / name
-        if (place / RESULT).is_file():
+        prompt_folder = folder / name
+        if (prompt_folder / RESULT).is_file():
             tell(f"{name}, {method.name}: answered before")
             continue
-        place.mkdir(parents=True, exist_ok=True)
-        write_atomically(place / PROMPT_FILE, prompt.prompt + "\n")
+        prompt_folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(prompt_folder / PROMPT_FILE, prompt.prompt + "\n")
         answer = {"text2sim": _text2sim, "agent": _agent, "command": _command}[method.kind]
-        before, start = _clock(place), monotonic()
+        before, start = _time_used(prompt_folder), monotonic()
         try:
-            result = answer(place, name, prompt, method, [_own(model, method, name) for model in models], allowance)
+            result = answer(
+                prompt_folder,
+                name,
+                prompt,
+                method,
+                [_model_for_prompt(model, method, name) for model in models],
+                allowance,
+            )
         finally:
             wall = before + monotonic() - start
-            write_json(place / CLOCK, {"wall_s": wall})  # a kill must not refund the time used
+            write_json(prompt_folder / CLOCK_FILE, {"wall_s": wall})  # a kill must not refund the time used
         if result.wall_s is None:
             result = result.model_copy(update={"wall_s": wall})
-        write_result(place, result)
+        write_result(prompt_folder, result)
         tell(f"{name}, {method.name}: {result.status}{f': {result.why}' if result.why else ''}")
     return folder
 
 
-def _clock(place: Path) -> float:
-    found = read_json(place / CLOCK)
+def _time_used(place: Path) -> float:
+    found = read_json(place / CLOCK_FILE)
     return float(found["wall_s"]) if isinstance(found, dict) else 0.0
 
 
-def _own(model: str, method: Method, prompt: str) -> str:
-    """Name of a model; a mailbox gets a separate folder for each method and prompt."""
+def _model_for_prompt(model: str, method: Method, prompt: str) -> str:
+    """Return the name of a model; a mailbox gets a separate folder for each method and prompt."""
     role, equals, name = model.partition("=")
     prefix, name = (f"{role}=", name) if equals and role.isidentifier() else ("", model)
     return f"{prefix}{name.rstrip('/')}/{method.name}/{prompt}" if name.startswith(("mailbox:", "replay:")) else model
@@ -161,45 +168,55 @@ def _text2sim(
 ) -> CaseResult:
     """Run `text2sim generate` and then its film, each as a separate process."""
     case = place / "case"
-    words = ["generate", "--out", str(case), "--json", "--film", "none"]
-    words += ["--resume"] if (case / "generation" / "request.json").is_file() else ["--file", str(place / PROMPT_FILE)]
-    words += [word for model in models for word in ("--model", model)]
-    words += ["--attempts", str(allowance.attempts), "--sim-timeout", str(allowance.sim_timeout)]
+    arguments = ["generate", "--out", str(case), "--json", "--film", "none"]
+    arguments += (
+        ["--resume"] if (case / "generation" / "request.json").is_file() else ["--file", str(place / PROMPT_FILE)]
+    )
+    arguments += [argument for model in models for argument in ("--model", model)]
+    arguments += ["--attempts", str(allowance.attempts), "--sim-timeout", str(allowance.sim_timeout)]
     for option in ("tokens", "cost", "minutes"):
         if (value := getattr(allowance, option)) is not None:
-            words += [f"--{option}", str(value)]
+            arguments += [f"--{option}", str(value)]
     cards = {VARIABLE: method.library} if method.library else {}
-    code, said = _ours(words + ([] if method.cards else ["--no-cards"]), place / "generate.log", cards)
-    if "account" not in said:
-        why = f"text2sim generate: {said.get('error') or said.get('problems') or f'exit code {code}'}"[:4000]
+    code, output = _run_text2sim(arguments + ([] if method.cards else ["--no-cards"]), place / "generate.log", cards)
+    if "account" not in output:
+        why = f"text2sim generate: {output.get('error') or output.get('problems') or f'exit code {code}'}"[:4000]
         if code == BUG:
             return CaseResult(prompt=name, status="failed", why=why)
         raise RunError(f"{name}: {why}")  # the cause is not this prompt, so the next one would fail, too
-    run = Path(said["run"]) if said.get("run") else None
+    run = Path(output["run"]) if output.get("run") else None
     film, seconds = _film(run, allowance, place)
     records = [RunRecord.read(path.parent) for path in case.glob("runs/*/run.json")]
     return CaseResult(
         prompt=name,
-        status="finished" if said.get("case") else "failed",
-        accepted=said["state"] == "accepted",
-        why="" if said["state"] == "accepted" else f"{said['state']}: {said.get('why', '')}"[:4000],
+        status="finished" if output.get("case") else "failed",
+        accepted=output["state"] == "accepted",
+        why="" if output["state"] == "accepted" else f"{output['state']}: {output.get('why', '')}"[:4000],
         film=_relative(film, place),
         program=_relative(case / CASE, place),
         run=_relative(run, place),
-        roles={role: resources_of(spent) for role, spent in said["account"]["roles"].items()},
+        roles={role: resources_of(spent) for role, spent in output["account"]["roles"].items()},
         attempts=len((read_json(case / "generation" / "run.json") or {}).get("attempts", [])),
         simulation_s=sum(record.wall for record in records if record is not None) + seconds,
     )
 
 
 def _film(run: Path | None, allowance: Allowance, place: Path) -> tuple[Path | None, float]:
-    """The film of a run, path traced if requested and possible, else the preview; and its rendering time [s]."""
+    """Return the film of a run and its rendering time [s]: path traced if requested and possible, else the preview."""
     if run is None:
         return None, 0.0
     start = monotonic()
     if allowance.film != "none":
-        words = ["render", str(run), "--quality", allowance.film, "--minutes", str(allowance.film_minutes), "--json"]
-        files = _ours(words, place / "film.log")[1].get("files") or []
+        arguments = [
+            "render",
+            str(run),
+            "--quality",
+            allowance.film,
+            "--minutes",
+            str(allowance.film_minutes),
+            "--json",
+        ]
+        files = _run_text2sim(arguments, place / "film.log")[1].get("files") or []
         traced = [Path(file) for file in files if file.endswith(".mp4")]
         if traced:
             return traced[0], monotonic() - start
@@ -213,7 +230,7 @@ def _agent(
     from text2sim.evaluation.bare_agent import BareAgent
 
     model = models[-1] if models else ""
-    return BareAgent(place, model, allowance, method.cards, _clock(place) / 60).answer(name, prompt.prompt)
+    return BareAgent(place, model, allowance, method.cards, _time_used(place) / 60).answer(name, prompt.prompt)
 
 
 def _command(
@@ -221,62 +238,62 @@ def _command(
 ) -> CaseResult:
     """Run the user's command in the user's environment; its output goes to `log.txt`."""
     folder = place.resolve()
-    blanks = {"{prompt}": prompt.prompt, "{prompt_file}": str(folder / PROMPT_FILE), "{folder}": str(folder)}
-    words = [_filled(word, blanks) for word in method.command]
+    placeholders = {"{prompt}": prompt.prompt, "{prompt_file}": str(folder / PROMPT_FILE), "{folder}": str(folder)}
+    arguments = [_fill_placeholders(argument, placeholders) for argument in method.command]
     variables = {"TEXT2SIM_PROMPT": prompt.prompt, "TEXT2SIM_FOLDER": str(folder)}
     limit = None if allowance.minutes is None else 60 * allowance.minutes
     why = ""
     try:
-        code = _watched(words, place / "log.txt", os.environ | variables, limit)
+        code = _run_command(arguments, place / "log.txt", os.environ | variables, limit)
         why = f"it ended with exit code {code}" if code else ""
     except subprocess.TimeoutExpired:
         why = f"it took longer than {allowance.minutes:g} minutes"
     except OSError as error:
         why = f"it cannot be run: {error.strerror or error}"
     if (place / RESULT).is_file():  # the command wrote its own result
-        made = read_made(place)
-        told = "; ".join(problem.message for problem in made.problems)
-        result = made.result.model_copy(update={"prompt": name, "why": made.result.why or told or why})
-        return result if not told else result.model_copy(update={"status": "unknown"})
-    found = discovered(place)
-    there = found.film or found.program or found.run
+        own_result = read_made(place)
+        problems = "; ".join(problem.message for problem in own_result.problems)
+        result = own_result.result.model_copy(update={"prompt": name, "why": own_result.result.why or problems or why})
+        return result if not problems else result.model_copy(update={"status": "unknown"})
+    found = discover_result(place)
+    left_files = found.film or found.program or found.run
     return found.model_copy(
         update={
             "prompt": name,
-            "status": "finished" if there else "failed",
-            "why": why or ("" if there else "it left no files"),
+            "status": "finished" if left_files else "failed",
+            "why": why or ("" if left_files else "it left no files"),
         }
     )
 
 
-def _filled(word: str, blanks: Mapping[str, str]) -> str:
+def _fill_placeholders(argument: str, values: Mapping[str, str]) -> str:
     """Fill in placeholders once, so that those within a prompt remain text."""
-    return re.sub("|".join(map(re.escape, blanks)), lambda found: blanks[found[0]], word)
+    return re.sub("|".join(map(re.escape, values)), lambda match: values[match[0]], argument)
 
 
-def _ours(
-    words: Sequence[str], log: Path, variables: Mapping[str, str] = MappingProxyType({})
+def _run_text2sim(
+    arguments: Sequence[str], log: Path, variables: Mapping[str, str] = MappingProxyType({})
 ) -> tuple[int, dict[str, Any]]:
-    """Exit code of a text2sim command and the JSON document that it prints; other output goes to a log.
+    """Return the exit code of a text2sim command and the JSON document that it prints; other output goes to a log.
 
     The command ends with this process, also when that is asked to stop by SIGTERM.
     """
     with log.open("ab") as sink, Stop():
-        command = [sys.executable, "-m", "text2sim", *words]
+        command = [sys.executable, "-m", "text2sim", *arguments]
         done = subprocess.run(
             command, stdout=subprocess.PIPE, stderr=sink, text=True, check=False, env=os.environ | variables
         )
     try:
-        found = json.loads(done.stdout)
+        document = json.loads(done.stdout)
     except ValueError:
-        found = {}
-    return done.returncode, found if isinstance(found, dict) else {}
+        document = {}
+    return done.returncode, document if isinstance(document, dict) else {}
 
 
-def _watched(words: Sequence[str], log: Path, environment: Mapping[str, str], limit: float | None) -> int:
+def _run_command(arguments: Sequence[str], log: Path, environment: Mapping[str, str], limit: float | None) -> int:
     with log.open("ab") as sink:
         process = subprocess.Popen(
-            words, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, env=dict(environment), start_new_session=True
+            arguments, stdin=subprocess.DEVNULL, stdout=sink, stderr=sink, env=dict(environment), start_new_session=True
         )
         try:
             return process.wait(limit)

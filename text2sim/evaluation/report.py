@@ -11,10 +11,10 @@ import numpy as np
 
 from text2sim.evaluation.film_frames import length_of, pictures_at
 from text2sim.evaluation.judging import KINDS, Judgement, Kind
-from text2sim.evaluation.scores import PARTS, VISUAL
+from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
 from text2sim.evaluation.statistics import case_scores
 from text2sim.evaluation.suite import Prompt
-from text2sim.evaluation.tables import PAPER, Tables
+from text2sim.evaluation.tables import PAPER_RESULTS, Tables
 from text2sim.evidence.page import films_script, render_page
 from text2sim.evidence.plots import BLUE, DPI, GREEN, GREY, ORANGE, VERMILION
 from text2sim.spec_schema.errors import RunError
@@ -32,20 +32,20 @@ THUMBNAIL = 300
 def write_report(tables: Tables, out: Path) -> Path:
     """Write the page; films are linked, everything else is embedded."""
     families: dict[str, list[str]] = {}
-    for name, prompt in _judged(tables):
+    for name, prompt in _judged_prompts(tables):
         families.setdefault(prompt.family, []).append(name)
     contents = {
-        "it": tables, "paper": PAPER, "parts": PARTS, "visual": VISUAL, "kinds": KINDS,
+        "it": tables, "paper": PAPER_RESULTS, "parts": PHYSICAL_WEIGHTS, "visual": VISUAL_WEIGHTS, "kinds": KINDS,
         "families": families,
         "bars": [(family, kind, _bars(tables, kind, names)) for family, names in families.items() for kind in KINDS],
-        "cases": [_case(tables, out, name, prompt) for name, prompt in _judged(tables)],
+        "cases": [_case(tables, out, name, prompt) for name, prompt in _judged_prompts(tables)],
         **films_script(),
     }  # fmt: skip
     write_atomically(out / REPORT, render_page("evaluation", "report.html.j2", contents))
     return out / REPORT
 
 
-def _judged(tables: Tables) -> list[tuple[str, Prompt]]:
+def _judged_prompts(tables: Tables) -> list[tuple[str, Prompt]]:
     """Prompts with a judgement, sorted by family."""
     names = {row.turn.prompt for row in tables.judgements}
     found = [(name, prompt) for name, prompt in tables.suite.prompts.items() if name in names]

@@ -10,16 +10,16 @@ from pydantic import Field, StringConstraints
 from text2sim.agents.replies import Answer
 from text2sim.evaluation.suite import CATEGORIES, Prohibition, Prompt
 
-PARTS = {"scene": 0.20, "body": 0.275, "action": 0.275, "render": 0.25}
+PHYSICAL_WEIGHTS = {"scene": 0.20, "body": 0.275, "action": 0.275, "render": 0.25}
 """Weights of S, B, A and R in the physical score."""
-FAITHFUL, AESTHETIC = 0.7, 0.3
+REQUIREMENTS_WEIGHT, AESTHETIC_WEIGHT = 0.7, 0.3
 """Weights in R of the render requirements and of the aesthetics."""
-PENALTY = 40.0
+MAX_PENALTY = 40.0
 """Points that are subtracted if all prohibitions are violated."""
-UNUSABLE, KEYFRAMED, SEVERE = 20.0, 40.0, 60.0
+MAX_UNUSABLE, MAX_KEYFRAMED, MAX_SEVERE = 20.0, 40.0, 60.0
 """Upper bounds of a physical score: without a usable execution or film; with mainly keyframes or effects instead of
 simulation; with a severely violated prohibition."""
-VISUAL = {"content": 0.30, "depiction": 0.30, "polish": 0.25, "impact": 0.15}
+VISUAL_WEIGHTS = {"content": 0.30, "depiction": 0.30, "polish": 0.25, "impact": 0.15}
 """Weights of C, D, P and I in the visual score."""
 
 Evidence = Annotated[str, StringConstraints(max_length=2000)]
@@ -110,32 +110,34 @@ def physical_score(
         )
         parts[kind] = 100 * met / sum(weight for weight, _ in rows)
     faithfulness = parts["render"]
-    parts["render"] = FAITHFUL * faithfulness + AESTHETIC * reply.aesthetics
-    penalty = PENALTY * _violated(prompt.prohibitions, reply.prohibitions)
+    parts["render"] = REQUIREMENTS_WEIGHT * faithfulness + AESTHETIC_WEIGHT * reply.aesthetics
+    penalty = MAX_PENALTY * _violated(prompt.prohibitions, reply.prohibitions)
     caps = tuple(
         cap
         for cap, applies in (
-            (UNUSABLE, not usable or reply.execution == "unusable"),
-            (KEYFRAMED, keyframed or reply.motion == "mainly_keyframed"),
-            (SEVERE, any(row.violated == "severely" for row in reply.prohibitions.values())),
+            (MAX_UNUSABLE, not usable or reply.execution == "unusable"),
+            (MAX_KEYFRAMED, keyframed or reply.motion == "mainly_keyframed"),
+            (MAX_SEVERE, any(row.violated == "severely" for row in reply.prohibitions.values())),
         )
         if applies
     )
-    total = sum(weight * parts[kind] for kind, weight in PARTS.items()) - penalty
+    total = sum(weight * parts[kind] for kind, weight in PHYSICAL_WEIGHTS.items()) - penalty
     total = min(max(0.0, min(100.0, total)), *caps, 100.0)
     return PhysicalScore(parts, faithfulness, reply.aesthetics, penalty, caps, total)
 
 
-def _violated(prohibitions: Mapping[str, Prohibition], said: Mapping[str, Violation]) -> float:
+def _violated(prohibitions: Mapping[str, Prohibition], violations: Mapping[str, Violation]) -> float:
     """Weighted fraction of the prohibitions that are violated; 0 if there are none."""
     whole = sum(one.weight for one in prohibitions.values())
-    bad = sum(one.weight for name, one in prohibitions.items() if name in said and said[name].violated != "no")
+    bad = sum(
+        one.weight for name, one in prohibitions.items() if name in violations and violations[name].violated != "no"
+    )
     return bad / whole if whole else 0.0
 
 
 def visual_score(reply: VisualReply) -> float:
     """Return the visual score 0.30 C + 0.30 D + 0.25 P + 0.15 I."""
-    return sum(weight * getattr(reply, part) for part, weight in VISUAL.items())
+    return sum(weight * getattr(reply, part) for part, weight in VISUAL_WEIGHTS.items())
 
 
 def physical_faults(prompt: Prompt, reply: PhysicalReply, frames: int) -> list[str]:

@@ -89,7 +89,7 @@ def estimate(values: Sequence[float]) -> Estimate | None:
     return Estimate(mean, float(interval.low), float(interval.high), len(values))
 
 
-def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
+def paired_difference(scores: Mapping[Key, float], method: str, other: str) -> Estimate | None:
     """Return the mean difference, `method` minus `other`, over the prompts on which both were judged.
 
     Args:
@@ -105,7 +105,7 @@ def paired(scores: Mapping[Key, float], method: str, other: str) -> Estimate | N
 def repeats_agree(rows: Iterable[Judgement], kind: Kind) -> RaterAgreement | None:
     """Return the agreement of repeats of the same judge, over all pairs of repeats of a case."""
     groups: dict[Any, list[Judgement]] = defaultdict(list)
-    for row in _asked(rows, kind):
+    for row in _judgements_of(rows, kind):
         groups[row.turn.method, row.turn.prompt, row.turn.judge].append(row)
     pairs = [pair for group in groups.values() for pair in combinations(group, 2)]
     return _agreement(pairs, ordered=False)
@@ -120,7 +120,9 @@ def judges_agree(rows: Iterable[Judgement], kind: Kind, one: int, other: int) ->
         one: Number of a judge.
         other: Number of another judge.
     """
-    found = {(row.turn.method, row.turn.prompt, row.turn.repeat, row.turn.judge): row for row in _asked(rows, kind)}
+    found = {
+        (row.turn.method, row.turn.prompt, row.turn.repeat, row.turn.judge): row for row in _judgements_of(rows, kind)
+    }
     pairs = [
         (row, found[*key[:3], other]) for key, row in found.items() if key[3] == one and (*key[:3], other) in found
     ]
@@ -163,7 +165,7 @@ def _counted(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:
     return [row for row in rows if row.turn.kind == kind and row.total is not None]
 
 
-def _asked(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:
+def _judgements_of(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:
     return [row for row in _counted(rows, kind) if row.state == "judged"]
 
 

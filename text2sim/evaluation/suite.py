@@ -20,7 +20,7 @@ from text2sim.spec_schema.text.document import Document
 BUILT_IN = Path(__file__).resolve().parent / "suites"
 CATEGORIES = ("scene", "body", "action", "render")
 Family = Literal["rigid", "deformable", "cloth"]
-MOST = 12
+MAX_REQUIREMENTS = 12
 """Largest number of requirements of one category, and of prohibitions."""
 SAME_TITLE, SAME_PROMPT = 0.9, 0.8
 """Similarity (difflib, 0 to 1) at which titles name the same source, and prompts ask for the same thing."""
@@ -55,18 +55,22 @@ class Prohibition(Model):
 class Requirements(Model):
     """Requirements of a prompt by category."""
 
-    scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    scene: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Surroundings, supports, and their arrangement."""
-    body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    body: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Shapes, counts and materials of moving bodies."""
-    action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    action: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """Events, their causes, order and outcome."""
-    render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MOST)]
+    render: Annotated[dict[Name, Requirement], Field(min_length=1, max_length=MAX_REQUIREMENTS)]
     """What the film must show, and appearance."""
 
     def rows(self) -> dict[str, tuple[str, Requirement]]:
         """Return the category and the requirement by `category.name`."""
-        return {f"{kind}.{name}": (kind, one) for kind in CATEGORIES for name, one in getattr(self, kind).items()}
+        return {
+            f"{kind}.{name}": (kind, requirement)
+            for kind in CATEGORIES
+            for name, requirement in getattr(self, kind).items()
+        }
 
 
 class Prompt(Model):
@@ -77,11 +81,11 @@ class Prompt(Model):
     prompt: Annotated[str, StringConstraints(min_length=10, max_length=4000, strip_whitespace=True)]
     requirements: Requirements | None = None
     """None until they are drafted."""
-    prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MOST)] = {}
+    prohibitions: Annotated[dict[Name, Prohibition], Field(max_length=MAX_REQUIREMENTS)] = {}
 
     def digest(self) -> str:
         """Return the SHA-256 of prompt, requirements and prohibitions, which judgements depend on."""
-        return _sha(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
+        return _digest(self.model_dump(mode="json", include={"prompt", "requirements", "prohibitions"}))
 
 
 class Suite(Model):
@@ -96,11 +100,11 @@ class Suite(Model):
 
     def digest(self) -> str:
         """Return the SHA-256 of all prompts, requirements and prohibitions."""
-        return _sha({name: one.digest() for name, one in self.prompts.items()})
+        return _digest({name: prompt.digest() for name, prompt in self.prompts.items()})
 
     def prompts_digest(self) -> str:
         """Return the SHA-256 of the prompts alone, which methods see."""
-        return _sha({name: one.prompt for name, one in self.prompts.items()})
+        return _digest({name: prompt.prompt for name, prompt in self.prompts.items()})
 
 
 def read_suite(path: Path) -> tuple[Suite, Document]:
@@ -118,35 +122,35 @@ def read_suite(path: Path) -> tuple[Suite, Document]:
     return suite, document
 
 
-def complete(suite: Suite, document: Document) -> None:
+def check_complete(suite: Suite, document: Document) -> None:
     """Check that every prompt of a suite has requirements.
 
     Raises:
         SpecError: With the prompts that have no requirements.
     """
-    lacking = [name for name, one in suite.prompts.items() if one.requirements is None]
+    lacking = [name for name, prompt in suite.prompts.items() if prompt.requirements is None]
     message = "it has no requirements; `text2sim evaluate draft` has them drafted"
     if lacking:
         raise SpecError([document.problem(("prompts", name), message, key=True, rule="incomplete") for name in lacking])
 
 
-def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem]:
+def shared_sources(suite: Suite, other: Suite, document: Document) -> list[Problem]:
     """Report the prompts of a suite that share a source or the wording with a prompt of another suite.
 
     Titles and prompts are compared without case, accents and punctuation, so that citations of one source match.
 
     Args:
-        one: The suite to check.
+        suite: The suite to check.
         other: The suite from which it must be disjoint.
         document: Source document of the first.
     """
     found = []
-    for (name, mine), (its, theirs) in product(one.prompts.items(), other.prompts.items()):
-        if _same(_plain(mine.source.title), _plain(theirs.source.title), SAME_TITLE):
-            message = f"`{other.name}` uses this source, too, for `{its}`: {theirs.source.title}"
+    for (name, prompt), (other_name, other_prompt) in product(suite.prompts.items(), other.prompts.items()):
+        if _are_similar(_normalised(prompt.source.title), _normalised(other_prompt.source.title), SAME_TITLE):
+            message = f"`{other.name}` uses this source, too, for `{other_name}`: {other_prompt.source.title}"
             place: tuple[str, ...] = ("prompts", name, "source", "title")
-        elif _same(_plain(mine.prompt), _plain(theirs.prompt), SAME_PROMPT):
-            message = f"`{other.name}` asks for the same in `{its}`"
+        elif _are_similar(_normalised(prompt.prompt), _normalised(other_prompt.prompt), SAME_PROMPT):
+            message = f"`{other.name}` asks for the same in `{other_name}`"
             place = ("prompts", name, "prompt")
         else:
             continue
@@ -154,7 +158,7 @@ def shared_sources(one: Suite, other: Suite, document: Document) -> list[Problem
     return found
 
 
-def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
+def select_prompts(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
     """Return the prompts with these names; all, if none is named.
 
     Raises:
@@ -168,21 +172,23 @@ def selected(suite: Suite, only: Iterable[str]) -> Mapping[str, Prompt]:
             for name in unknown
         ]
         raise SpecError(rows)
-    return {name: one for name, one in suite.prompts.items() if not wanted or name in wanted}
+    return {name: prompt for name, prompt in suite.prompts.items() if not wanted or name in wanted}
 
 
-def _same(one: str, other: str, from_: float) -> bool:
+def _are_similar(one: str, other: str, threshold: float) -> bool:
     """Whether two texts are similar; the quick bounds of difflib come first, because there are many pairs."""
     if one == other or (min(len(one), len(other)) > 12 and (one in other or other in one)):
         return True
     matcher = SequenceMatcher(None, one, other, autojunk=False)
-    return matcher.real_quick_ratio() >= from_ and matcher.quick_ratio() >= from_ and matcher.ratio() >= from_
+    return (
+        matcher.real_quick_ratio() >= threshold and matcher.quick_ratio() >= threshold and matcher.ratio() >= threshold
+    )
 
 
-def _plain(text: str) -> str:
+def _normalised(text: str) -> str:
     """Letters and digits of a text, without case and accents."""
     return re.sub(r"[\W_]+", "", unicodedata.normalize("NFKD", text).casefold())
 
 
-def _sha(data: Any) -> str:
+def _digest(data: Any) -> str:
     return sha256(json.dumps(data, sort_keys=True, ensure_ascii=True, allow_nan=False).encode()).hexdigest()

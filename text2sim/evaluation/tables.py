@@ -13,13 +13,13 @@ import numpy as np
 
 from text2sim.evaluation.judging import KINDS, Judgement, Kind, read_judgements
 from text2sim.evaluation.method_folder import CaseResult, MethodFolder, Resources, read_method
-from text2sim.evaluation.scores import PARTS, VISUAL
+from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
 from text2sim.evaluation.statistics import (
     Estimate,
     case_scores,
     estimate,
     judges_agree,
-    paired,
+    paired_difference,
     part_scores,
     repeats_agree,
     spread_within,
@@ -30,7 +30,7 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 Row = dict[str, Any]
 
-PAPER: tuple[Row, ...] = (
+PAPER_RESULTS: tuple[Row, ...] = (
     {"method": "Text2Sim", "physical": 95.32, "visual": 70.23, "tokens": 29.1e6, "minutes": 101.4, "without": 58.0},
     {"method": "Claude-Opus-5, bare", "physical": 88.60, "visual": 59.45, "tokens": 28.7e6, "minutes": 58.7},
     {"method": "GPT-5.6-Sol, bare", "physical": 86.59, "visual": 59.89, "tokens": 24.8e6, "minutes": 60.9},
@@ -92,17 +92,17 @@ def _scores(rows: Sequence[Judgement], method: str, families: Mapping[str, str])
     own = [one for one in rows if one.turn.method == method]
     for kind in KINDS:
         scores = {prompt: value for (_, prompt), value in case_scores(own, kind).items()}
-        row |= _spelled(kind, estimate(list(scores.values())))
+        row |= _estimate_columns(kind, estimate(list(scores.values())))
         row[f"{kind}_sd_within"] = spread_within(rows, kind, method)
         for family in dict.fromkeys(families.values()):
             part = [value for prompt, value in scores.items() if families[prompt] == family]
             row[f"{kind}_{family}"] = float(np.mean(part)) if part else None
         missing = [one for one in own if one.turn.kind == kind and one.state == "not_judged"]
         row[f"{kind}_not_judged"] = len(missing)
-    for part in PARTS:
+    for part in PHYSICAL_WEIGHTS:
         physical = [one for one in own if one.turn.kind == "physical"]
         row[part] = _mean(part_scores(physical, lambda one, part=part: (one.score or {}).get("parts", {}).get(part)))
-    for part in VISUAL:
+    for part in VISUAL_WEIGHTS:
         visual = [one for one in own if one.turn.kind == "visual"]
         row[part] = _mean(part_scores(visual, lambda one, part=part: (one.reply or {}).get(part)))
     return row
@@ -113,7 +113,7 @@ def _differences(rows: Sequence[Judgement], methods: Sequence[str]) -> list[Row]
     for kind in KINDS:
         scores = case_scores(rows, kind)
         for one, other in combinations(methods, 2):
-            if (difference := paired(scores, one, other)) is not None:
+            if (difference := paired_difference(scores, one, other)) is not None:
                 found.append({"score": kind, "method": one, "less": other, **asdict(difference)})
     return found
 
@@ -121,7 +121,7 @@ def _differences(rows: Sequence[Judgement], methods: Sequence[str]) -> list[Row]
 _SPELLED = {"mean": "", "low": "_low", "high": "_high", "count": "_cases"}
 
 
-def _spelled(kind: Kind, value: Estimate | None) -> Row:
+def _estimate_columns(kind: Kind, value: Estimate | None) -> Row:
     row = asdict(value) if value is not None else dict.fromkeys(_SPELLED)
     return {f"{kind}{suffix}": row[name] for name, suffix in _SPELLED.items()}
 
@@ -179,10 +179,10 @@ def _flat(row: Judgement, models: Sequence[str]) -> Row:
         "model": models[turn.judge - 1], "repeat": turn.repeat, "state": row.state, "total": row.total, "why": row.why,
     }  # fmt: skip
     score, reply = row.score or {}, row.reply or {}
-    flat |= {part: score.get("parts", {}).get(part) for part in PARTS}
+    flat |= {part: score.get("parts", {}).get(part) for part in PHYSICAL_WEIGHTS}
     flat |= {name: score.get(name) for name in ("faithfulness", "aesthetics", "penalty")}
     flat["caps"] = " ".join(f"{cap:g}" for cap in score.get("caps", ()))
-    return flat | {part: reply.get(part) for part in VISUAL}
+    return flat | {part: reply.get(part) for part in VISUAL_WEIGHTS}
 
 
 def _requirements(row: Judgement, suite: Suite) -> list[Row]:
@@ -197,10 +197,10 @@ def _requirements(row: Judgement, suite: Suite) -> list[Row]:
         words = {"requirement": name, "what": one.what, "weight": one.importance}
         found.append(head | words | {"mark": mark["mark"], "evidence": mark["evidence"]})
     for name, one in prompt.prohibitions.items():
-        said = violations.get(name) or {"violated": "no", "evidence": ""}
+        violation = violations.get(name) or {"violated": "no", "evidence": ""}
         words = {"requirement": f"never.{name}", "what": one.what, "weight": one.weight}
-        mark = {"no": 1.0, "yes": 0.0, "severely": 0.0}[said["violated"]]
-        found.append(head | words | {"mark": mark, "evidence": said["evidence"]})
+        mark = {"no": 1.0, "yes": 0.0, "severely": 0.0}[violation["violated"]]
+        found.append(head | words | {"mark": mark, "evidence": violation["evidence"]})
     return found
 
 

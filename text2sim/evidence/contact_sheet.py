@@ -11,16 +11,16 @@ from text2sim.spec_schema.whole_files import naming
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-LETTER = 8
+LETTER_WIDTH = 8
 """Width of a letter in a label [pixels]; most are narrower."""
-THUMBNAIL = 320
+PICTURE_WIDTH = 320
 """Width of a picture [pixels]."""
 COLUMNS = 4
 GAP = 4
 """Space between pictures [pixels]."""
-LINE = 19
+LINE_HEIGHT = 19
 """Height of a line above a picture [pixels]."""
-MOST = 96
+MAX_PICTURES = 96
 """Most pictures."""
 _FRAME = re.compile(r"(?P<camera>\w+)_(?P<number>\d{1,5})\.png\Z")
 
@@ -33,13 +33,13 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
     target.unlink(missing_ok=True)
     samples = read_samples(run_dir)
     thumbnails = []
-    for camera, number, path in _frames(run_dir / "frames")[:MOST]:
+    for camera, number, path in _frames(run_dir / "frames")[:MAX_PICTURES]:
         try:
             with Image.open(path) as picture:
                 small = picture.convert("RGB")
         except (OSError, UnidentifiedImageError, Image.DecompressionBombError):
             continue  # truncated file: show the others
-        small.thumbnail((THUMBNAIL, 2 * THUMBNAIL))
+        small.thumbnail((PICTURE_WIDTH, 2 * PICTURE_WIDTH))
         known = samples.get(camera, [])
         time = f"{known[number][0]:.2f} s" if number < len(known) else f"no. {number}"
         thumbnails.append((camera, time, small))
@@ -51,7 +51,7 @@ def write_contact_sheet(run_dir: Path) -> Path | None:
 
 
 def contact_sheet(
-    thumbnails: "list[tuple[str, str, Image]]", *, width: int = THUMBNAIL, columns: int = COLUMNS
+    thumbnails: "list[tuple[str, str, Image]]", *, width: int = PICTURE_WIDTH, columns: int = COLUMNS
 ) -> "Image":
     """Return pictures side by side, grouped by camera.
 
@@ -69,10 +69,10 @@ def contact_sheet(
         for part in ([row for row in thumbnails if row[0] == camera] for camera in cameras)
         for first in range(0, len(part), columns)
     ]
-    labels = [["\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER))
+    labels = [["\n".join(wrap(time if len(cameras) == 1 else f"{camera}  {time}", width // LETTER_WIDTH))
                for camera, time, _ in row] for row in rows]  # fmt: skip
     # Labels stand above pictures, so that they hide nothing.
-    above = [LINE * max(label.count("\n") + 1 for label in row) + GAP for row in labels]
+    above = [LINE_HEIGHT * max(label.count("\n") + 1 for label in row) + GAP for row in labels]
     size = (max(map(len, rows)) * (width + GAP) + GAP, sum(above) + len(rows) * (height + GAP) + GAP)
     sheet = Image.new("RGB", size, "#202428")
     draw = ImageDraw.Draw(sheet)
@@ -81,7 +81,7 @@ def contact_sheet(
     for row, said, strip in zip(rows, labels, above, strict=True):
         for x, ((_, _, small), label) in enumerate(zip(row, said, strict=True)):
             left = GAP + x * (width + GAP)
-            draw.text((left, top), label, font=font, fill="white", spacing=LINE - 15)
+            draw.text((left, top), label, font=font, fill="white", spacing=LINE_HEIGHT - 15)
             sheet.paste(small, (left, top + strip))
         top += strip + height + GAP
     return sheet

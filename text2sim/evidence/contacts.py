@@ -13,11 +13,11 @@ from text2sim.compiler.soft.solvers import contact_model
 from text2sim.evidence.selection import RecordedNames
 from text2sim.recording.states import Array, RunStates
 
-SILENT = ("sap", "ipc")
+MODELS_WITHOUT_CONTACTS = ("sap", "ipc")
 """Contact models for which the engine reports no contacts."""
-GAP = 2
+MAX_GAP_STEPS = 2
 """Steps without contact that do not end an episode: touches flicker in a discrete simulation."""
-IMPACT = 0.05
+IMPACT_SPAN = 0.05
 """Span [s] at the beginning of an episode over which the impulse of the impact is taken."""
 
 
@@ -88,7 +88,11 @@ class ContactLog:
         """Return the contacts of a recording."""
         states, case = names.states, names.case
         model = contact_model(case.bodies.values(), case.scene)
-        why_not = f"contact model {model} does not report the contacts of rigid bodies" if model in SILENT else ""
+        why_not = (
+            f"contact model {model} does not report the contacts of rigid bodies"
+            if model in MODELS_WITHOUT_CONTACTS
+            else ""
+        )
         if not case.scene.record.contacts:
             why_not = "no contacts were recorded (scene.record.contacts is false)"
         return cls(states, why_not, int(states.steps[-1]) if states.frames else 0)
@@ -184,12 +188,12 @@ class ContactLog:
             return Episodes(touches.pair, none, none, none, touches.force, touches.force, none, none, none, none)
         ends = np.append(begins[1:], len(touches.step)) - 1
         since = touches.step - np.repeat(touches.step[begins], ends - begins + 1)
-        early = (since * dt < IMPACT - 1e-9)[:, None]
+        early = (since * dt < IMPACT_SPAN - 1e-9)[:, None]
         return Episodes(
             pair=touches.pair[begins],
             start=touches.step[begins] * dt,
             end=touches.step[ends] * dt,
-            ongoing=touches.step[ends] >= self.last_step - GAP,
+            ongoing=touches.step[ends] >= self.last_step - MAX_GAP_STEPS,
             pos=touches.pos[begins],
             impulse=np.add.reduceat(touches.force, begins) * dt,
             normal_impulse=np.add.reduceat(touches.normal, begins) * dt,
@@ -201,7 +205,7 @@ class ContactLog:
 
 def _begins(touches: Touches) -> Array:
     new = _changes(touches.pair[:, 0], touches.pair[:, 1])
-    new[1:] |= np.diff(touches.step) > GAP + 1
+    new[1:] |= np.diff(touches.step) > MAX_GAP_STEPS + 1
     return np.flatnonzero(new)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from text2sim.evidence.deformation import DeformationError, triangles
-from text2sim.recording.deformables import RecordedDeformable, spans
+from text2sim.recording.deformables import RecordedDeformable, frame_spans
 from text2sim.recording.states import Array
 
 
@@ -25,7 +25,7 @@ def curvatures(body: RecordedDeformable) -> tuple[Array, Array]:
     inner = np.ones(points.shape[1], bool)
     inner[_border(faces)] = False
     total, area = np.zeros(len(points)), np.zeros(len(points))
-    for span in spans(points, 2 * len(faces)):
+    for span in frame_spans(points, 2 * len(faces)):
         x = points[span].transpose(1, 0, 2).astype(float)  # (p, F, 3)
         a, b, c = (x[faces[:, k]] for k in range(3))
         normals = np.cross(b - a, c - a)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.recording.deformables import RecordedDeformable, spans
+from text2sim.recording.deformables import RecordedDeformable, frame_spans
 from text2sim.recording.states import Array
 
 NEIGHBOURS = (20, 40, 80)
@@ -34,7 +34,7 @@ def stretches(body: RecordedDeformable) -> Array:
     if len(points):
         pairs = pairs[(points[0, pairs[:, 0]] != points[0, pairs[:, 1]]).any(axis=1)]
     ratio = np.empty((len(points), len(pairs)), np.float32)
-    for span in spans(points, len(pairs)):
+    for span in frame_spans(points, len(pairs)):
         x = np.ascontiguousarray(points[span].transpose(2, 0, 1))
         ratio[span] = np.sqrt(sum((side[:, pairs[:, 1]] - side[:, pairs[:, 0]]) ** 2 for side in x))
     return ratio / ratio[:1]
@@ -72,7 +72,7 @@ def volumes(body: RecordedDeformable) -> Array:
         raise DeformationError(f"the surface of {body.body} is not closed: it has no inside")
 
     parts = []
-    for span in spans(seen, len(faces)):
+    for span in frame_spans(seen, len(faces)):
         x = seen[span] - seen[span].mean(axis=1, keepdims=True)  # centred, to keep precision
         corners = np.ascontiguousarray(x.transpose(2, 1, 0))
         parts.append(_triple(*(corners[:, faces[:, k]] for k in range(3))).sum(axis=0, dtype=float) / 6)
@@ -110,7 +110,7 @@ def strains(body: RecordedDeformable) -> Array:
     if not gradient.shape[0]:
         raise DeformationError(f"the points of {body.body} are too few, or lie in a plane")
     found = np.empty((len(points), gradient.shape[0] // 3), np.float32)
-    for span in spans(points, gradient.shape[0] // 3):
+    for span in frame_spans(points, gradient.shape[0] // 3):
         x = points[span].astype(np.float32)
         x = (x - x[:, :1]).transpose(1, 2, 0)  # centred, to keep precision
         # (3n, p) times (p, 3F): the derivatives of all frames in one product.
@@ -201,7 +201,7 @@ def sum_over_tets(body: RecordedDeformable, of: Callable[[Array, Array], Array])
     assert tets is not None
     start = _tet_volumes(body.rest.T[..., None], tets)[:, 0]
     parts = []
-    for span in spans(points, len(tets)):
+    for span in frame_spans(points, len(tets)):
         x = points[span].astype(np.float32)
         x = np.ascontiguousarray((x - x[:, :1]).transpose(2, 1, 0))  # centred, to keep precision
         parts.append(of(_tet_volumes(x, tets), start))

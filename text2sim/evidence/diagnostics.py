@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import soft_diagnostics
+from text2sim.evidence.mechanical_work import work_of_motors, work_of_pushes
 from text2sim.evidence.recorded_case import RecordedCase, links_of
-from text2sim.evidence.works import work_of_motors, work_of_pushes
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
@@ -18,7 +18,7 @@ MADE_UP, MADE_UP_IN_JOINTS = 0.01, 0.05
 where a double pendulum gains 1.7 % with steps of 0.5 ms (`tests/physics/test_pendulums.py`)."""
 LIFT = 1e-4
 """The same as a height [m] by which all bodies rise: those that start a little inside each other are pushed out."""
-FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
+FORCE_FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:
@@ -51,7 +51,9 @@ def energy_account(recording: RecordedCase) -> dict[str, Any]:
     till = 0 if row["max_at"] is None else int(np.searchsorted(states.time, row["max_at"])) + 1
     controls = recording.case.actions.controls
     pushes = [
-        name for name, c in controls.items() if isinstance(c, (Force, Torque, Impulse, *FIELDS)) and name not in pushed
+        name
+        for name, c in controls.items()
+        if isinstance(c, (Force, Torque, Impulse, *FORCE_FIELDS)) and name not in pushed
     ]
     loose = {target.copy for target in names.loose}
     not_counted = [f"work of the control `{name}`" for name in pushes]

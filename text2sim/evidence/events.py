@@ -55,7 +55,7 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
     events = recording.case.actions.events
     waiting = dict(events)
     while waiting:
-        ready = [name for name, event in waiting.items() if not _needed(recording, event) & waiting.keys()]
+        ready = [name for name, event in waiting.items() if not _prerequisites(recording, event) & waiting.keys()]
         if not ready:
             for name in waiting:
                 log.occurrences[name] = []
@@ -73,7 +73,7 @@ def find_events(recording: RecordedCase, series: Mapping[str, Series]) -> EventL
     return log
 
 
-def _needed(recording: RecordedCase, event: events.Event) -> set[str]:
+def _prerequisites(recording: RecordedCase, event: events.Event) -> set[str]:
     """Return the names of the events that have to be known first."""
     names = {event.after} if event.after is not None else set()
     if isinstance(event, events.RemovedEvent):
@@ -221,7 +221,7 @@ def _threshold(
     return [{"time": t, "measure": event.measure, "value": bound} for t in crossings(recording.states.time, height)]
 
 
-def _rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
+def _find_rest(recording: RecordedCase, series: Any, event: events.RestEvent, since: float) -> list[Occurrence]:
     """All bodies are slow for a while; the time is when that while begins. Rotation is ignored.
 
     For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
@@ -341,7 +341,7 @@ _FINDERS: dict[str, Callable[[RecordedCase, Mapping[str, Series], Any, float], l
     "contact": _contact,
     "separation": _separation,
     "threshold": _threshold,
-    "rest": _rest,
+    "rest": _find_rest,
     "left_domain": _left_domain,
     "enters": _region,
     "leaves": _region,

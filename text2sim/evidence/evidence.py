@@ -31,11 +31,11 @@ from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Pen
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.whole_files import write_atomically
 
-EPISODES = 5_000
+MAX_LISTED_EPISODES = 5_000
 """Most undeclared touches that `events.jsonl` lists."""
-JOINTS = 50
+MAX_LISTED_OVERSHOOTS = 50
 """Most joint overshoots that the evidence lists."""
-STOPPED = ("interrupted", "running")
+STOPPED_STATES = ("interrupted", "running")
 """States of a run that someone stopped: what it did not reach is open. In other states, it counts as missed."""
 
 
@@ -58,7 +58,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
     lacking = states.lacks(state)
     # Nothing can be said about what a damaged recording does not show.
     ending = Ending(
-        states.end, case.scene.duration, state == "finished" and not lacking, state in STOPPED or bool(lacking)
+        states.end, case.scene.duration, state == "finished" and not lacking, state in STOPPED_STATES or bool(lacking)
     )
     series = evaluate(recording)
     with np.errstate(all="ignore"):  # a diverged run holds numbers that overflow
@@ -90,7 +90,7 @@ def judge(run_dir: Path, case: Case) -> dict[str, Any]:
             "penetration": diagnostics.largest_penetration(recording),
             "non_finite": diagnostics.first_non_finite(recording),
             "speeds": diagnostics.speed_extremes(recording),
-            "joint_limits": diagnostics.limit_overshoots(recording)[:JOINTS],
+            "joint_limits": diagnostics.limit_overshoots(recording)[:MAX_LISTED_OVERSHOOTS],
             "deformables": deforming,
             "suspicions": [
                 *suspicions(recording, deforming),
@@ -156,7 +156,7 @@ def _verdict(findings: list[Finding], state: str, message: str) -> tuple[str, st
     if missed:
         first = f"{len(missed)} of {len(findings)} expectations missed: {', '.join(missed)}"
         return "failed", first if state == "finished" else f"{ended}; {first}"
-    if state in STOPPED:
+    if state in STOPPED_STATES:
         return "incomplete", "the run was stopped before its end"
     if state != "finished":
         return "failed", ended
@@ -191,10 +191,10 @@ def _touches(recording: RecordedCase) -> tuple[list[Occurrence], dict[str, Any]]
     hidden = log.count_episodes(choose(touches, ~listed))
     episodes = log.episodes(choose(touches, listed))
     total = len(episodes.start)
-    if total > EPISODES:
+    if total > MAX_LISTED_EPISODES:
         size = np.linalg.norm(episodes.impulse, axis=1)
         hardest = np.lexsort((*episodes.pair.T[::-1], episodes.start, -np.where(np.isfinite(size), size, np.inf)))
-        episodes = choose(episodes, hardest[:EPISODES])
+        episodes = choose(episodes, hardest[:MAX_LISTED_EPISODES])
     rows = [{"name": None, "kind": "contact", **row} for row in episode_rows(episodes, targets, targets)]
     return rows, {
         "recorded": log.recorded,
@@ -219,7 +219,10 @@ def _named_with_itself(case: Case) -> set[str]:
 def _left_out(recording: RecordedCase, contacts: dict[str, Any]) -> list[str]:
     rows = []
     if contacts["left_out"]:
-        rows.append(f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it lists {EPISODES})")
+        rows.append(
+            f"events.jsonl: {contacts['left_out']} of the smaller touches between bodies (it lists "
+            f"{MAX_LISTED_EPISODES})"
+        )
     if contacts["within_repeated_bodies"]:
         rows.append(f"events.jsonl: {contacts['within_repeated_bodies']} touches between copies of one body")
     if not contacts["recorded"]:

@@ -29,11 +29,6 @@ class Ending:
     stopped: bool
     """Whether someone stopped it: what it did not reach is open, not false."""
 
-    @property
-    def early(self) -> bool:
-        """Whether the run ended before its duration."""
-        return not self.finished
-
     def reached(self, time: float) -> bool:
         """Whether a time was recorded. A finished run ends on the last whole step before its duration."""
         return time <= self.end + ROUNDING or (self.finished and time <= self.duration + ROUNDING)
@@ -86,25 +81,27 @@ class _Judge:
 
     def judge(self, name: str, expect: Expect) -> Finding:
         if expect.on is None:
-            return self._judged(name, expect)
+            return self._judge_from_start(name, expect)
         start = self.events.first(expect.on)
         series = self.series.get(expect.measure or "")
         unit = "s" if expect.event is not None else series.unit if series is not None else ""
         wanted = wanted_of_event(expect) if expect.event is not None else wanted_of_measure(expect, unit)
         if start is None:
-            ok, _, why = self._unreached(f"and `{expect.on}` had not happened") if self.ending.early else (False, 0, "")
-            return Finding(name, ok, None, unit, wanted, why or f"`{expect.on}` never happened")
-        found = self._judged(name, counted_from(expect, start))
+            ok, why = False, f"`{expect.on}` never happened"
+            if not self.ending.finished:
+                ok, _, why = self._unreached(f"and `{expect.on}` had not happened")
+            return Finding(name, ok, None, unit, wanted, why)
+        found = self._judge_from_start(name, shifted_to(expect, start))
         return replace(found, wanted=wanted, why=f"{found.why}; `{expect.on}` at {start:.4g} s")
 
-    def _judged(self, name: str, expect: Expect) -> Finding:
+    def _judge_from_start(self, name: str, expect: Expect) -> Finding:
         if expect.event is not None:
             wanted, unit = wanted_of_event(expect), "s" if expect.count is None and not expect.never else ""
             if expect.event not in self.events.occurrences:
                 return Finding(name, False, None, unit, wanted, f"there is no event `{expect.event}`")
             if expect.event in self.events.problems:
                 return Finding(name, False, None, unit, wanted, self.events.problems[expect.event])
-            ok, value, why = self._never(expect) if expect.never else self._event(expect)
+            ok, value, why = self._judge_never(expect) if expect.never else self._judge_event(expect)
             return Finding(name, ok, value, unit, wanted, why, self.events.first(expect.event))
         series = self.series.get(expect.measure or "")
         unit = series.unit if series else ""
@@ -112,18 +109,18 @@ class _Judge:
         if series is None or series.problem:
             why = series.problem if series else f"there is no measure `{expect.measure}`"
             return Finding(name, False, None, unit, wanted, why)
-        ok, value, why = self._at(expect, series) if expect.at is not None else self._during(expect, series)
-        at = None if value is None else self._decided(expect, series)
+        ok, value, why = self._judge_at(expect, series) if expect.at is not None else self._judge_during(expect, series)
+        at = None if value is None else self._decisive_time(expect, series)
         why += f" at {at:.4g} s" if at is not None and expect.stat in ("max", "min") else ""
         return Finding(name, ok, value, unit, wanted, why, at)
 
-    def _decided(self, expect: Expect, series: Series) -> float | None:
+    def _decisive_time(self, expect: Expect, series: Series) -> float | None:
         """Return the time [s] of the decisive value; None for a mean or standard deviation."""
         if expect.at is not None:
             return moment(expect.at, self.time)
         if expect.stat in ("mean", "std"):
             return None
-        time, values = self._clip(*span_of(_window(expect), self.ending.duration), series.values)
+        time, values = self._clipped(*span_of(_given_window(expect), self.ending.duration), series.values)
         worst, least = -_margin(expect, values), -values
         scores = {None: [worst], "min": [least], "range": [values, least]}.get(expect.stat, [values])
         return max(float(time[np.argmax(np.where(np.isnan(score), -np.inf, score))]) for score in scores)
@@ -134,53 +131,53 @@ class _Judge:
 
     # --- events ---
 
-    def _never(self, expect: Expect) -> tuple[bool | None, float | None, str]:
+    def _judge_never(self, expect: Expect) -> tuple[bool | None, float | None, str]:
         first, last = span_of(expect.within, self.ending.duration)
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
         inside = [t for t in times if first - ROUNDING <= t <= last + ROUNDING or (expect.within is None)]
         if inside:
-            return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_more(inside)}"
-        if self.ending.early and not self.ending.reached(last):
+            return False, float(len(inside)), f"happened at {inside[0]:.4g} s{_times_in_all(inside)}"
+        if not self.ending.finished and not self.ending.reached(last):
             return self._unreached("and it could still have happened")
         outside = expect.within is not None and times
         return True, 0.0, f"happened only outside, first at {times[0]:.4g} s" if outside else "never happened"
 
-    def _event(self, expect: Expect) -> tuple[bool | None, float | None, str]:
+    def _judge_event(self, expect: Expect) -> tuple[bool | None, float | None, str]:
         times = [row["time"] for row in self.events.occurrences[expect.event or ""]]
         first = times[0] if times else None
         value = float(len(times)) if expect.count is not None else first
-        said = f"first happened at {first:.4g} s{_more(times)}" if first is not None else "never happened"
-        open_end = self.ending.early
-        if first is None and (expect.count is None or _counts(expect.count)[0] > 0):
+        finding = f"first happened at {first:.4g} s{_times_in_all(times)}" if first is not None else "never happened"
+        open_end = not self.ending.finished
+        if first is None and (expect.count is None or _count_range(expect.count)[0] > 0):
             _, until = span_of(expect.within, self.ending.duration)
             if open_end and not self.ending.reached(until):
                 return self._unreached("and it had not happened")
-            return False, value, said
+            return False, value, finding
         if (
             expect.within is not None
             and first is not None
             and not self._inside(first, span_of(expect.within, self.ending.duration))
         ):
-            return False, value, said
+            return False, value, finding
         if expect.count is not None:
-            low, high = _counts(expect.count)
-            said = f"happened {len(times)} times" + (f", first at {first:.4g} s" if first is not None else "")
+            low, high = _count_range(expect.count)
+            finding = f"happened {len(times)} times" + (f", first at {first:.4g} s" if first is not None else "")
             if len(times) > high:
-                return False, value, said
+                return False, value, finding
             if open_end and (len(times) < low or high < float("inf")):
-                said = f"{said}; the run ended at {self.ending.end:.4g} s"
-                return None if self.ending.stopped else False, value, said
+                finding = f"{finding}; the run ended at {self.ending.end:.4g} s"
+                return None if self.ending.stopped else False, value, finding
             if len(times) < low:
-                return False, value, said
+                return False, value, finding
         if expect.before is not None:
             other = self.events.first(expect.before)
             if other is None:
                 if open_end:
                     return self._unreached(f"and `{expect.before}` had not happened")
-                return False, value, f"{said}; `{expect.before}` never happened"
-            said = f"{said}; `{expect.before}` at {other:.4g} s"
-            return first is not None and first < other, value, said
-        return True, value, said
+                return False, value, f"{finding}; `{expect.before}` never happened"
+            finding = f"{finding}; `{expect.before}` at {other:.4g} s"
+            return first is not None and first < other, value, finding
+        return True, value, finding
 
     @staticmethod
     def _inside(time: float, window: tuple[float, float]) -> bool:
@@ -188,40 +185,40 @@ class _Judge:
 
     # --- measures ---
 
-    def _at(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
+    def _judge_at(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
         if not len(self.time):
             return self._unreached("before its first frame")
-        if expect.at == "end" and self.ending.early:
+        if expect.at == "end" and not self.ending.finished:
             return self._unreached("before its end")
         at = moment(expect.at, self.time)
         if not self.ending.reached(at):
             return self._unreached(f"before {at:.4g} s")
         value = float(np.interp(at, self.time, series.values))
-        return _holds(expect, value), _finite(value), f"{_number(value, series.unit)} at {at:.4g} s"
+        return _in_bounds(expect, value), _finite(value), f"{_quantity(value, series.unit)} at {at:.4g} s"
 
-    def _during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
-        first, last = span_of(_window(expect), self.ending.duration)
+    def _judge_during(self, expect: Expect, series: Series) -> tuple[bool | None, float | None, str]:
+        first, last = span_of(_given_window(expect), self.ending.duration)
         if not len(self.time) or first > self.ending.end + ROUNDING and not self.ending.finished:
             return self._unreached(f"before {first:.4g} s")
-        time, values = self._clip(first, last, series.values)
+        time, values = self._clipped(first, last, series.values)
         whole = self.ending.reached(last)
         if expect.stat is not None:
             if not whole:
                 return self._unreached(f"before {last:.4g} s")
-            value = _stat(expect.stat, time, values)
-            return _holds(expect, value), _finite(value), f"{expect.stat} was {_number(value, series.unit)}"
+            value = _statistic(expect.stat, time, values)
+            return _in_bounds(expect, value), _finite(value), f"{expect.stat} was {_quantity(value, series.unit)}"
         margins = _margin(expect, values)
         worst = int(np.argmin(np.where(np.isnan(margins), -np.inf, margins)))
         value = float(values[worst])
-        said = f"at worst {_number(value, series.unit)} at {time[worst]:.4g} s"
-        if not _holds(expect, value):
-            return False, _finite(value), said
+        finding = f"at worst {_quantity(value, series.unit)} at {time[worst]:.4g} s"
+        if not _in_bounds(expect, value):
+            return False, _finite(value), finding
         if not whole:
-            said = f"{said}; the run ended at {self.ending.end:.4g} s"
-            return None if self.ending.stopped else False, _finite(value), said
-        return True, _finite(value), said
+            finding = f"{finding}; the run ended at {self.ending.end:.4g} s"
+            return None if self.ending.stopped else False, _finite(value), finding
+        return True, _finite(value), finding
 
-    def _clip(self, first: float, last: float, values: Array) -> tuple[Array, Array]:
+    def _clipped(self, first: float, last: float, values: Array) -> tuple[Array, Array]:
         """Return the frames of a span, with its two ends interpolated."""
         first, last = max(first, float(self.time[0])), min(last, float(self.time[-1]))
         first = min(first, last)
@@ -231,7 +228,7 @@ class _Judge:
         return np.concatenate([[first], self.time[inner], [last]]), np.concatenate([[left], values[inner], [right]])
 
 
-def counted_from(expect: Expect, start: float) -> Expect:
+def shifted_to(expect: Expect, start: float) -> Expect:
     """Return an expectation with `on`, which happened at `start` [s], with times from the start of the run."""
 
     def later(window: tuple[float, float | str]) -> tuple[float, float | str]:
@@ -254,12 +251,12 @@ def moment(at: float | str | None, time: Array) -> float:
     return at or 0.0
 
 
-def _stat(stat: str, time: Array, values: Array) -> float:
+def _statistic(stat: str, time: Array, values: Array) -> float:
     if stat == "mean":
         span = time[-1] - time[0]
         return float(np.trapezoid(values, time) / span) if span > 0 else float(values.mean())
     if stat == "std":
-        return float(np.sqrt(_stat("mean", time, (values - _stat("mean", time, values)) ** 2)))
+        return float(np.sqrt(_statistic("mean", time, (values - _statistic("mean", time, values)) ** 2)))
     return float({"max": values.max, "min": values.min, "range": lambda: values.max() - values.min()}[stat]())
 
 
@@ -275,7 +272,7 @@ def _margin(expect: Expect, values: Array) -> Array:
     return margin
 
 
-def _holds(expect: Expect, value: float) -> bool:
+def _in_bounds(expect: Expect, value: float) -> bool:
     return bool(
         np.isfinite(value)
         and (expect.above is None or value > expect.above)
@@ -284,7 +281,7 @@ def _holds(expect: Expect, value: float) -> bool:
     )
 
 
-def _counts(count: tuple[int, int] | int) -> tuple[int, float]:
+def _count_range(count: tuple[int, int] | int) -> tuple[int, float]:
     return (count, count) if isinstance(count, int) else count
 
 
@@ -292,19 +289,19 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _number(value: float, unit: str) -> str:
+def _quantity(value: float, unit: str) -> str:
     return f"{value:.4g} {unit}".rstrip() if np.isfinite(value) else "not a finite number"
 
 
-def _more(times: list[float]) -> str:
+def _times_in_all(times: list[float]) -> str:
     return f", {len(times)} times in all" if len(times) > 1 else ""
 
 
-def _window(expect: Expect) -> tuple[float, float | str] | None:
+def _given_window(expect: Expect) -> tuple[float, float | str] | None:
     return expect.during if isinstance(expect.during, tuple) else None
 
 
-def _span(window: tuple[float, float | str], on: str | None) -> str:
+def _span_text(window: tuple[float, float | str], on: str | None) -> str:
     first, last = window
     after = "" if on is None else f" after `{on}`"
     return f"from {first:g} s{after} to the end" if isinstance(last, str) else f"from {first:g} s to {last:g} s{after}"
@@ -312,12 +309,12 @@ def _span(window: tuple[float, float | str], on: str | None) -> str:
 
 def wanted_of_event(expect: Expect) -> str:
     """Describe what is expected of an event."""
-    span = _span(expect.within, expect.on) if expect.within else ""
+    span = _span_text(expect.within, expect.on) if expect.within else ""
     if expect.never:
         return f"`{expect.event}` never happens {span}".rstrip()
     words = [f"`{expect.event}` happens"]
     if expect.count is not None:
-        low, high = _counts(expect.count)
+        low, high = _count_range(expect.count)
         words.append(f"{low} times" if low == high else f"{low} to {high:g} times")
     if span:
         words.append(f"first {span}")
@@ -329,15 +326,17 @@ def wanted_of_event(expect: Expect) -> str:
 def wanted_of_measure(expect: Expect, unit: str) -> str:
     """Describe what is expected of a measure."""
     bounds = [
-        f"{word} {_number(v, unit)}" for word, v in (("above", expect.above), ("below", expect.below)) if v is not None
+        f"{word} {_quantity(v, unit)}"
+        for word, v in (("above", expect.above), ("below", expect.below))
+        if v is not None
     ]
     if expect.equals is not None:
-        bounds.append(f"within {_number(expect.tolerance or 0.0, unit)} of {_number(expect.equals, unit)}")
+        bounds.append(f"within {_quantity(expect.tolerance or 0.0, unit)} of {_quantity(expect.equals, unit)}")
     subject = f"`{expect.measure}`" if expect.stat is None else f"{expect.stat} of `{expect.measure}`"
     if expect.at is not None:
         when = f"at the {expect.at}" if isinstance(expect.at, str) else f"at {expect.at:g} s"
         when += f" after `{expect.on}`" if expect.on is not None else ""
     else:
-        span = _window(expect)
-        when = _span(span, expect.on) if span else "all the time"
+        span = _given_window(expect)
+        when = _span_text(span, expect.on) if span else "all the time"
     return f"{subject} {' and '.join(bounds)} {when}"

@@ -3,14 +3,14 @@
 import numpy as np
 
 from text2sim.evidence.deformation import DeformationError, triangles
-from text2sim.recording.deformables import RecordedDeformable, spans
+from text2sim.recording.deformables import RecordedDeformable, frame_spans
 from text2sim.recording.states import Array
 
-CELLS = 4_000_000
+MAX_CELLS = 4_000_000
 """Most cells of the picture of a frame: a cloth that has flown apart has no silhouette to measure."""
-PICTURE = 50_000_000
+MAX_CELLS_TOGETHER = 50_000_000
 """With no more cells over several frames than this, drawing them is fastest."""
-APART = 2.0
+NEIGHBOUR_SPACINGS = 2.0
 """Points of a cloth are neighbours if they start within this many spacings of each other."""
 IN_TREES = 2_000_000
 """Most points over all frames among which neighbours are sought; longer runs are sampled at even steps."""
@@ -33,16 +33,19 @@ def folded_area(body: RecordedDeformable, axis: int) -> Array:
     area = np.linalg.norm(np.cross(first[:, 1] - first[:, 0], first[:, 2] - first[:, 0]), axis=1)
     cell = float(np.sqrt(area.mean()))  # leg of a right triangle of mean area
     plane = [k for k in range(3) if k != axis]
-    found = [_hidden(points[span][..., plane].astype(float) / cell, faces) for span in spans(points, 2 * len(faces))]
+    found = [
+        _count_hidden_cells(points[span][..., plane].astype(float) / cell, faces)
+        for span in frame_spans(points, 2 * len(faces))
+    ]
     return np.concatenate(found) * cell**2
 
 
-def _hidden(points: Array, faces: Array) -> Array:
+def _count_hidden_cells(points: Array, faces: Array) -> Array:
     """Return the number of hidden cells in each frame, shape (F,), for points (F, n, 2) in units of cells."""
     frames = len(points)
     low = np.floor(points.min(axis=1))
     size = np.ceil(points.max(axis=1)) - low + 1
-    sound = np.isfinite(size).all(axis=1) & (size.prod(axis=1) < CELLS)
+    sound = np.isfinite(size).all(axis=1) & (size.prod(axis=1) < MAX_CELLS)
     # The grid is rotated against points that form a grid themselves, so that no cell centre lies on a shared edge.
     points = np.where(sound[:, None, None], points - low[:, None], 0.0) + np.array([0.5 + 0.0137, 0.5 + 0.0071])
     corners = [[points[:, faces[:, k], axis].astype(np.float32).ravel() for k in range(3)] for axis in range(2)]
@@ -59,7 +62,7 @@ def _hidden(points: Array, faces: Array) -> Array:
     frame = owner[covered] // len(faces)
     columns, rows = (int(np.where(sound, size[:, axis], 0).max(initial=0)) + 2 for axis in range(2))
     cell = (frame * columns + x[covered]) * rows + y[covered]
-    if frames * columns * rows > PICTURE:
+    if frames * columns * rows > MAX_CELLS_TOGETHER:
         seen = np.bincount(np.unique(cell) // (columns * rows), minlength=frames)
     else:
         picture = np.zeros((frames, columns * rows), bool)
@@ -94,7 +97,7 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
     if body.kind != "cloth":
         raise DeformationError(f"{body.body} is {body.kind}, not cloth")
     points, start = body.points, body.rest
-    chosen = sampled(len(points), body.count)
+    chosen = sampled_frames(len(points), body.count)
     depth = np.full(len(chosen), np.nan)
     for row, frame in enumerate(chosen):
         x = points[frame].astype(float)
@@ -103,13 +106,13 @@ def self_penetration(body: RecordedDeformable, thickness: float) -> Array:
         tree = KDTree(x, balanced_tree=False, compact_nodes=False)
         pairs = tree.query_pairs(thickness * (1 - 1e-6), output_type="ndarray")
         away = np.linalg.norm(start[pairs[:, 0]] - start[pairs[:, 1]], axis=1)
-        pairs = pairs[away > APART * body.spacing]
+        pairs = pairs[away > NEIGHBOUR_SPACINGS * body.spacing]
         near = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1)
         depth[row] = thickness - near.min(initial=thickness)
     return np.interp(np.arange(len(points)), chosen, depth) if len(chosen) else np.zeros(0)
 
 
-def sampled(frames: int, points: int) -> Array:
+def sampled_frames(frames: int, points: int) -> Array:
     """Return the indices of the frames to evaluate: all, or evenly fewer for many points, always including the last."""
     step = max(1, int(np.ceil(frames * points / IN_TREES)))
     chosen = np.arange(0, frames, step)

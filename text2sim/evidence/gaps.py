@@ -14,9 +14,9 @@ from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array, RunStates
 
-GROUP = 24
+MAX_GROUP_SIZE = 24
 """Most points in a group of neighbours."""
-SLACK = 1e-5
+ROUNDING_ERROR = 1e-5
 """Rounding error of a bound in single precision [m]."""
 
 
@@ -70,7 +70,7 @@ def _groups(points: Array) -> tuple[Array, Array]:
     stack, found = [np.arange(len(points))], []
     while stack:
         rows = stack.pop()
-        if len(rows) <= GROUP:
+        if len(rows) <= MAX_GROUP_SIZE:
             found.append(rows)
             continue
         # Bisect across the longest side.
@@ -151,7 +151,7 @@ def _bound(cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array) -> Array:
         normal = turn[:, :, 2].astype(np.float32)[:, None]
         middle, half = (cloud.low + cloud.high) / 2, (cloud.high - cloud.low) / 2
         height = ((middle - pos[:, None]) * normal).sum(axis=2)
-        return height - (half * np.abs(normal)).sum(axis=2) - SLACK
+        return height - (half * np.abs(normal)).sum(axis=2) - ROUNDING_ERROR
     low, high = solid.bounds
     middle = pos + turn @ ((low + high) / 2)
     half = np.abs(turn) @ ((high - low) / 2)
@@ -159,14 +159,14 @@ def _bound(cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array) -> Array:
     # Separation along an axis or, where boxes overlap, at most the depth of the solid's box.
     apart = np.maximum(low - cloud.high, cloud.low - high).max(axis=2)
     deep = -half.min(axis=1)[:, None]
-    return np.where(apart > 0, apart, np.maximum(apart, deep)) - SLACK
+    return np.where(apart > 0, apart, np.maximum(apart, deep)) - ROUNDING_ERROR
 
 
 def _measure(
     cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
 ) -> None:
     """Compute the distances of the groups that may be nearer than the nearest so far."""
-    block = max(1, 200_000 // GROUP)
+    block = max(1, 200_000 // MAX_GROUP_SIZE)
     for begin in range(0, len(frames), block):
         at, points = cloud.members(frames[begin : begin + block], groups[begin : begin + block])
         x = cloud.points[at, points].astype(float)
@@ -199,7 +199,7 @@ def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> 
         return found
     low, high = other.low.min(axis=1, keepdims=True), other.high.max(axis=1, keepdims=True)
     apart = np.maximum(np.maximum(low - cloud.high, cloud.low - high), 0.0)
-    bound = np.linalg.norm(apart, axis=2) - SLACK
+    bound = np.linalg.norm(apart, axis=2) - ROUNDING_ERROR
     for frame in np.flatnonzero(bound.min(axis=1) < limit):
         theirs = other.points[frame].astype(float)
         if not np.isfinite(theirs).all():

@@ -19,11 +19,11 @@ from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.controls import Attach
 from text2sim.spec_schema.names.selectors import body_of
 
-PAIRS = 10_000
+MAX_PAIRS = 10_000
 """Most pairs of pieces whose paths are compared; the rest of a huge heap is left out."""
-TURN = 0.3
+MAX_TURN = 0.3
 """Turn [rad] between two frames beyond which paths in the turning frame are no longer straight."""
-SAID = 5
+MAX_LISTED_PAIRS = 5
 """Most pairs of bodies that are listed."""
 
 
@@ -49,19 +49,21 @@ def gone_through(recording: RecordedCase) -> list[str]:
     movers = [piece for piece in pieces if piece.solid.kind != "plane" and piece.target in recording.names.loose]
     found: dict[frozenset[str], tuple[int, str, str, str]] = {}
     held = _held_together(recording)
-    for mover, other in _near(movers, pieces):
+    for mover, other in _pairs_in_reach(movers, pieces):
         names = frozenset(body_of(piece.target.copy) for piece in (mover, other))
         if names in held:
             continue
-        seen = _below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
+        seen = _first_below(recording, mover, other) if other.solid.kind == "plane" else _inside(mover, other)
         if seen is not None and seen[0] < found.get(names, (recording.states.frames,))[0]:
             found[names] = (*seen, mover.target.copy, other.target.copy)
     rows = sorted(found.values())
-    said = [_said(recording, *row) for row in rows[:SAID]]
-    return said + ([f"{len(rows) - SAID} more pairs of bodies do the same"] if len(rows) > SAID else [])
+    sentences = [_sentence(recording, *row) for row in rows[:MAX_LISTED_PAIRS]]
+    return sentences + (
+        [f"{len(rows) - MAX_LISTED_PAIRS} more pairs of bodies do the same"] if len(rows) > MAX_LISTED_PAIRS else []
+    )
 
 
-def _said(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
+def _sentence(recording: RecordedCase, frame: int, what: str, mover: str, other: str) -> str:
     if not frame:
         return f"`{mover}` {what} `{other}` from the start"
     advice = "more substeps, or less difference in mass and size, would prevent it"
@@ -89,7 +91,7 @@ def _pieces(recording: RecordedCase) -> Iterator[_Piece]:
             yield _Piece(target, solid, pos, turn, middle, box)
 
 
-def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
+def _pairs_in_reach(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[_Piece, _Piece]]:
     """Yield pairs of pieces of different bodies where the first's centre enters the swept box of the second."""
     if not movers:
         return
@@ -99,7 +101,7 @@ def _near(movers: Sequence[_Piece], pieces: Sequence[_Piece]) -> Iterator[tuple[
     for mover in movers:
         first, last = np.fmin.reduce(mover.middle), np.fmax.reduce(mover.middle)
         for k in np.flatnonzero(((low < last) & (high > first)).all(axis=1)).tolist():
-            if pieces[k].target is not mover.target and count < PAIRS:
+            if pieces[k].target is not mover.target and count < MAX_PAIRS:
                 count += 1
                 yield mover, pieces[k]
 
@@ -110,7 +112,7 @@ def _held_together(recording: RecordedCase) -> set[frozenset[str]]:
     return {frozenset(body_of(name) for name in (hold.body, hold.to)) for hold in holds}
 
 
-def _below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
+def _first_below(recording: RecordedCase, mover: _Piece, ground: _Piece) -> tuple[int, str] | None:
     """Return the first frame with a centre below a ground, unless it came from the side, and how it got there."""
     own = _seen_from(ground, mover.middle)
     low, high = mover.solid.bounds
@@ -155,7 +157,7 @@ def _passes(own: Array, other: _Piece, low: Array, high: Array) -> int | None:
     for k in rows.tolist():
         cosine = (np.trace(other.turn[k].T @ other.turn[k + 1]) - 1) / 2
         middle = a[k] + (b[k] - a[k]) * (at[k] + till[k]) / 2
-        if cosine > np.cos(TURN) and other.solid.distance(middle[None])[0] < 0.0:
+        if cosine > np.cos(MAX_TURN) and other.solid.distance(middle[None])[0] < 0.0:
             return k + 1
     return None
 

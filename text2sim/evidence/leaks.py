@@ -11,12 +11,12 @@ from text2sim.spec_schema.models.bodies import Driven, Rigid
 from text2sim.spec_schema.models.shapes import Plane
 from text2sim.spec_schema.names.selectors import body_of
 
-KINDS = ("granular", "liquid", "snow")
-DEEP = 2.5
+LEAKING_KINDS = ("granular", "liquid", "snow")
+PASSING_DEPTH = 2.5
 """Depth, in distances of points, beyond which a point is passing through: sound runs press points in to 2."""
-MIDDLE = 0.8
+PASSING_SHARE = 0.8
 """The same for thin walls, as a part of half their thickness."""
-BETWEEN = 4
+PLACES_BETWEEN_FRAMES = 4
 """Places checked between two recorded frames, so that fast points are not missed."""
 
 
@@ -36,7 +36,7 @@ def leaks(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, lis
         before = None
         for frame in range(frames):
             own = (body.points[frame].astype(float) - pos[frame]) @ turn[frame]
-            hit = _below(own, deep, size) if solid.kind == "plane" else _inside(solid, own, before, deep)
+            hit = _points_below(own, deep, size) if solid.kind == "plane" else _inside(solid, own, before, deep)
             new = hit[first[hit] > frame]
             first[new], through[new] = frame, number
             before = own
@@ -70,7 +70,7 @@ def depth_on_the_way(solid: LinkSolid, spacing: float) -> float:
     """Return the depth [m] in a solid beyond which a point is passing through, for a point spacing [m]."""
     # The box centre of a non-convex mesh may lie outside of it, and then says nothing about its thickness.
     least = spacing if solid.kind == "surface" else 0.0
-    return min(DEEP * spacing, max(MIDDLE * _half_thickness(solid), least))
+    return min(PASSING_DEPTH * spacing, max(PASSING_SHARE * _half_thickness(solid), least))
 
 
 def _half_thickness(solid: LinkSolid) -> float:
@@ -81,7 +81,7 @@ def _half_thickness(solid: LinkSolid) -> float:
     return max(0.0, -float(solid.distance(((low + high) / 2)[None])[0]))
 
 
-def _below(own: Array, deep: float, size: float) -> Array:
+def _points_below(own: Array, deep: float, size: float) -> Array:
     """Return the indices of points below a ground."""
     return np.flatnonzero((own[:, 2] < -deep) & (np.abs(own[:, :2]) < size).all(axis=1))
 
@@ -96,5 +96,5 @@ def _inside(solid: LinkSolid, own: Array, before: Array | None, deep: float) -> 
     if not len(near):
         return near
     a, b = before[near], own[near]
-    depth = [solid.distance(a + (b - a) * k / BETWEEN) for k in range(1, BETWEEN + 1)]
+    depth = [solid.distance(a + (b - a) * k / PLACES_BETWEEN_FRAMES) for k in range(1, PLACES_BETWEEN_FRAMES + 1)]
     return near[np.min(depth, axis=0) < -deep]

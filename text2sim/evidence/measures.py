@@ -14,7 +14,7 @@ from text2sim.evidence import contact_measures, soft_measures
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.recorded_case import RecordedCase, links_of, soft_of
 from text2sim.evidence.selection import RecordedTarget, SelectionError
-from text2sim.recording.geometry import axis_in, reach
+from text2sim.recording.geometry import axis_in, reach_along
 from text2sim.recording.states import Array, JointRecord
 from text2sim.recording.vectors import rotate, rotate_back
 from text2sim.spec_schema.models import measures
@@ -91,12 +91,14 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         targets = recording.names.select(measure.of)  # type: ignore[union-attr]
         values = [_PER_TARGET[measure.kind](recording, measure, t) for t in targets]
         values = [np.where(recording.gone(t.copy), np.nan, row) for row, t in zip(values, targets, strict=True)]
-        return _reduce(measure, values, there=np.stack([~recording.gone(t.copy) for t in targets])), measure.value_unit
+        return _reduce(
+            measure, values, present=np.stack([~recording.gone(t.copy) for t in targets])
+        ), measure.value_unit
     return _COLLECTIVE[measure.kind](recording, measure), measure.value_unit
 
 
-def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Array | None = None) -> Array:
-    """Reduce the series of several copies to one; `there`, shape (n, F), masks copies that have left the scene.
+def _reduce(measure: Any, values: list[Array], what: str = "bodies", present: Array | None = None) -> Array:
+    """Reduce the series of several copies to one; `present`, shape (n, F), masks copies that have left the scene.
 
     `std` is sqrt(mean of (x - mean)^2), `range` is max - min, and `count` is the number of copies within the bounds.
     """
@@ -109,14 +111,11 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies", there: Arra
         above = stack > (-np.inf if measure.above is None else measure.above)
         below = stack < (np.inf if measure.below is None else measure.below)
         return (above & below).sum(axis=0)
-    if there is not None and not there.all():
-        present = np.ma.masked_array(stack, ~there)
-        values = (
-            present.max(axis=0) - present.min(axis=0)
-            if measure.stat == "range"
-            else getattr(present, measure.stat)(axis=0)
-        )
-        return np.ma.filled(values, np.nan)
+    if present is not None and not present.all():
+        masked = np.ma.masked_array(stack, ~present)
+        is_range = measure.stat == "range"
+        reduced = masked.max(axis=0) - masked.min(axis=0) if is_range else getattr(masked, measure.stat)(axis=0)
+        return np.ma.filled(reduced, np.nan)
     if measure.stat == "range":
         return stack.max(axis=0) - stack.min(axis=0)
     return getattr(stack, measure.stat)(axis=0)
@@ -174,7 +173,7 @@ def _angular_velocity(recording: RecordedCase, measure: Any, target: RecordedTar
     return turning[:, _COLUMN[measure.axis]]
 
 
-def _turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
+def _count_turns(recording: RecordedCase, measure: measures.Turns, target: RecordedTarget) -> Array:
     """Integral of w . a dt over 2 pi, by the trapezoidal rule; w is the engine's, so no turn is missed."""
     rate = _angular_velocity(recording, measure, target)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(recording.states.time)
@@ -231,7 +230,7 @@ _PER_TARGET: dict[str, Callable[[RecordedCase, Any, RecordedTarget], Array]] = {
     "speed": _speed,
     "angular_speed": _angular_speed,
     "angular_velocity": _angular_velocity,
-    "turns": _turns,
+    "turns": _count_turns,
     "displacement": _displacement,
     "tilt": _tilt,
 }
@@ -248,7 +247,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     """
     targets = recording.names.select(measure.of)
     frame = None if measure.frame is None else recording.names.select(measure.frame)[0].root
-    low, high = _reached(recording, targets, measure.axis, frame)
+    low, high = _reach_of_links(recording, targets, measure.axis, frame)
     origin, direction = axis_in(recording.states, measure.axis, frame)
     for number in soft_of(targets):
         body = recording.states.deformables[number]
@@ -262,15 +261,15 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
-def _reached(
+def _reach_of_links(
     recording: RecordedCase, targets: Sequence[RecordedTarget], axis: str, frame: int | None = None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) of the links of targets while they are in the scene."""
     leaving = [target for target in targets if target.copy in recording.states.removed]
     staying = [target for target in targets if target not in leaving]
-    low, high = reach(recording.states, recording.geometry, links_of(staying).tolist(), axis, frame)
+    low, high = reach_along(recording.states, recording.geometry, links_of(staying).tolist(), axis, frame)
     for target in leaving:
-        ends = reach(recording.states, recording.geometry, links_of([target]).tolist(), axis, frame)
+        ends = reach_along(recording.states, recording.geometry, links_of([target]).tolist(), axis, frame)
         below, above = (np.where(recording.gone(target.copy), np.nan, row) for row in ends)
         low, high = np.fmin(low, below), np.fmax(high, above)
     return low, high

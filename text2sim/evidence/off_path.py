@@ -41,15 +41,15 @@ def off_path(recording: RecordedCase) -> list[dict[str, Any]]:
 
 def held_up(rows: list[dict[str, Any]]) -> list[str]:
     """Return a message for each body that is far off its path."""
-    said = []
+    sentences = []
     for row in rows:
         if row["value"] > (OFF_PATH if row["unit"] == "m" else OFF_TURN):
             size = f"{1e3 * row['value']:.3g} mm" if row["unit"] == "m" else f"{row['value']:.3g} rad"
-            said.append(
+            sentences.append(
                 f"`{row['copy']}` is {size} off its prescribed path at {row['at']:.3g} s: what it met is too heavy, or "
                 "cannot give way"
             )
-    return said
+    return sentences
 
 
 def _distance(recording: RecordedCase, target: RecordedTarget, body: Driven) -> Array:

@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.spec_schema.plain import plain
 
-EMBEDDED = 30_000_000
+MAX_EMBEDDED_SIZE = 30_000_000
 """Films up to this size [bytes] together are put into the page; larger ones are linked."""
 
 
@@ -87,7 +87,7 @@ def _seconds(value: Any) -> str:
 
 def read_films(run_dir: Path, room: int | None = None) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """Return films as (name, data URI), and those that exceed `room` [bytes] as (name, file)."""
-    room = EMBEDDED if room is None else room
+    room = MAX_EMBEDDED_SIZE if room is None else room
     paths = [run_dir / "video.mp4", *sorted(run_dir.glob("video_*.mp4"))]
     found, linked = [], []
     for path in paths:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, VERMILION, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#5A5A5A"
 SIZE, DPI = (5.4, 2.9), 160
 """Inches, and pixels per inch: letters stay legible when a phone shows the picture 360 pixels wide."""
-LABELLED = 8
+MAX_LABELLED_EVENTS = 8
 """Largest number of events that a plot names; all get a tick."""
-TICKS = 300
+MAX_TICKS = 300
 """Largest number of ticks for events in a plot."""
 
 
@@ -155,9 +155,9 @@ def _draw_events(axes: "Axes", events: Sequence[Mapping[str, Any]]) -> None:
     for event in events:
         named.setdefault(str(event["name"]), float(event["time"]))
     height = axes.get_xaxis_transform()
-    for event in list(events)[:TICKS]:
+    for event in list(events)[:MAX_TICKS]:
         axes.plot([event["time"]] * 2, [0.0, 0.03], color=GREY, linewidth=0.8, transform=height)
-    for number, (name, time) in enumerate(list(named.items())[:LABELLED]):
+    for number, (name, time) in enumerate(list(named.items())[:MAX_LABELLED_EVENTS]):
         axes.axvline(time, color=GREY, linewidth=0.8, linestyle=":")
         y = 0.98 - 0.085 * (number % 4)
         axes.text(time, y, f" {name}", fontsize=6.5, color="#333333", transform=height, va="top", clip_on=True)

@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.soft_bodies import Cloth
 from text2sim.spec_schema.models.space import Region
 from text2sim.spec_schema.names.selectors import body_of
 
-CLOUDS = 400_000_000
+MAX_CACHED_POINTS = 400_000_000
 """Most bytes of points that are cached for distances."""
 
 
@@ -103,7 +103,10 @@ class RecordedCase:
         """Return the sample points of a body, for distances; the last few are cached."""
         if body.index not in self._clouds:
             self._clouds[body.index] = Cloud.of(body)
-            while len(self._clouds) > 2 and sum(cloud.points.nbytes for cloud in self._clouds.values()) > CLOUDS:
+            while (
+                len(self._clouds) > 2
+                and sum(cloud.points.nbytes for cloud in self._clouds.values()) > MAX_CACHED_POINTS
+            ):
                 del self._clouds[next(iter(self._clouds))]
         return self._clouds[body.index]
 

@@ -7,24 +7,24 @@ import numpy as np
 
 from text2sim.evidence.contact_sheet import write_contact_sheet
 from text2sim.evidence.diagnostics import energy_series
-from text2sim.evidence.evidence import STOPPED
-from text2sim.evidence.expectations import counted_from, moment
+from text2sim.evidence.evidence import STOPPED_STATES
+from text2sim.evidence.expectations import moment, shifted_to
 from text2sim.evidence.page import data_uri, read_films, render_page, sentence
 from text2sim.evidence.plots import GREEN, ORANGE, PlotBound, PlotLine, plot_series
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_events, read_evidence, read_measures, read_text
 from text2sim.recording.states import Array
-from text2sim.runtime.outcome import clean, read_end
+from text2sim.runtime.outcome import printable, read_end
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.whole_files import write_atomically
 
-TOUCHES = 25
+MAX_LISTED_TOUCHES = 25
 """Most undeclared touches in the table, the hardest ones."""
-OCCURRENCES = 200
+MAX_LISTED_OCCURRENCES = 200
 """Most times of declared events in the table."""
 SOFT_WORDS = {
     "volume": "volume, over that at the start",
@@ -40,7 +40,7 @@ SOFT_WORDS = {
 """Rows of the table of deformable bodies."""
 REPLAY = "replay.html"
 """The page in 3D beside the report, if there is one."""
-LOG = 6_000
+LOG_TAIL = 6_000
 """Bytes shown of the end of the log."""
 
 
@@ -70,13 +70,14 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "case": case,
         "evidence": evidence,
         "record": record,
-        "verdict": evidence.get("verdict") or ("failed" if record and record.state not in STOPPED else "incomplete"),
+        "verdict": evidence.get("verdict")
+        or ("failed" if record and record.state not in STOPPED_STATES else "incomplete"),
         "why": sentence(evidence.get("why") or (record.message if record else "") or "there is nothing to judge"),
         "expect": found,
         "soft_words": SOFT_WORDS,
-        "declared": declared[:OCCURRENCES],
-        "declared_left_out": max(0, len(declared) - OCCURRENCES),
-        "touches": touches[:TOUCHES],
+        "declared": declared[:MAX_LISTED_OCCURRENCES],
+        "declared_left_out": max(0, len(declared) - MAX_LISTED_OCCURRENCES),
+        "touches": touches[:MAX_LISTED_TOUCHES],
         "films": films,
         "linked": linked,
         "replay": REPLAY if (run_dir / REPLAY).is_file() else None,
@@ -84,7 +85,7 @@ def _contents(run_dir: Path, case: Case) -> dict[str, Any]:
         "sheet": data_uri(write_contact_sheet(run_dir), "image/png"),
         "plots": _plots(run_dir, case, evidence, declared),
         "case_text": read_text(run_dir / "case.yaml"),
-        "log": clean(read_end(run_dir / "log.txt", limit=LOG)),
+        "log": printable(read_end(run_dir / "log.txt", limit=LOG_TAIL)),
     }
 
 
@@ -163,7 +164,7 @@ def bound_of(name: str, expect: Expect, measure: str, evidence: dict[str, Any], 
         started = evidence.get("events", {}).get(expect.on, {}).get("first")
         if started is None:
             return None
-        expect = counted_from(expect, started)
+        expect = shifted_to(expect, started)
     if expect.at is not None:
         start = end = moment(expect.at, time)
     else:

@@ -8,7 +8,7 @@ import numpy as np
 from text2sim.evidence import deformation, folds, tearing
 from text2sim.evidence.deformation import DeformationError
 from text2sim.evidence.gaps import Cloud, nearest_solid
-from text2sim.evidence.leaks import KINDS, leaks
+from text2sim.evidence.leaks import LEAKING_KINDS, leaks
 from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
@@ -18,7 +18,7 @@ LOOKED_AT = 4_000_000
 """Most points of a body over all frames that are examined; longer runs are sampled at even steps."""
 LOOKED_FOR_TEARS = 600_000
 """The same for counting pieces, which takes longer."""
-STUCK = 1e-4
+WALL_DISTANCE = 1e-4
 """Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of the mpm grid stop particles
 up to half a cell away, so these turn back that much before the side."""
 
@@ -41,20 +41,20 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
             except DeformationError:
                 continue
             if values is not None:
-                _worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
-        _worst(
+                _record_worst(rows, name, values, bad, {"unit": unit, "copy": body.body}, time)
+        _record_worst(
             rows, "speed", states.soft_speed[:, body.index].astype(float), _large,
             {"unit": "m/s", "copy": body.body}, states.time,
         )  # fmt: skip
         depth, where = penetration(recording, thin)
-        _worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
+        _record_worst(rows, "penetration", depth, _large, {"unit": "m", "copy": body.body}, time, where)
         if body.kind == "soft" and body.solver == "mpm":
             rarely = body.thinned(LOOKED_FOR_TEARS, states.frames)
             times, torn = states.time[:: rarely.step], 1.0 - tearing.pieces(rarely)[1]
-            _worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
-        if body.kind in KINDS:
+            _record_worst(rows, "torn", torn, _large, {"unit": "", "copy": body.body, **first_torn(torn, times)}, times)
+        if body.kind in LEAKING_KINDS:
             share, walls = leaks(recording, thin)
-            _worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
+            _record_worst(rows, "leaked", share, _large, {"unit": "", "copy": body.body}, time, walls)
     return found
 
 
@@ -69,12 +69,12 @@ def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Arra
 
 def first_torn(torn: Array, times: Array) -> dict[str, float]:
     """Return the time at which a body first lost 1 % of itself: {since}; empty if it did not."""
-    off = np.flatnonzero(torn > tearing.LEAST)
+    off = np.flatnonzero(torn > tearing.MIN_PIECE_SHARE)
     return {"since": float(times[off[0]])} if len(off) else {}
 
 
-def _worst(
-    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], said: dict[str, Any],
+def _record_worst(
+    rows: dict[str, Any], name: str, values: Array, bad: Callable[[Array], Array], context: dict[str, Any],
     time: Array, where: list[str] | None = None,
 ) -> None:  # fmt: skip
     """Record the worst of values (F,), unless another copy's is worse."""
@@ -82,7 +82,7 @@ def _worst(
         badness = np.where(np.isfinite(values), bad(values), -np.inf)
     at = int(np.argmax(badness))
     if np.isfinite(badness[at]) and (name not in rows or badness[at] > bad(np.array(rows[name]["value"]))):
-        rows[name] = {"value": float(values[at]), "at": float(time[at]), **said}
+        rows[name] = {"value": float(values[at]), "at": float(time[at]), **context}
         if where is not None and where[at]:
             rows[name]["in"] = where[at]
 
@@ -111,11 +111,11 @@ def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     return np.percentile(deformation.strains(body), 99, axis=1)
 
 
-def _against(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
+def _share_at_walls(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
     """Return the fraction of points at or beyond the bounds of their solver."""
     if body.domain is None:
         return None
-    near = body.spacing if body.solver == "mpm" else STUCK
+    near = body.spacing if body.solver == "mpm" else WALL_DISTANCE
     low, high = np.array(body.domain[0]) + near, np.array(body.domain[1]) - near
     return np.array([((x <= low) | (x >= high)).any(axis=1).mean() for x in body.points])
 
@@ -132,7 +132,7 @@ _QUANTITIES: tuple[
     ("strain", "", _strain, _large),
     ("inverted", "", lambda recording, body: deformation.inverted(body), _large),
     ("self_penetration", "m", _self_penetration, _large),
-    ("against_bounds", "", _against, _large),
+    ("against_bounds", "", _share_at_walls, _large),
 )
 """Name, unit, values over frames (None if a body has none), and a measure of how bad they are."""
 

@@ -15,23 +15,23 @@ from text2sim.evidence.soft_measures import gap
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
-PBD = 0.6
+PBD_TOLERANCE = 0.6
 """Particles of pbd rest half their spacing above a surface; a fifth more still counts as touching."""
 MPM_CELL = 1 / 0.64
 """Cell of the grid in spacings of mpm particles: bodies rest within one cell of a surface."""
-MESH, MESH_PART = 0.002, 0.05
+MESH_TOLERANCE, MESH_TOLERANCE_SHARE = 0.002, 0.05
 """Vertices of fem and ipc touch within 2 mm, or this part of their edges."""
-APART = 1.5
+RELEASE_FACTOR = 1.5
 """Gap, in tolerances, at which a touch is over."""
 
 
 def tolerance(body: RecordedDeformable) -> float:
     """Return the gap [m] up to which a body touches a rigid one; for two deformable bodies, both add up."""
     if body.solver == "pbd":
-        return PBD * body.spacing
+        return PBD_TOLERANCE * body.spacing
     if body.solver == "mpm":
         return MPM_CELL * body.spacing
-    return max(MESH, MESH_PART * body.spacing)
+    return max(MESH_TOLERANCE, MESH_TOLERANCE_SHARE * body.spacing)
 
 
 def soft_episodes(
@@ -62,16 +62,16 @@ def _episodes(recording: RecordedCase, one: RecordedTarget, other: RecordedTarge
     body, second = recording.deformable(own), recording.deformable(theirs)
     assert body is not None
     near = tolerance(body) + (tolerance(second) if second is not None else 0.0)
-    found = gap(recording, body, [theirs], 2 * APART * near)
+    found = gap(recording, body, [theirs], 2 * RELEASE_FACTOR * near)
     time, rows = recording.states.time, []
-    for begin, end in spans(found.value, near, APART * near):
+    for begin, end in spans(found.value, near, RELEASE_FACTOR * near):
         last = len(time) - 1
         inside = slice(begin, end + 1)
         smallest = float(np.min(found.value[inside]))
         rows.append(
             {
                 "time": passage(time, found.value, begin - 1, near) if begin else float(time[0]),
-                "end": passage(time, found.value, end, APART * near) if end < last else float(time[-1]),
+                "end": passage(time, found.value, end, RELEASE_FACTOR * near) if end < last else float(time[-1]),
                 "ongoing": end == last,
                 "between": [one.label, other.label],
                 "pos": found.pos[begin].tolist(),

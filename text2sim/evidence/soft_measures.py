@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.shapes.sagging import end_region
-from text2sim.compiler.soft.regions import LAYER
+from text2sim.compiler.soft.regions import SIDE_LAYER
 from text2sim.evidence import curvature, deformation, folds, tearing
 from text2sim.evidence.gaps import Nearest, nearest_cloud, nearest_solid
 from text2sim.evidence.leaks import leaks
@@ -75,7 +75,7 @@ def region_rows(recording: RecordedCase, body: RecordedDeformable, region: BodyR
     Raises:
         SoftMeasureError: if no point lies in the region, or the body is flat and has no such side.
     """
-    points, within = body.own, LAYER.get(body.solver, 0.5) * body.spacing
+    points, within = body.own, SIDE_LAYER.get(body.solver, 0.5) * body.spacing
     region = end_region(getattr(recording.case.bodies.get(body_of(body.body)), "shape", None), region, within)
     if region.nearest is not None:
         return np.array([np.linalg.norm(points - region.nearest, axis=1).argmin()])
@@ -107,15 +107,15 @@ def _volume(recording: RecordedCase, measure: measures.Volume) -> Array:
 
 def _stretch(recording: RecordedCase, measure: measures.Stretch) -> Array:
     """Length of edges over their length in the first frame: largest, smallest, mean, or 99th percentile of all."""
-    return spread([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
+    return reduce_to_frames([deformation.stretches(body) for body in deformables(recording, measure.of)], measure.stat)
 
 
 def _strain(recording: RecordedCase, measure: measures.Strain) -> Array:
     """sqrt(2/3 E':E') of the Green-Lagrange strain E: largest, smallest, mean, or 99th percentile of all elements."""
-    return spread([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
+    return reduce_to_frames([deformation.strains(body) for body in deformables(recording, measure.of)], measure.stat)
 
 
-def spread(values: Sequence[Array], stat: str) -> Array:
+def reduce_to_frames(values: Sequence[Array], stat: str) -> Array:
     """Reduce values (F, n) to one per frame, shape (F,)."""
     if stat in ("max", "min"):
         each = [getattr(rows, stat)(axis=1) for rows in values]

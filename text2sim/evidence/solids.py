@@ -8,11 +8,11 @@ import numpy as np
 
 from text2sim.recording.states import Array
 
-PAIRS = 1_000_000
+MAX_COMPARED_PAIRS = 1_000_000
 """Points times triangles that are compared at once."""
-SAMPLES = 20_000
+SURFACE_SAMPLES = 20_000
 """Points that sample the surface of a mesh that is not convex."""
-FLAT = 1e-4
+CONVEX_TOLERANCE = 1e-4
 """Part of a mesh's size by which corners of a convex mesh may lie outside of a face."""
 
 
@@ -100,7 +100,7 @@ class LinkSolid:
         a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))  # type: ignore[index]
         normal = np.cross(b - a, c - a)
         area = np.linalg.norm(normal, axis=1)
-        count = np.maximum(1, np.ceil(SAMPLES * area / max(area.sum(), 1e-30)).astype(int))
+        count = np.maximum(1, np.ceil(SURFACE_SAMPLES * area / max(area.sum(), 1e-30)).astype(int))
         owner = np.repeat(np.arange(len(a)), count)
         number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
         # Low-discrepancy points in the triangle: additive recurrence of the plastic number, folded.
@@ -136,7 +136,7 @@ def is_convex(vertices: Array, faces: Array) -> bool:
         float((normal[k : k + 256] @ vertices.T - (normal * a).sum(axis=1)[k : k + 256, None]).max())
         for k in range(0, len(faces), 256)
     )
-    return out <= FLAT * float(np.ptp(vertices, axis=0).max())
+    return out <= CONVEX_TOLERANCE * float(np.ptp(vertices, axis=0).max())
 
 
 # --- signed distances of points (n, 3) in the solid's own frame ----------------------
@@ -169,7 +169,7 @@ _EXACT = {
 def _to_triangles(points: Array, triangles: Array) -> Array:
     """Return the distance [m] of points (n, 3) to the nearest of triangles (m, 3, 3), shape (n,)."""
     found = np.empty(len(points))
-    block = max(1, PAIRS // max(1, len(triangles)))
+    block = max(1, MAX_COMPARED_PAIRS // max(1, len(triangles)))
     for first in range(0, len(points), block):
         p = points[first : first + block, None]
         nearest = np.full((len(p), len(triangles)), np.inf)

@@ -13,21 +13,21 @@ from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.states import Array
 from text2sim.spec_schema.names.selectors import body_of
 
-SHRUNK, GROWN = 0.5, 2.0
+MIN_VOLUME_RATIO, MAX_VOLUME_RATIO = 0.5, 2.0
 """Volume of a soft body, over that at the start, beyond which it is reported. Hard pressing leaves 0.85."""
-DEEP = 2.5
+MAX_DEPTH = 2.5
 """Depth in a rigid body, in distances of points; plates that press mpm bodies get to 2."""
 DEEP_FEM = 0.5
 """The same for fem bodies, in edges."""
-TURNED = 0.02
+MAX_INVERTED = 0.02
 """Part of the tetrahedra that are inside out."""
-LEAKED = 0.01
+MAX_LEAKED = 0.01
 """Part of grains or a liquid that got through what holds it."""
 AT_WALLS = 0.01
 """Part of the points of a body at the walls of its solver's space."""
-TORN = 0.01
+MAX_TORN = 0.01
 """Part of a soft body that is not in the largest piece."""
-PULLED = 1.5
+MAX_STRETCH = 1.5
 """Length of a thread of cloth over that at rest."""
 
 
@@ -45,8 +45,8 @@ def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> lis
             seen = row.get(quantity)
             if seen is not None and is_bad(seen["value"], row, spacing.get(name, np.inf)):
                 values = {"where": seen.get("in", ""), "solver": row["solver"], "mm": 1e3 * seen["value"]}
-                said = words.format(value=seen["value"], percent=100 * seen["value"], **values)
-                rows.append(f"`{seen['copy']}` {said} at {seen.get('since', seen['at']):.3g} s")
+                message = words.format(value=seen["value"], percent=100 * seen["value"], **values)
+                rows.append(f"`{seen['copy']}` {message} at {seen.get('since', seen['at']):.3g} s")
     return rows + _beyond_the_grid(recording)
 
 
@@ -72,23 +72,23 @@ _Bad = Callable[[float, dict[str, Any], float], bool]
 
 
 def _is_deep(value: float, row: dict[str, Any], spacing: float) -> bool:
-    return value > (DEEP_FEM if row["solver"] in ("fem", "ipc") else DEEP) * spacing
+    return value > (DEEP_FEM if row["solver"] in ("fem", "ipc") else MAX_DEPTH) * spacing
 
 
 def _is_inflated(value: float, row: dict[str, Any], spacing: float) -> bool:
-    return row["kind"] == "soft" and not SHRUNK <= value <= GROWN
+    return row["kind"] == "soft" and not MIN_VOLUME_RATIO <= value <= MAX_VOLUME_RATIO
 
 
 def _is_pulled(value: float, row: dict[str, Any], spacing: float) -> bool:
-    return row["kind"] == "cloth" and value > PULLED
+    return row["kind"] == "cloth" and value > MAX_STRETCH
 
 
 _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("volume", _is_inflated, "has {value:.3g} times the volume that it had"),
-    ("inverted", lambda value, row, spacing: value > TURNED, "has {percent:.2g} % of its tetrahedra inside out"),
+    ("inverted", lambda value, row, spacing: value > MAX_INVERTED, "has {percent:.2g} % of its tetrahedra inside out"),
     (
         "torn",
-        lambda value, row, spacing: value > TORN,
+        lambda value, row, spacing: value > MAX_TORN,
         "is torn (up to {percent:.2g} % of it were off the largest piece), which its material knows nothing of: "
         "particles two cells apart let go of each other; for the first time",
     ),
@@ -96,7 +96,7 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
     ("penetration", _is_deep, "is {mm:.3g} mm deep in `{where}`"),
     (
         "leaked",
-        lambda value, row, spacing: value > LEAKED,
+        lambda value, row, spacing: value > MAX_LEAKED,
         "has {percent:.2g} % of its mass in or behind walls and floors, most of it by `{where}` (its `soft_reach` of "
         "half a cell holds better), reached",
     ),

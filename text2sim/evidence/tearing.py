@@ -11,11 +11,11 @@ import numpy as np
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
-TIED = 2 / 0.64
+MAX_TIED_DISTANCE = 2 / 0.64
 """Two cells, in distances of particles."""
-NEAR = 1.8
+FIRST_TRIED_DISTANCE = 1.8
 """A shorter distance to try first, in distances of particles: most bodies are in one piece by it."""
-LEAST = 0.01
+MIN_PIECE_SHARE = 0.01
 """Least part of a body that counts as a piece; less is a few lost particles."""
 
 
@@ -30,7 +30,7 @@ def pieces(body: RecordedDeformable) -> tuple[Array, Array]:
     counts, largest = [], []
     for points in body.points:
         sizes = _sizes(points.astype(float), body.spacing) / len(points)
-        counts.append(max(int((sizes >= LEAST).sum()), 1))
+        counts.append(max(int((sizes >= MIN_PIECE_SHARE).sum()), 1))
         largest.append(float(sizes.max()))
     return np.array(counts, float), np.array(largest)
 
@@ -40,11 +40,11 @@ def _sizes(points: Array, spacing: float) -> Array:
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return np.ones(1)
-    label = _labels(points, NEAR * spacing)
+    label = _labels(points, FIRST_TRIED_DISTANCE * spacing)
     sizes = np.bincount(label)
     if len(sizes) == 1:
         return sizes
-    return np.bincount(_labels(points, TIED * spacing))
+    return np.bincount(_labels(points, MAX_TIED_DISTANCE * spacing))
 
 
 def _labels(points: Array, reach: float) -> Array:

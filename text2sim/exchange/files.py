@@ -14,7 +14,7 @@ MOST_TEXELS = 4096
 
 
 @contextmanager
-def workplace(path: Path) -> Iterator[Path]:
+def temporary_folder_beside(path: Path) -> Iterator[Path]:
     """Make a temporary folder beside a file that will be written.
 
     Raises:
@@ -37,7 +37,7 @@ def workplace(path: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def put(finished: Path, path: Path) -> None:
+def move_into_place(finished: Path, path: Path) -> None:
     """Move a finished file to its place atomically.
 
     Raises:

@@ -17,7 +17,7 @@ Array = NDArray[Any]
 FLOAT, SHORT, INT = 5126, 5123, 5125
 VERTICES, INDICES = 34962, 34963
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-LARGEST = 2**32 - 1
+MAX_FILE_SIZE = 2**32 - 1
 """Largest size of a file [bytes], which its header limits."""
 
 
@@ -100,7 +100,7 @@ class Glb:
         ).encode()
         text += b" " * (-len(text) % 4)
         total = 12 + 8 + len(text) + 8 + self._size
-        if total > LARGEST:
+        if total > MAX_FILE_SIZE:
             raise RunError(f"{path}: {total / 1e9:.1f} GB, more than glTF allows; write USD, or fewer frames (--every)")
         with path.open("wb") as file:
             file.write(struct.pack("<4sII", b"glTF", 2, total))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.exchange.files import put, save_picture, workplace
+from text2sim.exchange.files import move_into_place, save_picture, temporary_folder_beside
 from text2sim.exchange.glb import Glb
 from text2sim.exchange.materials import ExportMaterial
-from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keyframe_rows
 from text2sim.exchange.viewing import Track, camera_tracks
 from text2sim.spec_schema.errors import RunError
 
@@ -46,13 +46,13 @@ def write_gltf(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
     """
     if path.suffix != ".glb":
         raise RunError(f"{path}: a binary glTF file ends in .glb")
-    scenery = Scenery(folder, every=every)
+    scenery = Scenery(folder, stride=every)
     _check(scenery, path, every)
-    with workplace(path) as place:
+    with temporary_folder_beside(path) as place:
         writer = _Writer(scenery, place)
         counts = writer.write()
         writer.glb.write(place / path.name)
-        put(place / path.name, path)
+        move_into_place(place / path.name, path)
     return counts
 
 
@@ -108,7 +108,8 @@ class _Writer:
         else:
             node["children"] = [
                 self.glb.add(
-                    "nodes", {"translation": list(p.pos), "rotation": _turn(np.array(p.quat)), "mesh": self._mesh(p)}
+                    "nodes",
+                    {"translation": list(p.pos), "rotation": _gltf_quaternion(np.array(p.quat)), "mesh": self._mesh(p)},
                 )
                 for p in pieces
             ]
@@ -191,11 +192,11 @@ class _Writer:
     # --- writing ----------------------------------------------------------------------
 
     def _animate(self, number: int, node: dict[str, Any], times: Array, pos: Array, quat: Array) -> None:
-        node["translation"], node["rotation"] = pos[0].tolist(), _turn(quat[0])
+        node["translation"], node["rotation"] = pos[0].tolist(), _gltf_quaternion(quat[0])
         turned = _unit(np.roll(quat, -1, axis=1))
         for path, values in (("translation", pos), ("rotation", turned)):
             if (values != values[0]).any():
-                kept = keys(values)
+                kept = keyframe_rows(values)
                 self._channel(number, path, times[kept], values[kept])
 
     def _channel(self, number: int, path: str, times: Array, values: Array) -> None:
@@ -243,6 +244,6 @@ def _unit(vectors: Array) -> Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
 
 
-def _turn(quat: Array) -> list[float]:
+def _gltf_quaternion(quat: Array) -> list[float]:
     """An orientation (w, x, y, z) in the order of glTF."""
     return np.roll(_unit(quat), -1).tolist()

@@ -9,9 +9,9 @@ from text2sim.recording.film_record import SurfaceLook
 from text2sim.rendering.finishes import MILKY, finish_of
 from text2sim.rendering.tone import linear
 
-CLEAR = 0.18
+CLEAR_GLASS_OPACITY = 0.18
 """Opacity of clear glass: in these formats, a surface either transmits or reflects light."""
-SMOOTHEST = 0.03
+MIN_ROUGHNESS = 0.03
 """Smallest roughness: below, viewers show highlights as single pixels."""
 
 Rgb = tuple[float, float, float]
@@ -43,8 +43,8 @@ def material_of(look: SurfaceLook, *, two_sided: bool, has_uvs: bool) -> ExportM
     finish = finish_of(look.finish)
     picture = look.picture if has_uvs else None
     red, green, blue = (1.0, 1.0, 1.0) if picture else linear(np.asarray(look.color, float)).tolist()
-    opacity = {"clear": CLEAR, "frosted": MILKY}.get(finish.kind, look.opacity)
-    roughness = max(finish.roughness, SMOOTHEST)
+    opacity = {"clear": CLEAR_GLASS_OPACITY, "frosted": MILKY}.get(finish.kind, look.opacity)
+    roughness = max(finish.roughness, MIN_ROUGHNESS)
     return ExportMaterial(
         (red, green, blue), roughness, finish.metallic, float(opacity), finish.clearcoat, two_sided, picture
     )

@@ -111,14 +111,14 @@ class Scenery:
         RunError: if nothing is recorded, or the recording is damaged.
     """
 
-    def __init__(self, folder: Path, *, every: int = 1, detailed: bool = True):
-        self.recording = _opened(folder)
+    def __init__(self, folder: Path, *, stride: int = 1, detailed: bool = True):
+        self.recording = _read_confined(folder)
         self._meshes: dict[Path, RenderMesh] = {}
         self._detailed = detailed
         count = len(self.recording.states.time)
         if not count:
             raise RunError(f"{folder}: no frame was recorded")
-        self.frames: Indices = np.unique([*range(0, count, every), count - 1])
+        self.frames: Indices = np.unique([*range(0, count, stride), count - 1])
         """Indices of the frames."""
         self.times: Array = self.recording.states.time[self.frames].astype(float)
         """Times of the frames [s]."""
@@ -129,7 +129,7 @@ class Scenery:
         """
         try:
             self.links = self._links()
-            self.figures = [Figure(part, self.recording) for part in self.recording.soft if _seen(part.look)]
+            self.figures = [Figure(part, self.recording) for part in self.recording.soft if _is_visible(part.look)]
         except DAMAGED as error:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
@@ -141,14 +141,14 @@ class Scenery:
         """
         if path not in self._meshes:
             try:
-                self._meshes[path] = read_mesh(path) if self._detailed else _plain_mesh(path)
+                self._meshes[path] = read_mesh(path) if self._detailed else _unrounded_mesh(path)
             except DAMAGED as error:
                 raise RunError(f"{path}: its geometry is damaged ({error})") from error
         return self._meshes[path]
 
     def _poses(self) -> tuple[Array, Array]:
-        made = [self.recording.states.poses(float(t)) for t in self.times]
-        pos, quat = np.array([row[0] for row in made]), np.array([row[1] for row in made])
+        poses = [self.recording.states.poses(float(t)) for t in self.times]
+        pos, quat = np.array([row[0] for row in poses]), np.array([row[1] for row in poses])
         sound = np.isfinite(pos).all(axis=(1, 2)) & np.isfinite(quat).all(axis=(1, 2))
         if not sound.all():  # a run that diverged is exported up to that frame
             end = int(sound.argmin())
@@ -160,15 +160,15 @@ class Scenery:
         return pos, quat
 
     def _links(self) -> list[SceneryLink]:
-        worn: dict[int, list[SceneryPiece]] = {}
+        pieces_by_link: dict[int, list[SceneryPiece]] = {}
         for part in self.recording.parts:
-            if _seen(part.look):
-                worn.setdefault(part.link, []).append(self._piece(part))
+            if _is_visible(part.look):
+                pieces_by_link.setdefault(part.link, []).append(self._piece(part))
         rows = self.recording.states.layout["links"]
         return [
             SceneryLink(
                 k, row["body"], row["link"], bool(row["fixed"]), float(row["mass"]),
-                tuple(float(x) for x in row.get("com", (0, 0, 0))), worn.get(k, []),
+                tuple(float(x) for x in row.get("com", (0, 0, 0))), pieces_by_link.get(k, []),
             )
             for k, row in enumerate(rows)
         ]  # fmt: skip
@@ -179,7 +179,7 @@ class Scenery:
         return SceneryPiece(part.mesh, part.pos, part.quat, material)
 
 
-def keys(values: Array) -> Indices:
+def keyframe_rows(values: Array) -> Indices:
     """Return the rows of a track (n, ...) that are needed to restore the others by linear interpolation."""
     if len(values) < 3:
         return np.arange(len(values))
@@ -188,11 +188,11 @@ def keys(values: Array) -> Indices:
     return np.flatnonzero(needed)
 
 
-def _seen(look: SurfaceLook) -> bool:
+def _is_visible(look: SurfaceLook) -> bool:
     return look.visible and look.opacity > 0
 
 
-def _plain_mesh(path: Path) -> RenderMesh:
+def _unrounded_mesh(path: Path) -> RenderMesh:
     with np.load(path) as arrays:
         vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
         uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
@@ -201,7 +201,7 @@ def _plain_mesh(path: Path) -> RenderMesh:
     return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
 
 
-def _opened(folder: Path) -> FilmRecord:
+def _read_confined(folder: Path) -> FilmRecord:
     """Read an untrusted recording, none of whose files may be outside of its folder."""
     try:
         recording = read_recording(folder)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim import __version__
-from text2sim.exchange.files import put, workplace
+from text2sim.exchange.files import move_into_place, temporary_folder_beside
 from text2sim.exchange.materials import ExportMaterial
 from text2sim.exchange.openusd import openusd
-from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keys
+from text2sim.exchange.scenery import Figure, Scenery, SceneryLink, SceneryPiece, keyframe_rows
 from text2sim.exchange.usd_lights import add_lights
 from text2sim.exchange.usd_materials import UsdMaterials
 from text2sim.exchange.viewing import Track, camera_tracks
@@ -50,8 +50,8 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
     if path.suffix not in SUFFIXES:
         raise RunError(f"{path}: a USD file ends in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     usd = openusd()
-    scenery = Scenery(folder, every=every)
-    with workplace(path) as place, _refusals(path):
+    scenery = Scenery(folder, stride=every)
+    with temporary_folder_beside(path) as place, _refusals(path):
         flat = place / (f"{path.stem}.usdc" if path.suffix == ".usdz" else path.name)
         textures = place / f"{path.stem}_textures"
         writer = _Writer(flat, scenery, textures)
@@ -60,14 +60,14 @@ def write_usd(folder: Path, path: Path, *, every: int = 1) -> dict[str, int]:
             archive = place / path.name
             if not usd.UsdUtils.CreateNewUsdzPackage(str(flat), str(archive)):
                 raise RunError(f"{path}: OpenUSD could not make the archive")
-            put(archive, path)
+            move_into_place(archive, path)
         else:
             if textures.is_dir():
                 beside = path.parent / textures.name
                 beside.mkdir(exist_ok=True)
                 for picture in sorted(textures.iterdir()):
-                    put(picture, beside / picture.name)
-            put(flat, path)
+                    move_into_place(picture, beside / picture.name)
+            move_into_place(flat, path)
     return counts
 
 
@@ -267,7 +267,7 @@ class _Writer:
         # Written to the layer, because a stage recomposes after every value.
         layer, path = self._stage.GetRootLayer(), attribute.GetPath()
         with self._usd.Sdf.ChangeBlock():
-            for k in keys(values):
+            for k in keyframe_rows(values):
                 layer.SetTimeSample(path, codes[k], made_of(rows[k]))
 
     def _body_path(self, body: str, held: bool) -> str:

@@ -11,7 +11,7 @@ from text2sim.templates.cameras import Cameras, View, basis
 
 Array = NDArray[np.floating]
 
-MOST = 400
+MAX_CAMERA_POSES = 400
 """Largest number of poses of a camera."""
 
 
@@ -48,7 +48,7 @@ def camera_tracks(recording: FilmRecord) -> dict[str, Track]:
     tracks = {}
     for name, parts in seen.items():
         times = sorted(parts)
-        chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), MOST)).round().astype(int))
+        chosen = np.unique(np.linspace(0, len(times) - 1, min(len(times), MAX_CAMERA_POSES)).round().astype(int))
         times = [times[k] for k in chosen]
         views = [cameras.view(name, t, parts[t]) for t in times]
         rows = np.array([[*view.pos, *view.look_at, view.focus] for view in views])

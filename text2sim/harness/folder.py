@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 
-from text2sim.recording.inventory import fault
+from text2sim.recording.inventory import first_fault
 from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.recording.run_files import read_evidence
 from text2sim.spec_schema.errors import RunError
@@ -53,11 +53,11 @@ def remaining_work(folder: Path, wanted: Wanted) -> tuple[Work, str]:
         return Work.SIMULATE, ""
     if not (folder / "states" / "layout.json").is_file():
         return Work.SIMULATE, "states/layout.json is missing"
-    if damage := fault(folder, record.recorded, content=False):
+    if damage := first_fault(folder, record.recorded, content=False):
         return Work.SIMULATE, damage
     work, why = _beyond_states(folder, record, wanted)
     # Reading all states takes a moment, and is only needed if something new is made from them.
-    if work is not Work.NOTHING and (damage := fault(folder, record.recorded)):
+    if work is not Work.NOTHING and (damage := first_fault(folder, record.recorded)):
         return Work.SIMULATE, damage
     return work, why
 
@@ -69,7 +69,7 @@ def _beyond_states(folder: Path, record: RunRecord, wanted: Wanted) -> tuple[Wor
         return Work.JUDGE, ""
     if not record.judged or read_evidence(folder) is None:
         return Work.JUDGE, "evidence.json is missing or damaged"
-    damage = fault(folder, record.judged)
+    damage = first_fault(folder, record.judged)
     return (Work.JUDGE if damage else Work.NOTHING), damage
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from text2sim.recording.inventory import RECORDED, list_files
 from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.recording.states import RunStates
-from text2sim.runtime.outcome import clean, read_status
+from text2sim.runtime.outcome import printable, read_status
 from text2sim.spec_schema.errors import RunError
 
 
@@ -27,7 +27,7 @@ def rescue(folder: Path, key: dict[str, str]) -> None:
     except RunError:
         return
     if record.state == "diverged":
-        record.message = " ".join(clean(str(status.get("message") or "")).split())
+        record.message = " ".join(printable(str(status.get("message") or "")).split())
     record.recorded = list_files(folder, RECORDED)
     record.notes.append("text2sim was killed after the simulation was complete")
     record.write(folder)

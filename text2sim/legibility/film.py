@@ -21,11 +21,11 @@ Row = dict[str, Any]
 Painted = Callable[[Frame, tuple[int, int]], Array | None]
 """Returns a picture of a film in this size, colours 0 to 1, shape (h, w, 3); None if there is none."""
 
-SAMPLES = 15
+SAMPLED_PICTURES = 15
 """Pictures of a film that are looked at: every second one is also one that the preview keeps."""
-WIDTH = 192
+PICTURE_WIDTH = 192
 """Of the pictures that are looked at [pixels]; shares do not depend on it."""
-NEAR = 0.1
+MAX_TIME_OFFSET = 0.1
 """How far [s of film] a picture may be from the moment that it is to show."""
 DIGITS = 5
 
@@ -43,7 +43,7 @@ class Watcher:
         self.recorded = Recorded(recording)
         self.cameras = Cameras(recording.film, recording.states)
         wide, tall = recording.film["resolution"]
-        self.size = (WIDTH, max(2, round(WIDTH * tall / wide)))
+        self.size = (PICTURE_WIDTH, max(2, round(PICTURE_WIDTH * tall / wide)))
 
     @property
     def moving(self) -> list[str]:
@@ -99,10 +99,11 @@ class Watcher:
         wide, tall = self.size
         return float(max((np.ptp(pixels % wide) + 1) / wide, (np.ptp(pixels // wide) + 1) / tall))
 
-    def rows(self, frames: Sequence[Frame], samples: int = SAMPLES) -> list[Row]:
+    def rows(self, frames: Sequence[Frame], samples: int = SAMPLED_PICTURES) -> list[Row]:
         """Return the measures of pictures spread evenly over a film."""
         return [
-            self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None) for k in spread(len(frames), samples)
+            self.row(frames[k], frames[k + 1] if k + 1 < len(frames) else None)
+            for k in spread_numbers(len(frames), samples)
         ]
 
     def _motion(self, frame: Frame, after: Frame | None) -> Array | None:
@@ -132,7 +133,7 @@ def _middles(things: Things) -> Array:
     return np.stack(sums, axis=1) / np.where(area > 0, area, np.nan)[:, None]
 
 
-def spread(count: int, samples: int) -> list[int]:
+def spread_numbers(count: int, samples: int) -> list[int]:
     """Return the numbers of at most some of `count` pictures, spread evenly from the first to the last."""
     return np.unique(np.linspace(0, count - 1, samples).round().astype(int)).tolist() if count else []
 
@@ -140,7 +141,7 @@ def spread(count: int, samples: int) -> list[int]:
 def nearest_frame(frames: Iterable[Frame], t: float) -> Frame | None:
     """Return the picture of a film that shows a time [s] best; None if none does."""
     best = min(frames, key=lambda frame: abs(frame.t - t), default=None)
-    return best if best is not None and abs(best.t - t) <= NEAR * best.speed else None
+    return best if best is not None and abs(best.t - t) <= MAX_TIME_OFFSET * best.speed else None
 
 
 def read_picture(path: Path, size: tuple[int, int]) -> Array:

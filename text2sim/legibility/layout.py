@@ -14,7 +14,7 @@ from text2sim.legibility.sight import Sight, Things, look
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
 
-COARSE = 30_000
+COARSE_TRIANGLES = 30_000
 """Triangles of a stage that is only asked what is seen of it."""
 
 
@@ -51,7 +51,7 @@ def at_start(resolution: "Resolution", camera: str, size: tuple[int, int] = (160
         camera: Name of the camera.
         size: Largest width and height [pixels] of the picture that is looked at.
     """
-    return of_stage(stage(resolution, COARSE), film_view(resolution, camera, size))
+    return of_stage(stage(resolution, COARSE_TRIANGLES), film_view(resolution, camera, size))
 
 
 def of_stage(props: Stage, view: PictureView) -> Layout:

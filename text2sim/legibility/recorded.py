@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-BUDGET = 60_000
-GRAINS = 2_000
-GRAIN = 0.7
+STAGE_TRIANGLES = 60_000
+MAX_PARTICLES = 2_000
+PARTICLE_RADIUS = 0.7
 """Radius of a particle, in distances between them."""
 OCTAHEDRON = np.array([
     (a, b, c) for x in (1, -1) for y in (1, -1) for z in (1, -1)
@@ -47,11 +47,18 @@ class Recorded:
         colors: sRGB of each, 0 to 1, shape (m, 3).
     """
 
-    def __init__(self, recording: "FilmRecord", budget: int = BUDGET, grains: int = GRAINS, *, copies: bool = False):
+    def __init__(
+        self,
+        recording: "FilmRecord",
+        budget: int = STAGE_TRIANGLES,
+        grains: int = MAX_PARTICLES,
+        *,
+        copies: bool = False,
+    ):
         self.recording, self._budget, self._grains = recording, budget, grains
         self._name = str if copies else body_of
-        parts = [part for part in recording.parts if _shown(part.look)]
-        soft = [part for part in recording.soft if _shown(part.look)]
+        parts = [part for part in recording.parts if _is_visible(part.look)]
+        soft = [part for part in recording.soft if _is_visible(part.look)]
         self.pieces = [*parts, *soft]
         self.names = list(dict.fromkeys(self._name(piece.body) for piece in self.pieces))
         self._index = {name: k for k, name in enumerate(self.names)}
@@ -113,7 +120,7 @@ class Recorded:
                 meshes[mesh] = arrays["vertices"].astype(float), arrays["faces"].astype(int)
         whole = sum(len(meshes[part.mesh][1]) for part in parts)
         most = max(self._budget // max(len(parts), 1), 48) if whole > self._budget else whole
-        read = {mesh: vertices[coarse(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
+        read = {mesh: vertices[coarsened(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
             return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
         turns = matrices(np.array([part.quat for part in parts], float))
@@ -131,7 +138,7 @@ class Recorded:
                 faces = arrays["faces"].astype(int) if "faces" in arrays else None
             if faces is not None:
                 most = max(self._budget // len(self._soft), 200)
-                faces = coarse(self._places(part, float(self.recording.states.time[0])), faces, most)
+                faces = coarsened(self._places(part, float(self.recording.states.time[0])), faces, most)
             found.append(faces)
         return found
 
@@ -140,7 +147,7 @@ class Recorded:
         if faces is not None:
             return points[faces]
         step = -(-len(points) // self._grains)
-        radius = GRAIN * float(part.row["spacing"]) * step ** (1 / 3)
+        radius = PARTICLE_RADIUS * float(part.row["spacing"]) * step ** (1 / 3)
         return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
 
     def _places(self, part: Any, t: float) -> Array:
@@ -158,18 +165,18 @@ def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:
     return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
 
 
-def coarse(vertices: Array, faces: Array, most: int) -> Array:
-    """Return at most some `most` triangles over the same vertices: those that are near each other become one.
+def coarsened(vertices: Array, faces: Array, max_triangles: int) -> Array:
+    """Return at most some `max_triangles` triangles over the same vertices: those that are near each other become one.
 
     Args:
         vertices: [m], shape (n, 3).
         faces: Shape (f, 3).
-        most: How many triangles, about.
+        max_triangles: How many triangles, about.
     """
-    if len(faces) <= most:
+    if len(faces) <= max_triangles:
         return faces
     low, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max())
-    cells = max(int(np.sqrt(most / 4)), 2)
+    cells = max(int(np.sqrt(max_triangles / 4)), 2)
     while True:
         spot = np.floor((vertices - low) * (cells / max(size, 1e-30)) + 0.5).astype(np.int64)
         _, first, cell = np.unique(spot @ (1, 4096, 4096**2), return_index=True, return_inverse=True)
@@ -177,10 +184,10 @@ def coarse(vertices: Array, faces: Array, most: int) -> Array:
         triple = np.sort(corners, axis=1)
         _, kept = np.unique(triple, axis=0, return_index=True)
         kept = kept[(np.diff(triple[kept], axis=1) > 0).all(axis=1)]
-        if len(kept) <= 1.5 * most or cells <= 2:
+        if len(kept) <= 1.5 * max_triangles or cells <= 2:
             return first[corners[kept]]
         cells = max(int(cells * 0.7), 2)
 
 
-def _shown(look: "SurfaceLook") -> bool:
+def _is_visible(look: "SurfaceLook") -> bool:
     return look.visible and look.opacity > 0

@@ -17,11 +17,11 @@ from text2sim.drawing.view import PictureView
 
 Array = NDArray[Any]
 
-SPECK = 0.25
+SPECK_PIXELS = 0.25
 """Pixels that something counts for which is seen, but lies between the middles of pixels."""
-PIXELS = 4
+MIN_PIXELS = 4
 """A thing that would cover fewer is too small for saying what part of it is hidden."""
-RING = 3
+RING_WIDTH = 3
 """Pixels around a thing that it is compared with."""
 
 
@@ -111,7 +111,7 @@ class Sight:
         edges = self._edges()
         return [
             Measures(
-                float(self.seen[k] / self.size), float(self.hidden[k]) if self.alone[k] >= PIXELS else None,
+                float(self.seen[k] / self.size), float(self.hidden[k]) if self.alone[k] >= MIN_PIXELS else None,
                 float(self.inside[k]),
                 float(edges[k]) if np.isfinite(edges[k]) else None,
                 None if picture is None else contrast(picture, self.mask(k)),
@@ -168,8 +168,8 @@ def _specks(things: Things, view: PictureView, nearness: Array, seen: Array, alo
     ahead = 1.0 / depth[within] >= nearness[row * view.width + column] * (1 - 1e-3)
     there, shown = (np.bincount(rows, minlength=count) for rows in (owner[within], owner[within][ahead]))
     tiny = (alone == 0) & (there > 0)
-    alone[tiny] = SPECK
-    seen[(seen == 0) & (shown > 0)] = SPECK
+    alone[tiny] = SPECK_PIXELS
+    seen[(seen == 0) & (shown > 0)] = SPECK_PIXELS
     return there / np.maximum(np.bincount(owner, minlength=count), 1)
 
 
@@ -186,9 +186,12 @@ def contrast(picture: Array, mask: NDArray[np.bool_]) -> float | None:
     if not mask.any():
         return None
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    box = np.s_[max(rows[0] - RING, 0) : rows[-1] + RING + 1, max(columns[0] - RING, 0) : columns[-1] + RING + 1]
+    box = np.s_[
+        max(rows[0] - RING_WIDTH, 0) : rows[-1] + RING_WIDTH + 1,
+        max(columns[0] - RING_WIDTH, 0) : columns[-1] + RING_WIDTH + 1,
+    ]
     inner = mask[box]
-    around = _grown(inner, RING) & ~inner
+    around = _grown(inner, RING_WIDTH) & ~inner
     if not around.any():
         return None
     colors = picture[box]

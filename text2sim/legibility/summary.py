@@ -5,34 +5,34 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from text2sim.legibility.film import SAMPLES, Row, Watcher, nearest_frame
-from text2sim.legibility.sight import PIXELS, Sight
+from text2sim.legibility.film import SAMPLED_PICTURES, Row, Watcher, nearest_frame
+from text2sim.legibility.sight import MIN_PIXELS, Sight
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 
-OTHERS = 8
+PICTURES_OF_OTHER_FILMS = 8
 """Pictures of each film but the main one that are looked at."""
-FILMS = 6
+MAX_FILMS = 6
 """Films that are looked at."""
-EVENTS = 8
+MAX_EVENTS = 8
 """Events whose moments are looked at."""
-REMARKS = 16
+MAX_REMARKS = 16
 """Most remarks."""
-SMALL = 0.002
+SMALL_SHARE = 0.002
 """Part of the picture below which a body is said to be small: 43 x 43 pixels of 1280 x 720."""
-HIDDEN = 0.6
+HIDDEN_SHARE = 0.6
 """Part of a body that others hide, from which on that is said."""
-CUT = 0.5
+CUT_SHARE = 0.5
 """Part of a body beyond the edges from which on that is said."""
-FAINT = 0.04
+FAINT_CONTRAST = 0.04
 """Contrast below which a body hardly stands out."""
-QUICK = 0.25
+QUICK_MOTION = 0.25
 """Heights of the picture from one picture to the next, from which on a body is too quick to follow."""
 
 
 CUT_OFF = 0.25
 """Part of the recorded time after the end of a film from which on that is said."""
-EMPTY = 0.3
+EMPTY_SPAN = 0.3
 """Part of the picture's width or height that all bodies together span in most pictures, below which it is empty."""
 
 
@@ -55,16 +55,19 @@ def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any
         moments: Events of the run, the first time of each.
     """
     film, last = watcher.recording.film, watcher.recording.last
-    taken = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:FILMS]}
-    rows = {name: watcher.rows(found, SAMPLES if name == MAIN else OTHERS) for name, found in taken.items()}
+    pictures = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:MAX_FILMS]}
+    rows = {
+        name: watcher.rows(found, SAMPLED_PICTURES if name == MAIN else PICTURES_OF_OTHER_FILMS)
+        for name, found in pictures.items()
+    }
     remarks = [
-        *_about_film(watcher, taken[MAIN], rows[MAIN], last),
-        *_about_bodies(watcher, taken[MAIN], rows[MAIN]),
-        *_about_moments(watcher, taken[MAIN], moments[:EVENTS]),
+        *_about_film(watcher, pictures[MAIN], rows[MAIN], last),
+        *_about_bodies(watcher, pictures[MAIN], rows[MAIN]),
+        *_about_moments(watcher, pictures[MAIN], moments[:MAX_EVENTS]),
     ]
     return {
         "films": {name: _film(watcher, found) for name, found in rows.items()},
-        "remarks": remarks[:REMARKS],
+        "remarks": remarks[:MAX_REMARKS],
     }
 
 
@@ -101,24 +104,24 @@ def _body(rows: list[Row], name: str) -> dict[str, Any]:
     }
 
 
-def _about_film(watcher: Watcher, taken: list[Frame], rows: list[Row], last: float) -> list[str]:
+def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: float) -> list[str]:
     """Say what is wrong with all of it: an empty picture, an end that comes before the end."""
     found = []
     span = median(row["span"] for row in rows)
-    if 0 < span < EMPTY:
+    if 0 < span < EMPTY_SPAN:
         found.append(
             f"all bodies together span {_percent(span)} of the picture in most pictures: the camera can be "
             f"{0.8 / span:.1f} times as near, or go along"
         )
-    end, latest = taken[-1].t, max(frame.t for frame in taken)
-    if taken[-1].again and latest - end > taken[-1].speed:
+    end, latest = pictures[-1].t, max(frame.t for frame in pictures)
+    if pictures[-1].again and latest - end > pictures[-1].speed:
         found.append(f"the film ends with a replay, at {end:.2f} s: what came of it, at {latest:.2f} s, is not its end")
     elif last - end > CUT_OFF * last and watcher.moves_between(end, last):
         found.append(f"the film ends at {end:.2f} s of {last:.2f} s: is the final state in it?")
     return found
 
 
-def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list[str]:
+def _about_bodies(watcher: Watcher, pictures: list[Frame], rows: list[Row]) -> list[str]:
     found = []
     removed = {body_of(copy) for copy in watcher.recording.states.removed}
     for name in watcher.moving:
@@ -128,29 +131,33 @@ def _about_bodies(watcher: Watcher, taken: list[Frame], rows: list[Row]) -> list
             found.append(f"`{name}` is in no picture")
             continue
         if not numbers["seen"]:
-            found.append(f"`{name}` is in the picture and never seen: {_behind(watcher, taken, rows, name)}")
+            found.append(f"`{name}` is in the picture and never seen: {_what_hides(watcher, pictures, rows, name)}")
             continue
-        if numbers["share"]["max"] < SMALL:
+        if numbers["share"]["max"] < SMALL_SHARE:
             found.append(f"`{name}` fills at most {_percent(numbers['share']['max'])} of the picture")
         if mine[0] is not None and mine[-1] is None and name not in removed:
-            found.append(f"`{name}` leaves the picture at {_last_seen(watcher, taken, rows, name):.2f} s")
-        elif median(row["inside"] for row in there) < CUT:
+            found.append(f"`{name}` leaves the picture at {_last_seen(watcher, pictures, rows, name):.2f} s")
+        elif median(row["inside"] for row in there) < CUT_SHARE:
             found.append(f"most of `{name}` is beyond the edges of the picture")
-        if median(row["hidden"] or 0.0 for row in there) > HIDDEN:
-            found.append(f"`{name}` is hidden in most pictures: {_behind(watcher, taken, rows, name)}")
-        if numbers["contrast"] is not None and numbers["contrast"] < FAINT and numbers["share"]["max"] >= SMALL:
+        if median(row["hidden"] or 0.0 for row in there) > HIDDEN_SHARE:
+            found.append(f"`{name}` is hidden in most pictures: {_what_hides(watcher, pictures, rows, name)}")
+        if (
+            numbers["contrast"] is not None
+            and numbers["contrast"] < FAINT_CONTRAST
+            and numbers["share"]["max"] >= SMALL_SHARE
+        ):
             found.append(f"`{name}` hardly stands out from what is around it")
-        if numbers["motion"] is not None and numbers["motion"] > QUICK:
+        if numbers["motion"] is not None and numbers["motion"] > QUICK_MOTION:
             found.append(
                 f"`{name}` crosses {_percent(numbers['motion'])} of the picture's height from one picture to the next"
             )
     return found
 
 
-def _about_moments(watcher: Watcher, taken: list[Frame], moments: Sequence[Moment]) -> list[str]:
+def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Moment]) -> list[str]:
     found = []
     for moment in moments:
-        frame = nearest_frame(taken, moment.t)
+        frame = nearest_frame(pictures, moment.t)
         if frame is None:
             found.append(f"event `{moment.name}` at {moment.t:.2f} s is not in the film")
             continue
@@ -161,39 +168,39 @@ def _about_moments(watcher: Watcher, taken: list[Frame], moments: Sequence[Momen
             k, when = names.index(body), f"at the moment of event `{moment.name}` ({moment.t:.2f} s)"
             if not sight.inside[k]:
                 found.append(f"`{body}` is not in the picture {when}")
-            elif sight.hidden[k] > HIDDEN and sight.alone[k] >= PIXELS:
-                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_who(sight, names, k)} {when}")
+            elif sight.hidden[k] > HIDDEN_SHARE and sight.alone[k] >= MIN_PIXELS:
+                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_name_of(sight, names, k)} {when}")
     return found
 
 
-def _behind(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> str:
+def _what_hides(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
     """Say what hides a body where most of it is hidden."""
     worst = max((row for row in rows if name in row["bodies"]), key=lambda row: row["bodies"][name]["hidden"] or 0.0)
-    frame = next(frame for frame in taken if frame.k == worst["frame"])
+    frame = next(frame for frame in pictures if frame.k == worst["frame"])
     sight, names = watcher.sight(frame), watcher.recorded.names
     k = names.index(name)
-    return f"{_percent(sight.hidden[k])}{_who(sight, names, k)} at {frame.t:.2f} s"
+    return f"{_percent(sight.hidden[k])}{_name_of(sight, names, k)} at {frame.t:.2f} s"
 
 
-def _who(sight: Sight, names: list[str], thing: int) -> str:
+def _name_of(sight: Sight, names: list[str], thing: int) -> str:
     hider = next((names[other] for other, _ in sight.hiders(thing)), None)
     return f" behind `{hider}`" if hider is not None else ""
 
 
-def _last_seen(watcher: Watcher, taken: list[Frame], rows: list[Row], name: str) -> float:
+def _last_seen(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> float:
     """Return when a body leaves the picture for good [s], by halving between the pictures that were looked at."""
     k = watcher.recorded.names.index(name)
     there = [row["frame"] for row in rows if name in row["bodies"]]
     gone = [row["frame"] for row in rows if row["frame"] > there[-1]]
-    numbers = [frame.k for frame in taken]
+    numbers = [frame.k for frame in pictures]
     low, high = numbers.index(there[-1]), numbers.index(gone[0])
     while high - low > 1:
         middle = (low + high) // 2
-        if watcher.sight(taken[middle]).inside[k]:
+        if watcher.sight(pictures[middle]).inside[k]:
             low = middle
         else:
             high = middle
-    return taken[high].t
+    return pictures[high].t
 
 
 def _percent(part: float) -> str:

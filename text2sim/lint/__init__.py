@@ -19,13 +19,13 @@ def lint_case(resolution: Resolution) -> LintReport:
     """
     from text2sim.lint.facts import Facts
     from text2sim.lint.report import sift
-    from text2sim.lint.rules import EARLIER, RETIRED, RULES
+    from text2sim.lint.rules import EARLIER_RULES, RETIRED_RULES, RULES
     from text2sim.lint.script.at_rest import held_at_start
-    from text2sim.lint.soft.cost import expected
+    from text2sim.lint.soft.cost import expected_wall_time
 
     facts = Facts(resolution)
     rules = [rule for rule in RULES if facts.own_contact or not rule.own_contact]
     found = [problem for rule in rules for problem in rule.run(facts)]
-    known = [*(rule.id for rule in RULES), *EARLIER, *RETIRED]
+    known = [*(rule.id for rule in RULES), *EARLIER_RULES, *RETIRED_RULES]
     report = sift(resolution.loaded, [*resolution.plan.warnings, *found], known)
-    return replace(report, held=held_at_start(facts), seconds=expected(facts))
+    return replace(report, held=held_at_start(facts), seconds=expected_wall_time(facts))

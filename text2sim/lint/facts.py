@@ -91,7 +91,7 @@ class Facts:
         section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
         return (*section, body, *keys)
 
-    def first_said(self, name: str, *keys: str) -> Path:
+    def first_given(self, name: str, *keys: str) -> Path:
         """Return the path of the first of these values that the case gives for a body or static; else of the body."""
         found = (where for key in keys if self.value_at(where := self.where(name, key)) is not None)
         return next(found, self.where(name))

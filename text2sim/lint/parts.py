@@ -23,7 +23,7 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.compiler.shapes.solid import Solid
 
-FACES = 100
+MAX_HULL_FACES = 100
 """Most faces of a hull whose normals are used."""
 MOST_PAIRS = 500_000
 """Most pairs that are compared, for which it takes seconds; a heap of 2,000 has some 20,000."""
@@ -52,11 +52,11 @@ class StandingPart:
         return self.piece.thickness
 
     def normals(self) -> list[Vec]:
-        """Return the unit normals of the faces of a hull in the world; for more than `FACES`, its axes."""
+        """Return the unit normals of the faces of a hull in the world; for more than `MAX_HULL_FACES`, its axes."""
         turn = quat_multiply(self.quat, self.piece.quat)
         rows, corners = quat_to_rows(turn), self.piece.vertices
         local: list[Vec] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-        if len(self.piece.faces) <= FACES:
+        if len(self.piece.faces) <= MAX_HULL_FACES:
             sides = (
                 [tuple(q - p for p, q in zip(corners[i], corners[n], strict=True)) for n in (j, k)]
                 for i, j, k in self.piece.faces

@@ -34,7 +34,7 @@ from text2sim.lint.soft import (
 )
 from text2sim.lint.start import edges, floor, overlap, selfcontact, unsupported
 
-__all__ = ["EARLIER", "EXAMPLE_BASE", "RETIRED", "RULES", "Rule", "find_rule"]
+__all__ = ["EARLIER_RULES", "EXAMPLE_BASE", "RETIRED_RULES", "RULES", "Rule", "find_rule"]
 
 RULES: tuple[Rule, ...] = (
     *overlap.RULES,
@@ -89,11 +89,11 @@ RULES: tuple[Rule, ...] = (
     *cost.RULES,
 )
 
-EARLIER = ("after-end", "driven-subject", "no-final")
+EARLIER_RULES = ("after-end", "driven-subject", "no-final")
 """Warnings of earlier stages, which a case can waive too."""
 
 
-RETIRED = (
+RETIRED_RULES = (
     "contact-timeconst",
     "empty-camera",
     "falls-along-slider",

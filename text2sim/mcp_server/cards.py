@@ -3,7 +3,7 @@
 from text2sim.card_library.library import load_library
 from text2sim.mcp_server.answers import ToolAnswer, paged, text_page
 
-MOST = 5
+MAX_CARDS = 5
 """Largest number of complete cards in an answer."""
 
 
@@ -24,6 +24,6 @@ def cards(query: str, offset: int) -> ToolAnswer:
     else:
         from text2sim.card_library.retrieval import find_cards
 
-        ids = [match.entry.id for match in find_cards(library, text=words, limit=MOST)]
+        ids = [match.entry.id for match in find_cards(library, text=words, limit=MAX_CARDS)]
     text, page = text_page("\n\n".join(library.find(name).card.brief() for name in ids), offset)
     return ToolAnswer({"cards": ids, **page}, text)

@@ -15,7 +15,7 @@ from text2sim.spec_schema.errors import RunError, did_you_mean
 
 MAX_BYTES = 40_000_000
 """Size of a file of a run."""
-POINTS = 60
+SERIES_ROWS = 60
 """Rows of a series."""
 DIAGNOSTICS = (
     "energy",
@@ -154,7 +154,7 @@ def _series(folder: Path, measure: str) -> ToolAnswer:
         return refusal(f"there is no measure `{measure[:80]}`; there are {', '.join(names[1:]) or 'none'}")
     column = names.index(measure)
     points = [(row[0], row[column]) for row in table[1:] if len(row) == len(names)]
-    every = max(1, -(-len(points) // POINTS))
+    every = max(1, -(-len(points) // SERIES_ROWS))
     kept = {*range(0, len(points), every), len(points) - 1}
     values = {index: value for index, (_, text) in enumerate(points) if (value := _number(text)) is not None}
     if values:

@@ -15,11 +15,11 @@ from text2sim.templates.playback import States
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MOST = 16
+MAX_SHEET_PICTURES = 16
 """Largest number of pictures on a sheet."""
-LARGE, SMALL = 640, 320
-"""Width of a picture [pixels] if there are up to `FEW`, and if there are more."""
-FEW = 4
+WIDTH_OF_FEW, WIDTH_OF_MANY = 640, 320
+"""Width of a picture [pixels] if there are up to `MAX_FEW`, and if there are more."""
+MAX_FEW = 4
 MAX_FILM = 2_000_000_000
 """Size of a film [bytes]."""
 MAX_PICTURES = 100_000
@@ -45,9 +45,9 @@ def frames_of(workspace: Workspace, run: str, times: list[float], count: int, ca
     """
     folder = workspace.run_folder(run)
     reel, pictures = _pictures(folder, camera)
-    wanted = _chosen(pictures, times[:MOST], min(max(count, 1), MOST))
+    wanted = _chosen(pictures, times[:MAX_SHEET_PICTURES], min(max(count, 1), MAX_SHEET_PICTURES))
     film = _film(folder, reel)
-    found = _decoded(film, wanted, LARGE if len(wanted) <= FEW else SMALL)
+    found = _decoded(film, wanted, WIDTH_OF_FEW if len(wanted) <= MAX_FEW else WIDTH_OF_MANY)
     if not found:
         raise RunError(f"{film} has no readable pictures; run the case again")
     thumbnails = [(frame.camera, f"{frame.t:.3g} s", image) for frame, image in found]
@@ -65,7 +65,7 @@ def _sheet(thumbnails: "list[tuple[str, str, Image]]") -> "Image":
     from text2sim.evidence.contact_sheet import contact_sheet
 
     width = max(image.width for _, _, image in thumbnails)
-    return contact_sheet(thumbnails, width=width, columns=2 if len(thumbnails) <= FEW else 4)
+    return contact_sheet(thumbnails, width=width, columns=2 if len(thumbnails) <= MAX_FEW else 4)
 
 
 def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:

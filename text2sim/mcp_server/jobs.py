@@ -7,14 +7,14 @@ from threading import Event, Lock, Thread
 from time import monotonic
 
 from text2sim.mcp_server.answers import ToolAnswer, refusal
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.progress import PHASES, OnProgress, Progress
 from text2sim.runtime.stop import Stop
-from text2sim.runtime.trouble import told
 from text2sim.spec_schema.errors import RunError
 
-KEPT = 20
+MAX_REMEMBERED_JOBS = 20
 """Number of jobs that are remembered."""
-ENDING = 1.5
+STOP_GRACE = 1.5
 """Time [s] that a run has to end when the server does; a client kills the server after two seconds."""
 
 Work = Callable[[OnProgress, Stop], ToolAnswer]
@@ -103,9 +103,9 @@ class Jobs:
                 )
             job = BackgroundRun(f"job-{next(self._numbers)}", case, what)
             self._jobs[job.id] = job
-            for old in list(self._jobs)[:-KEPT]:
+            for old in list(self._jobs)[:-MAX_REMEMBERED_JOBS]:
                 del self._jobs[old]
-        Thread(target=_work, args=(job, work), name=job.id, daemon=True).start()
+        Thread(target=_run_job, args=(job, work), name=job.id, daemon=True).start()
         return job
 
     def find(self, id: str) -> BackgroundRun:
@@ -128,16 +128,16 @@ class Jobs:
             if not job.done:
                 job.stop.request()
                 job.stop.request()
-                job.over.wait(ENDING)
+                job.over.wait(STOP_GRACE)
 
 
-def _work(job: BackgroundRun, work: Work) -> None:
+def _run_job(job: BackgroundRun, work: Work) -> None:
     def listen(progress: Progress) -> None:
         job.progress = progress
 
     try:
         job.answer = work(listen, job.stop)
     except Exception as error:
-        job.answer = refusal(told(error))
+        job.answer = refusal(internal_error_message(error))
     finally:
         job.over.set()

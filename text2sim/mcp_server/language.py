@@ -43,11 +43,11 @@ def language(topic: str, offset: int) -> ToolAnswer:
     words = topic.strip().lower().replace("`", "")
     if not words:
         return _index()
-    found = _found(words)
+    found = _find_pages(words)
     if len(found) == 1:
         page = found[0]
-        text = _whole(page)
-        below = [one.name for one in _below(page)]
+        text = _page_text(page)
+        below = [one.name for one in _subpages(page)]
         document = {"topic": page.path}
         if len(text) > MAX_PAGE and below:
             text, document["pages_below"] = page.text, ", ".join(below)
@@ -70,7 +70,7 @@ def _index() -> ToolAnswer:
     lines = []
     for page in _pages():
         if page.level in (2, 3):
-            below = ", ".join(one.name for one in _below(page) if one.level == page.level + 1 and one.level != 3)
+            below = ", ".join(one.name for one in _subpages(page) if one.level == page.level + 1 and one.level != 3)
             lines.append(f"{'  ' * (page.level - 2)}{page.name}{': ' if below else ''}{below}")
     lines += ["", f"prefabs: {', '.join(_prefab_names())}", f"rules of the lint: {', '.join(r.id for r in RULES)}"]
     return ToolAnswer({"next": "ask for one of these, such as `rigid`, `shapes/box` or `tunnelling`"}, "\n".join(lines))
@@ -89,7 +89,7 @@ def _pages() -> tuple[Page, ...]:
         if heading is None:
             lines.append(line)
             continue
-        _close(pages, lines)
+        _finish_page(pages, lines)
         level = len(heading[1])
         above = [page for page in pages if page.level < level and page.level > 1]
         chain: list[Page] = []
@@ -98,17 +98,17 @@ def _pages() -> tuple[Page, ...]:
                 chain.append(page)
         lines = [line]
         pages.append(Page(len(pages), level, heading[2], "", tuple(page.name for page in reversed(chain))))
-    _close(pages, lines)
+    _finish_page(pages, lines)
     return tuple(pages[1:])
 
 
-def _close(pages: list[Page], lines: list[str]) -> None:
+def _finish_page(pages: list[Page], lines: list[str]) -> None:
     if pages:
         last = pages[-1]
         pages[-1] = Page(last.number, last.level, last.title, "\n".join(lines).strip() + "\n", last.above)
 
 
-def _found(words: str) -> list[Page]:
+def _find_pages(words: str) -> list[Page]:
     above, _, name = words.rpartition("/")
     above, name = above.strip(), name.strip()
     same = [page for page in _pages() if name in (page.name, page.title.lower().replace("`", ""))]
@@ -120,7 +120,7 @@ def _found(words: str) -> list[Page]:
     return [page for page in below if page.path == f"{above}/{name}"] or below
 
 
-def _below(page: Page) -> list[Page]:
+def _subpages(page: Page) -> list[Page]:
     found = []
     for one in _pages()[_pages().index(page) + 1 :]:
         if one.level <= page.level:
@@ -129,8 +129,8 @@ def _below(page: Page) -> list[Page]:
     return found
 
 
-def _whole(page: Page) -> str:
-    return "\n".join([page.text, *(one.text for one in _below(page))])
+def _page_text(page: Page) -> str:
+    return "\n".join([page.text, *(one.text for one in _subpages(page))])
 
 
 @cache

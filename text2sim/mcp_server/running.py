@@ -12,7 +12,7 @@ from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.progress import OnProgress
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
-from text2sim.service.phrases import reason, summary
+from text2sim.service.phrases import run_line, user_message
 from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
@@ -63,7 +63,7 @@ def _run(
     except SpecError as error:
         return ToolAnswer({"state": "not run", "problems": problem_rows(error.problems[:20], row.sources)}, failed=True)
     except (Text2SimError, OSError) as error:
-        return refusal(reason(error), state="not run")
+        return refusal(user_message(error), state="not run")
     return ToolAnswer(_document(row, result), failed=result.state not in ("finished", "diverged", "interrupted"))
 
 
@@ -73,7 +73,7 @@ def _document(row: Examined, result: RunResult) -> dict[str, Any]:
         "run": result.folder.name,
         "state": result.state,
         "passed": result.passed,
-        "summary": summary(result),
+        "summary": run_line(result),
         "expect": clipped({name: expectation(found) for name, found in result.expectations.items()}),
         "suspicions": clipped((result.evidence or {}).get("suspicions", [])),
         "film": str(result.film) if result.film else f"none: {result.film_message or 'none was requested'}",

@@ -13,7 +13,7 @@ from text2sim.spec_schema.errors import RunError
 CASE_FILE = "case.yaml"
 RUNS = Path("runs")
 CASES = Path("cases")
-LONGEST = 300
+MAX_PATH_LENGTH = 300
 """Largest length of a path [characters]."""
 _PART = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+=,@ -]{0,119}\Z")
 """A step of a path: not hidden, without characters that are special to a shell or a file system."""
@@ -149,7 +149,7 @@ def is_file(path: Path, limit: int) -> bool:
 def _parts(name: str) -> list[str]:
     text = name.strip()
     parts = text.removeprefix("./").rstrip("/").split("/")
-    if len(text) > LONGEST or not all(_PART.match(part) for part in parts):
+    if len(text) > MAX_PATH_LENGTH or not all(_PART.match(part) for part in parts):
         shown = text if len(text) <= 80 else text[:80] + "…"
         raise RunError(
             f"{shown!r} is not an allowed path: name a folder below the root, such as cases/bounce, "

@@ -118,13 +118,13 @@ def patch(
         except PatchError as error:
             return refusal(str(error), operation=error.index, file=str(file))
         except RefusedPatch as refused:
-            return _refused(refused, file)
+            return _refusal_answer(refused, file)
         except SpecError as error:
             return ToolAnswer({"ok": False, "problems": problem_rows(error.problems[:20])}, failed=True)
     return ToolAnswer(_document(revision, file, dry_run))
 
 
-def _refused(refused: RefusedPatch, file: Path) -> ToolAnswer:
+def _refusal_answer(refused: RefusedPatch, file: Path) -> ToolAnswer:
     rows = problem_rows(refused.problems, {str(file): refused.text})
     blamed = [
         row | ({"operation": index} if index is not None else {})

@@ -108,7 +108,9 @@ def _mapped(path: Path, info: zipfile.ZipInfo) -> Array:
     return np.memmap(path, dtype, "r", offset, shape, "F" if fortran else "C")
 
 
-def readable(folder: Path, framed: Rows, always: Rows, sizes: Mapping[str, int]) -> tuple[tuple[Path, ...], list[str]]:
+def readable_chunks(
+    folder: Path, framed: Rows, always: Rows, sizes: Mapping[str, int]
+) -> tuple[tuple[Path, ...], list[str]]:
     """Return the chunks up to the first that is missing or damaged, and a message about what is left out.
 
     Args:

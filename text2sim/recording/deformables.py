@@ -124,7 +124,7 @@ class RecordedDeformable:
     def center(self) -> Array:
         """Centre of mass [m], world, shape (F, 3): the mean of the points, weighted by mass."""
         points = self.points
-        parts = [self.shares @ points[span].astype(float) for span in spans(points)]
+        parts = [self.shares @ points[span].astype(float) for span in frame_spans(points)]
         return np.concatenate(parts) if parts else np.zeros((0, 3))
 
     @cached_property
@@ -133,16 +133,16 @@ class RecordedDeformable:
         points = self.points
         return points.min(axis=1).astype(float), points.max(axis=1).astype(float)
 
-    def thinned(self, most: int, frames: int) -> "RecordedDeformable":
-        """Return the body at evenly chosen frames, from the first on, with `most` points in all."""
-        return replace(self, step=max(1, int(np.ceil(frames * self.count / most))))
+    def thinned(self, max_points: int, frames: int) -> "RecordedDeformable":
+        """Return the body at evenly chosen frames, from the first on, with `max_points` points in all."""
+        return replace(self, step=max(1, int(np.ceil(frames * self.count / max_points))))
 
     def recorded_in(self, chunks: Chunks) -> "RecordedDeformable":
         """Return the body with its recording."""
         return replace(self, chunks=chunks)
 
 
-def spans(points: Array, elements: int = 0) -> list[slice]:
+def frame_spans(points: Array, elements: int = 0) -> list[slice]:
     """Cut the frames of points (F, n, 3) into runs that are small enough to be computed at once.
 
     Args:

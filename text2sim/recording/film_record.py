@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.recording.chunks import DAMAGED
-from text2sim.recording.inventory import fault
+from text2sim.recording.inventory import first_fault
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.templates.cadence import read_film
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Rgb = tuple[float, float, float]
 Paint = tuple[float, ...]
 """Colour and opacity."""
-SAME = 0.01
+MAX_SAME_DIFFERENCE = 0.01
 """Difference below which colours count as the same."""
 
 
@@ -109,7 +109,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         RunError: if nothing was recorded in it.
     """
     record = RunRecord.read_whole(folder)
-    if record and (damage := fault(folder, record.recorded)):
+    if record and (damage := first_fault(folder, record.recorded)):
         raise RunError(f"{folder}: {damage}; run the case again")
     film, looks = _program(folder, plan)
     try:
@@ -121,7 +121,7 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         painted: dict[str, list[Paint]] = {}
         for body, _, worn in listed:
             painted.setdefault(body, []).append(tuple(worn["color"]))
-        dressed = {body: _dressed(colors, looks[body]) for body, colors in painted.items() if body in looks}
+        dressed = {body: _look_by_color(colors, looks[body]) for body, colors in painted.items() if body in looks}
         parts = [
             WornMesh(
                 body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
@@ -172,7 +172,7 @@ def _plan_anew(folder: Path) -> "Plan":
         ) from error
 
 
-def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
+def _look_by_color(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
     """Return the look that belongs to each recorded colour of a copy.
 
     A colour that the case still has gets its own look. One that has changed gets the nearest look that is left.
@@ -187,7 +187,7 @@ def _dressed(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) 
     found: dict[Paint, dict[str, Any]] = {}
     taken: set[int] = set()
     for away, color, k in pairs:
-        if color not in found and (k not in taken or away < SAME):
+        if color not in found and (k not in taken or away < MAX_SAME_DIFFERENCE):
             found[color] = looks[k]
             taken.add(k)
     return found

@@ -73,7 +73,7 @@ def _hull(vertices: Array) -> Array:
         return vertices
 
 
-def reach(
+def reach_along(
     states: RunStates, geometry: Geometry, links: Sequence[int], axis: str, frame: int | None = None
 ) -> tuple[Array, Array]:
     """Return the lowest and highest coordinate (F,) [m] of links along an axis, from their corners.

@@ -18,7 +18,7 @@ def list_files(folder: Path, patterns: Iterable[str]) -> dict[str, str]:
     return {path.relative_to(folder).as_posix(): _entry(path) for path in paths}
 
 
-def fault(folder: Path, inventory: Inventory, *, content: bool = True) -> str:
+def first_fault(folder: Path, inventory: Inventory, *, content: bool = True) -> str:
     """Return what is wrong with the first file that is not as it was written; empty if all are.
 
     Args:

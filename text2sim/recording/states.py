@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.recording.chunks import Array, Chunks, readable
+from text2sim.recording.chunks import Array, Chunks, readable_chunks
 from text2sim.recording.deformables import RecordedDeformable, read_deformables
-from text2sim.recording.inventory import fault
+from text2sim.recording.inventory import first_fault
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.playback import read_removed
@@ -131,9 +131,9 @@ class RunStates:
         sizes = {"L": len(links), "Q": max((j.q[1] for j in joints), default=0)}
         sizes["D"] = max((j.dof[1] for j in joints), default=0)
         fields = FRAME_FIELDS | {k: row for k, row in SOFT_FIELDS.items() if soft_sizes.get(str(row[0]))}
-        paths, losses = readable(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
+        paths, losses = readable_chunks(folder, fields, CONTACT_FIELDS, sizes | soft_sizes)
         record = RunRecord.read(run_dir)
-        if not losses and record and (damage := fault(run_dir, record.recorded, content=False)):
+        if not losses and record and (damage := first_fault(run_dir, record.recorded, content=False)):
             losses = [damage]
         chunks = Chunks(paths)
         bodies = tuple(body.recorded_in(chunks) for body in soft)

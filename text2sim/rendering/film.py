@@ -102,7 +102,13 @@ class Filming:
         return self._how.samples
 
     def variant(self, size: tuple[int, int], fps: float, samples: int) -> "Filming":
-        """Return a copy with another size [pixels], frame rate [1/s] and number of samples per pixel."""
+        """Return a copy.
+
+        Args:
+            size: Width and height [pixels].
+            fps: Frame rate [1/s].
+            samples: Number of samples per pixel.
+        """
         other = copy(self)
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
         other._digests = Digests(self.recording, other._how, size)

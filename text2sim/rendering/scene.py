@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.film_lights import ROOM as ROOMY
+from text2sim.compiler.film_lights import CYCLORAMA_RADIUS as ROOMY
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.build import resolve_case
-from text2sim.legibility.film import Watcher, spread
+from text2sim.legibility.film import Watcher, spread_numbers
 from text2sim.legibility.sight import contrast
 from text2sim.legibility.summary import summarise
 from text2sim.lint.facts import Facts
@@ -103,7 +103,7 @@ def _moments(recording: FilmRecord) -> list[float]:
     """Return times [s] spread over the film, and the first times of events."""
     film = recording.film
     pictures = frames(film, reels(film)[MAIN], recording.last)
-    times = [pictures[k].t for k in spread(len(pictures), MOMENTS)]
+    times = [pictures[k].t for k in spread_numbers(len(pictures), MOMENTS)]
     first: dict[str, float] = {}
     for row in read_events(recording.folder):
         if row["name"] and film["start"] <= row["time"] <= film["end"]:
@@ -164,7 +164,7 @@ def _lit(recording: FilmRecord, loaded: LoadedCase, render: dict[str, Any], scor
     filming, watcher = Filming(shown, "draft", size=TRIAL, samples=4), Watcher(shown)
     pictures = filming.reels()[0].frames
     found = []
-    for k in spread(len(pictures), LIT_AT + 2)[1:-1] or [0]:
+    for k in spread_numbers(len(pictures), LIT_AT + 2)[1:-1] or [0]:
         picture = filming.develop(filming.trace(pictures[k])).astype(float) / 255
         frame = pictures[k]
         view = watcher.cameras.view(frame.camera, frame.t, frame.part)

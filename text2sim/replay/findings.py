@@ -12,10 +12,10 @@ from text2sim.replay.packing import Blob
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
 
-ROWS = 1500
+MAX_ROWS = 1500
 """Largest number of values of a measure."""
-MEASURES = 60
-EVENTS = 600
+MAX_MEASURES = 60
+MAX_EVENTS = 600
 """Largest number of declared events."""
 
 
@@ -30,9 +30,9 @@ def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dic
     """
     evidence = read_evidence(folder) or {}
     time, columns = read_measures(folder)
-    every = math.ceil(max(len(time), 1) / ROWS)
+    every = math.ceil(max(len(time), 1) / MAX_ROWS)
     measures = []
-    for name, values in list(columns.items())[:MEASURES]:
+    for name, values in list(columns.items())[:MAX_MEASURES]:
         summary = evidence.get("measures", {}).get(name) or {}
         bounds = [b for key, row in case.actions.expect.items() if (b := bound_of(key, row, name, evidence, time))]
         measures.append(
@@ -50,11 +50,11 @@ def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dic
     if every > 1:
         notes.append(f"plots have every {every}th value")
     declared = [row for row in read_events(folder) if row["name"]]
-    if len(declared) > EVENTS:
-        notes.append(f"the first {EVENTS} of {len(declared)} events are listed")
+    if len(declared) > MAX_EVENTS:
+        notes.append(f"the first {MAX_EVENTS} of {len(declared)} events are listed")
     events = [
         {"name": str(row["name"]), "time": float(row["time"]), "of": ", ".join(map(str, _participants(row)))}
-        for row in sorted(declared, key=lambda row: row["time"])[:EVENTS]
+        for row in sorted(declared, key=lambda row: row["time"])[:MAX_EVENTS]
     ]
     return {
         "measure_times": blob.add(time[::every].astype(np.float32)),

@@ -16,26 +16,26 @@ from text2sim.replay.shapes import pack_faces, surface_of
 
 Array = NDArray[Any]
 
-RIGID = 5_000_000
+MAX_RIGID_SIZE = 5_000_000
 """Largest size of all poses [bytes]."""
-POSE = 14
+POSE_SIZE = 14
 """Size of a pose [bytes]."""
-SOFT = 6_000_000
+MAX_SOFT_SIZE = 6_000_000
 """Largest size of the points of deformable bodies [bytes]."""
-POINT = 6
+POINT_SIZE = 6
 """Size of a point in a frame [bytes]."""
-FEW, SMOOTH = 12, 50
+MIN_SOFT_FRAMES, SMOOTH_SOFT_FRAMES = 12, 50
 """Smallest number of frames of deformable bodies, and the number that takes precedence over showing all particles."""
-TOUCHES = 100_000
+MAX_CONTACTS = 100_000
 """Largest number of contacts in all frames."""
 
 
-def thinned(count: int, most: int) -> Array:
-    """Return the indices of at most `most` of `count` frames, evenly spread, with the first and the last."""
-    if count <= most:
+def evenly_spaced(count: int, max_frames: int) -> Array:
+    """Return the indices of at most `max_frames` of `count` frames, evenly spread, with the first and the last."""
+    if count <= max_frames:
         return np.arange(count)
-    every = math.ceil((count - 1) / max(most - 2, 1))
-    return np.unique([*range(0, count, every), count - 1])
+    stride = math.ceil((count - 1) / max(max_frames - 2, 1))
+    return np.unique([*range(0, count, stride), count - 1])
 
 
 def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str, Any], dict[int, int], Array]:
@@ -52,12 +52,12 @@ def pack_links(scenery: Scenery, blob: Blob, notes: list[str]) -> tuple[dict[str
     pos, quat = scenery.poses
     moves = ((pos != pos[0]).any(axis=2) | (quat != quat[0]).any(axis=2)).any(axis=0)
     moving = [link.row for link in scenery.links if link.pieces and moves[link.row]]
-    taken = thinned(len(pos), max(RIGID // (POSE * max(len(moving), 1)), 2))
-    _tell(notes, "rigid bodies", len(pos), taken)
-    row: dict[str, Any] = {"times": blob.add(scenery.times[taken].astype(np.float32)), "count": len(moving)}
-    row["pos"] = blob.add_points(pos[taken][:, moving])
-    row["quat"] = blob.add(np.rint(np.clip(quat[taken][:, moving], -1, 1) * 32767).astype(np.int16))
-    return row, {link: k for k, link in enumerate(moving)}, taken
+    frames = evenly_spaced(len(pos), max(MAX_RIGID_SIZE // (POSE_SIZE * max(len(moving), 1)), 2))
+    _note_thinning(notes, "rigid bodies", len(pos), frames)
+    row: dict[str, Any] = {"times": blob.add(scenery.times[frames].astype(np.float32)), "count": len(moving)}
+    row["pos"] = blob.add_points(pos[frames][:, moving])
+    row["quat"] = blob.add(np.rint(np.clip(quat[frames][:, moving], -1, 1) * 32767).astype(np.int16))
+    return row, {link: k for k, link in enumerate(moving)}, frames
 
 
 def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[str]) -> list[dict[str, Any]]:
@@ -71,38 +71,38 @@ def pack_figures(scenery: Scenery, blob: Blob, pictures: Pictures, notes: list[s
     """
     figures = list(scenery.figures)
     surfaces = sorted((f for f in figures if f.faces is not None), key=lambda f: f.size)
-    while sum(f.size for f in surfaces) * POINT * FEW > SOFT:
+    while sum(f.size for f in surfaces) * POINT_SIZE * MIN_SOFT_FRAMES > MAX_SOFT_SIZE:
         figures.remove(large := surfaces.pop())
         notes.append(f"{large.body} is left out: its surface has {large.size} points")
-    room = SOFT / POINT / min(SMOOTH, len(scenery.frames)) - sum(f.size for f in surfaces)
+    room = MAX_SOFT_SIZE / POINT_SIZE / min(SMOOTH_SOFT_FRAMES, len(scenery.frames)) - sum(f.size for f in surfaces)
     particles = sum(f.size for f in figures if f.faces is None)
-    every = max(1, math.ceil(particles / max(room, SOFT / POINT / SMOOTH / 10)))
-    if every > 1:
-        notes.append(f"one of {every} particles is shown, enlarged")
-    total = sum(f.size if f.faces is not None else math.ceil(f.size / every) for f in figures)
-    taken = thinned(len(scenery.frames), max(SOFT // (POINT * max(total, 1)), 2))
+    stride = max(1, math.ceil(particles / max(room, MAX_SOFT_SIZE / POINT_SIZE / SMOOTH_SOFT_FRAMES / 10)))
+    if stride > 1:
+        notes.append(f"one of {stride} particles is shown, enlarged")
+    total = sum(f.size if f.faces is not None else math.ceil(f.size / stride) for f in figures)
+    frames = evenly_spaced(len(scenery.frames), max(MAX_SOFT_SIZE // (POINT_SIZE * max(total, 1)), 2))
     if figures:
-        _tell(notes, "deformable bodies", len(scenery.frames), taken)
+        _note_thinning(notes, "deformable bodies", len(scenery.frames), frames)
     # Frame by frame, because the chunks of a long recording do not fit into memory together.
     tracks: list[list[Array]] = [[] for _ in figures]
-    for frame in scenery.frames[taken]:
+    for frame in scenery.frames[frames]:
         for track, figure in zip(tracks, figures, strict=True):
             points = figure.points(int(frame))
-            track.append(points if figure.faces is not None else points[::every])
-    times = blob.add(scenery.times[taken].astype(np.float32))
+            track.append(points if figure.faces is not None else points[::stride])
+    times = blob.add(scenery.times[frames].astype(np.float32))
     return [
-        _packed(figure, np.array(track), every, blob, pictures) | {"times": times}
+        _pack_figure(figure, np.array(track), stride, blob, pictures) | {"times": times}
         for figure, track in zip(figures, tracks, strict=True)
     ]
 
 
-def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pictures) -> dict[str, Any]:
+def _pack_figure(figure: Figure, points: Array, stride: int, blob: Blob, pictures: Pictures) -> dict[str, Any]:
     count = points.shape[1]
     # One box for the whole body: all frames as one list of points.
     row: dict[str, Any] = {"body": figure.body, "kind": figure.kind, "count": count, "frames": len(points)}
     row["points"] = blob.add_points(points.reshape(-1, 3))
     if figure.faces is None:
-        row["radius"] = 0.5 * figure.spacing * every ** (1 / 3)
+        row["radius"] = 0.5 * figure.spacing * stride ** (1 / 3)
     else:
         row["faces"] = pack_faces(figure.faces, blob)
         if figure.uvs is not None and figure.material.picture is not None:
@@ -110,19 +110,19 @@ def _packed(figure: Figure, points: Array, every: int, blob: Blob, pictures: Pic
     return row | surface_of(figure.material, pictures)
 
 
-def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, notes: list[str]) -> dict[str, Any] | None:
+def pack_contacts(folder: Path, scenery: Scenery, frames: Array, blob: Blob, notes: list[str]) -> dict[str, Any] | None:
     """Pack the contacts between links: for each pair, the strongest since the previous frame.
 
     Args:
         folder: The run folder.
         scenery: The run.
-        taken: Indices of the frames, shape (n,).
+        frames: Indices of the frames, shape (n,).
         blob: Collects the arrays.
         notes: Collects notes about omissions.
     """
     states = RunStates.load(folder)
     pos, force, pairs = (states.contact(name) for name in ("pos", "normal_force", "links"))
-    steps = np.rint(scenery.times[taken] / states.dt).astype(np.int64)
+    steps = np.rint(scenery.times[frames] / states.dt).astype(np.int64)
     frame = np.searchsorted(steps, states.contact("step"))
     sound = (frame < len(steps)) & np.isfinite(pos).all(axis=1) & np.isfinite(force)
     pos, force, pairs, frame = pos[sound], force[sound], np.sort(pairs[sound], axis=1), frame[sound]
@@ -131,9 +131,9 @@ def pack_contacts(folder: Path, scenery: Scenery, taken: Array, blob: Blob, note
     order = np.lexsort((-force, pairs[:, 1], pairs[:, 0], frame))
     rows = np.column_stack([frame, pairs])[order]
     order = order[np.concatenate([[True], (rows[1:] != rows[:-1]).any(axis=1)])]
-    if len(order) > TOUCHES:
-        notes.append(f"of {len(order)} contacts the {TOUCHES} strongest are shown")
-        order = order[np.sort(np.argsort(-force[order], kind="stable")[:TOUCHES])]
+    if len(order) > MAX_CONTACTS:
+        notes.append(f"of {len(order)} contacts the {MAX_CONTACTS} strongest are shown")
+        order = order[np.sort(np.argsort(-force[order], kind="stable")[:MAX_CONTACTS])]
     names, number = [], {}
     for link in scenery.links:
         number.setdefault(link.body, len(number))
@@ -163,6 +163,6 @@ def pack_cameras(scenery: Scenery, blob: Blob) -> list[dict[str, Any]]:
     return rows
 
 
-def _tell(notes: list[str], what: str, count: int, taken: Array) -> None:
-    if len(taken) < count:
-        notes.append(f"{what} are shown in {len(taken)} of {count} recorded frames")
+def _note_thinning(notes: list[str], what: str, count: int, frames: Array) -> None:
+    if len(frames) < count:
+        notes.append(f"{what} are shown in {len(frames)} of {count} recorded frames")

@@ -25,15 +25,15 @@ NAME = REPLAY
 VIEWER = ("arrays.js", "stage.js", "view_control.js", "plots.js", "live.js", "page.js")
 """Parts of our script, in order."""
 LIBRARY = "vendor/three.min.js"
-MOMENTS = 40
+BOUNDS_TIMES = 40
 """Number of times at which bounds are computed."""
-QUICK = 200_000_000
+MAX_STATES_SIZE = 200_000_000
 """Size of states [bytes] above which a replay is not written with the report."""
 
 
 def is_quick(folder: Path) -> bool:
     """Whether writing the replay of a run takes about a second."""
-    return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= QUICK
+    return sum(path.stat().st_size for path in (folder / "states").glob("*.npz")) <= MAX_STATES_SIZE
 
 
 def write_replay(folder: Path, case: Case) -> Path:
@@ -55,7 +55,7 @@ def write_replay(folder: Path, case: Case) -> Path:
         "why": sentence(str(why)),
         # Digests of our scripts, the only ones that the browser may run.
         "allowed": [base64.b64encode(sha256(text.encode()).digest()).decode() for text in scripts()],
-        "contents": _trusted(contents),
+        "contents": _mark_safe(contents),
         "blob": blob,
     }
     path = folder / NAME
@@ -84,8 +84,8 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
     scenery = Scenery(folder, detailed=False)
     blob, notes = Blob(), list[str]()
     pictures = Pictures(notes)
-    links, rows, taken = pack_links(scenery, blob, notes)
-    center, radius = _room(scenery)
+    links, rows, frames = pack_links(scenery, blob, notes)
+    center, radius = _moving_space(scenery)
     contents: dict[str, Any] = {
         "center": center,
         "radius": radius,
@@ -95,7 +95,7 @@ def pack_scene(folder: Path, case: Case) -> tuple[str, str]:
         "links": links,
         **pack_shapes(scenery, blob, pictures, rows, notes),
         "figures": pack_figures(scenery, blob, pictures, notes),
-        "contacts": pack_contacts(folder, scenery, taken, blob, notes),
+        "contacts": pack_contacts(folder, scenery, frames, blob, notes),
         "cameras": pack_cameras(scenery, blob),
         **pack_findings(folder, case, blob, notes),
         "pictures": pictures.uris,
@@ -113,7 +113,7 @@ def scripts() -> tuple[str, str]:
 
 def _page(values: dict[str, Any]) -> str:
     return render_page(
-        "replay", "replay.html.j2", {"nonce": "", "scripts": [_trusted(text) for text in scripts()], **values}
+        "replay", "replay.html.j2", {"nonce": "", "scripts": [_mark_safe(text) for text in scripts()], **values}
     )
 
 
@@ -131,17 +131,17 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def _trusted(text: str) -> Any:
+def _mark_safe(text: str) -> Any:
     from markupsafe import Markup
 
     return Markup(text)
 
 
-def _room(scenery: Scenery) -> tuple[list[float], float]:
+def _moving_space(scenery: Scenery) -> tuple[list[float], float]:
     """Centre and radius [m] of the space of moving bodies, or of all bodies if none moves."""
     recording = scenery.recording
     moving = [body for body in recording.bodies if body not in recording.statics] or recording.bodies
-    times = scenery.times[:: max(1, len(scenery.times) // MOMENTS)]
+    times = scenery.times[:: max(1, len(scenery.times) // BOUNDS_TIMES)]
     points = np.concatenate([recording.states.bounds(moving, float(t)) for t in times]) if moving else np.zeros((1, 3))
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):

@@ -7,9 +7,9 @@ from text2sim.evidence.page import data_uri
 from text2sim.exchange.files import save_picture
 from text2sim.spec_schema.errors import RunError
 
-LARGEST = 512
+MAX_SIDE = 512
 """Largest side of a picture [pixels]."""
-MOST = 2_000_000
+MAX_TOTAL_SIZE = 2_000_000
 """Largest size of all pictures [characters]."""
 
 
@@ -35,12 +35,12 @@ class Pictures:
         with tempfile.TemporaryDirectory() as folder:
             small = Path(folder) / "picture.png"
             try:
-                save_picture(path, small, LARGEST)
+                save_picture(path, small, MAX_SIDE)
             except RunError:
                 self._notes.append(f"the picture {path.name} cannot be read")
                 return None
             uri = data_uri(small, "image/png") or ""
-        if len(uri) + sum(map(len, self.uris)) > MOST:
+        if len(uri) + sum(map(len, self.uris)) > MAX_TOTAL_SIZE:
             self._notes.append(f"the picture {path.name} is too large")
             return None
         self.uris.append(uri)

@@ -15,7 +15,7 @@ from text2sim.templates.shading import Shell
 
 MOST_TRIANGLES = 100_000
 """Largest total number of triangles; above, all meshes are reduced in proportion."""
-FEWEST = 400
+MIN_REDUCED_TRIANGLES = 400
 """Number of triangles up to which a mesh is not reduced."""
 
 
@@ -46,11 +46,11 @@ def pack_shapes(scenery: Scenery, blob: Blob, pictures: Pictures, rows: dict[int
                 numbers[piece.mesh] = len(meshes)
                 meshes.append(_packed(_reduced(scenery.mesh(piece.mesh), keep), blob))
             row: dict[str, Any] = {"mesh": numbers[piece.mesh], "body": link.body}
-            row |= _placed([*piece.pos], [*piece.quat])
+            row |= _pose_data([*piece.pos], [*piece.quat])
             if link.row in rows:
                 row["track"] = rows[link.row]
             else:
-                row["base"] = _placed(pos[link.row].tolist(), quat[link.row].tolist())
+                row["base"] = _pose_data(pos[link.row].tolist(), quat[link.row].tolist())
             pieces.append(row | surface_of(piece.material, pictures))
     return {"meshes": meshes, "pieces": pieces}
 
@@ -66,19 +66,19 @@ def surface_of(material: ExportMaterial, pictures: Pictures) -> dict[str, Any]:
     return row
 
 
-def _placed(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
+def _pose_data(pos: list[float], quat: list[float]) -> dict[str, list[float]]:
     return {"pos": [round(x, 7) for x in pos], "quat": [round(x, 7) for x in quat]}
 
 
 def _reduced(mesh: RenderMesh, keep: float) -> RenderMesh:
-    if keep >= 1 or len(mesh.faces) <= FEWEST:
+    if keep >= 1 or len(mesh.faces) <= MIN_REDUCED_TRIANGLES:
         return mesh
     import fast_simplification
 
     # Vertices at sharp edges are duplicates, and must be merged, or the mesh would tear there.
     places, own = np.unique(np.round(mesh.vertices, 7), axis=0, return_inverse=True)
     faces = own.ravel()[mesh.faces]
-    away = 1 - max(keep, FEWEST / len(faces))
+    away = 1 - max(keep, MIN_REDUCED_TRIANGLES / len(faces))
     fewer = fast_simplification.simplify(np.asarray(places, np.float64), faces.astype(np.int32), away)
     vertices, left = np.asarray(fewer[0], float), np.asarray(fewer[1])
     shell = Shell(vertices, left)

@@ -12,7 +12,7 @@ from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.loaded import LoadedCase
 
 STATISTICS = {"last": "end", "min": "min", "max": "max"}
-ALIKE = 1e-6
+EQUAL_WITHIN = 1e-6
 """Relative difference below which two measured values count as equal."""
 
 
@@ -119,7 +119,7 @@ def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -
     was, now = (_evidence(folder) for folder in comparison.runs)
     for name in [name for name in was["measures"] if name in now["measures"]]:
         row, other = was["measures"][name], now["measures"][name]
-        values = {key: (_real(row.get(key)), _real(other.get(key))) for key in STATISTICS}
+        values = {key: (_as_number(row.get(key)), _as_number(other.get(key))) for key in STATISTICS}
         values = {key: pair for key, pair in values.items() if _differ(*pair)}
         if values:
             comparison.measured.append(MeasureChange(name, str(other.get("unit") or ""), values))
@@ -158,11 +158,11 @@ def _evidence(folder: Path) -> dict[str, dict[str, Any]]:
     return read_evidence(folder) or {"measures": {}, "expect": {}}
 
 
-def _real(value: Any) -> float | None:
+def _as_number(value: Any) -> float | None:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
 def _differ(a: float | None, b: float | None) -> bool:
     if a is None or b is None:
         return a is not b
-    return abs(a - b) > ALIKE * max(abs(a), abs(b))
+    return abs(a - b) > EQUAL_WITHIN * max(abs(a), abs(b))

@@ -6,7 +6,7 @@ from pathlib import Path as FilePath
 
 from text2sim.revision.side import Side, text_side
 from text2sim.spec_schema.changes.diff_words import value_text
-from text2sim.spec_schema.changes.merge_text import marked, unmarked
+from text2sim.spec_schema.changes.merge_text import split_at_markers, with_conflict_markers
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.document import Path, parse_document
@@ -19,10 +19,10 @@ def flat_text(source: Source) -> str:
 
     Both sides of a text with conflict markers are converted, and marked where they differ.
     """
-    sides = unmarked(source.text)
+    sides = split_at_markers(source.text)
     if sides is not None:
         ours, theirs = (flat_text(Source(text, source.file)) for text in sides)
-        return marked(ours, theirs, 7)
+        return with_conflict_markers(ours, theirs, 7)
     try:
         root, head, foot = written_layout(parse_document(source))
     except SpecError:

@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.revision.repository import run_git_status
 from text2sim.spec_schema.changes.amendment import identical
 from text2sim.spec_schema.changes.diff import NOTHING
-from text2sim.spec_schema.changes.merge_text import MergedText, merge_texts, unmarked
+from text2sim.spec_schema.changes.merge_text import MergedText, merge_texts, split_at_markers
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
@@ -58,7 +58,7 @@ def _merge_meaning(sources: Sequence[Source], name: str, marker: int, lines: byt
     merged, why = merge_texts(base, ours, theirs, marker), "changed on both sides"
     problems = [problem for text in _sides(merged) for problem in _problems(text, name)]
     if problems and not any(_problems(source.text, name) for source in (ours, theirs)):
-        opposed = _opposed(merged.versions, problems)
+        opposed = _opposed_entries(merged.versions, problems)
         if opposed:
             merged = merge_texts(base, ours, theirs, marker, opposed)
             why = f"both changes together are not valid ({problems[0].message})"
@@ -91,24 +91,24 @@ def _marked(merged: MergedText, marker: int, remarks: list[str]) -> MergeResult:
 
 def _sides(merged: MergedText) -> tuple[str, ...]:
     """The texts that result from resolving all conflicts in favour of one side."""
-    return (unmarked(merged.text) or ()) if merged.conflicts else (merged.text,)
+    return (split_at_markers(merged.text) or ()) if merged.conflicts else (merged.text,)
 
 
 # --- incompatible changes -------------------------------------------------------------------------------------
 
 
-def _opposed(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> list[Path]:
+def _opposed_entries(versions: tuple[Any, Any, Any], problems: Sequence[Problem]) -> list[Path]:
     """Paths of the entries that make a merge invalid: invalid ones, and removed ones that they refer to.
 
     No path is below another. One side has changed each entry, and the other has not.
     """
-    gone, (_, ours, theirs) = list(_gone(*versions, ())), versions
+    gone, (_, ours, theirs) = list(_removed_entries(*versions, ())), versions
     found: set[Path] = set()
     for problem in problems:
         place = _changed(ours, theirs, parse_pointer(problem.path))
         if place is None:
             continue
-        words = {word for side in (ours, theirs) for word in _words(_at(side, place))}
+        words = {word for side in (ours, theirs) for word in _words_in(_value_at(side, place))}
         culprits = [path for path in gone if path[-1] in words and not _overlap(path, place)]
         found |= {place, *culprits}
     return sorted(path for path in found if not any(path != other and path[: len(other)] == other for other in found))
@@ -118,7 +118,7 @@ def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
     """The shortest prefix of a path at which the sides differ and are not both mappings; None if they agree."""
     for depth in range(1, len(path) + 1):
         prefix = path[:depth]
-        mine, others = _at(ours, prefix), _at(theirs, prefix)
+        mine, others = _value_at(ours, prefix), _value_at(theirs, prefix)
         if identical(mine, others):
             return None
         if not isinstance(mine, dict) or not isinstance(others, dict):
@@ -126,7 +126,7 @@ def _changed(ours: Any, theirs: Any, path: Path) -> Path | None:
     return path if path else None
 
 
-def _gone(base: Any, ours: Any, theirs: Any, path: Path) -> Iterator[Path]:
+def _removed_entries(base: Any, ours: Any, theirs: Any, path: Path) -> Iterator[Path]:
     """Named entries of the ancestor that exactly one side has removed."""
     if not isinstance(base, dict):
         return
@@ -137,19 +137,19 @@ def _gone(base: Any, ours: Any, theirs: Any, path: Path) -> Iterator[Path]:
         if mine is NOTHING or others is NOTHING:
             yield (*path, key)
         else:
-            yield from _gone(value, mine, others, (*path, key))
+            yield from _removed_entries(value, mine, others, (*path, key))
 
 
-def _words(value: Any) -> Iterator[str]:
+def _words_in(value: Any) -> Iterator[str]:
     """Words in a value: `ball` for `ball`, `ball[3]`, `ball.hand` and `${ball + 1}`."""
     if isinstance(value, dict | list):
         for item in value.values() if isinstance(value, dict) else value:
-            yield from _words(item)
+            yield from _words_in(item)
     elif isinstance(value, str):
         yield from "".join(c if c.isalnum() or c == "_" else " " for c in value).split()
 
 
-def _at(data: Any, path: Path) -> Any:
+def _value_at(data: Any, path: Path) -> Any:
     for step in path:
         if isinstance(data, list) and str(step).isdigit() and int(step) < len(data):
             data = data[int(step)]

@@ -34,7 +34,7 @@ def read_patch(source: Source) -> PatchFile:
         SpecError: If it is not a list in strict JSON; duplicate keys, NaN and Infinity are errors.
     """
     try:
-        data = json.loads(source.text, object_pairs_hook=_once, parse_constant=_refuse)
+        data = json.loads(source.text, object_pairs_hook=_unique_keys, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
         message = f"not valid JSON: {error.msg[0].lower()}{error.msg[1:]}"
         raise SpecError([Problem("", message, error.lineno, error.colno, source.file, rule="syntax")]) from None
@@ -53,7 +53,7 @@ def read_patch(source: Source) -> PatchFile:
     return PatchFile(source, data, document if document is not None and document.data == data else None)
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         twice = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
@@ -61,5 +61,5 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return mapping
 
 
-def _refuse(word: str) -> NoReturn:
+def _refuse_constant(word: str) -> NoReturn:
     raise ValueError(f"{word} is not a finite number")

@@ -50,10 +50,10 @@ def run_git(arguments: list[str], folder: Path, data: bytes = b"") -> bytes:
     """
     done = _call(arguments, folder, data)
     if done.returncode:
-        said = done.stderr.decode("utf-8", "replace").strip().splitlines() or [f"exit code {done.returncode}"]
-        full = next((line for line in said if any(word in line for word in _FULL)), None)
+        complaint = done.stderr.decode("utf-8", "replace").strip().splitlines() or [f"exit code {done.returncode}"]
+        full = next((line for line in complaint if any(word in line for word in _FULL)), None)
         kind = RunError if full is None else MachineError
-        raise kind(f"git {arguments[0]}: {full or said[0]}")
+        raise kind(f"git {arguments[0]}: {full or complaint[0]}")
     return done.stdout
 
 

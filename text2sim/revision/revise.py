@@ -81,7 +81,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
         before = _examine(source.text, path)
     except (Text2SimError, OSError):
         before = []
-    new = _beyond(found, before)
+    new = _new_problems(found, before)
     errors = [problem for problem in new if problem.severity == "error"]
     if errors:
         raise RefusedPatch(errors, text, operations)
@@ -118,7 +118,7 @@ def _examine(text: str, path: Path) -> list[Problem]:
     return list(lint_case(resolve_case(load_text(text, path))).problems)
 
 
-def _beyond(found: list[Problem], before: list[Problem]) -> list[Problem]:
+def _new_problems(found: list[Problem], before: list[Problem]) -> list[Problem]:
     """New problems, counted by rule and path: a problem whose line has moved is not new."""
     known = Counter((problem.rule, problem.path) for problem in before)
     new = []

@@ -18,14 +18,14 @@ import psutil
 from text2sim.runtime import kernel_cache
 from text2sim.runtime.stop import Stop
 
-POLL = 0.1
+POLL_INTERVAL = 0.1
 """Time [s] between checks of the child."""
 MEMORY_POLL = 0.5
 """Time [s] between checks of its memory, which cost more."""
 
 # Variables that a program needs to find its engine, caches and devices. It gets no others: an environment holds keys
 # and addresses that a generated program must not see.
-_KEPT = frozenset(
+_KEPT_VARIABLES = frozenset(
     "PATH HOME USER LOGNAME SHELL LANG LANGUAGE TZ TMPDIR TEMP TMP DISPLAY WAYLAND_DISPLAY XAUTHORITY "
     "LD_LIBRARY_PATH PYTHONPATH PYTHONHOME PYOPENGL_PLATFORM VIRTUAL_ENV MPLCONFIGDIR "
     "SYSTEMROOT SYSTEMDRIVE WINDIR COMSPEC PATHEXT APPDATA LOCALAPPDATA PROGRAMDATA USERPROFILE".split()
@@ -44,7 +44,7 @@ if os.getppid() == int(sys.argv[1]):
 """
 THREADS = 1
 """Threads of numeric libraries. Sums depend on it: with another number, fem bodies are 0.1 mm off after 0.3 s."""
-_SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
+_SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,8 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
     kept = {
         name: value
         for name, value in environment.items()
-        if (name.upper() in _KEPT or name.upper().startswith(tuple(_KEPT_PREFIXES)))
-        and not any(word in name.upper() for word in _SECRET)
+        if (name.upper() in _KEPT_VARIABLES or name.upper().startswith(tuple(_KEPT_PREFIXES)))
+        and not any(word in name.upper() for word in _SECRET_WORDS)
     }
     return kept | {
         **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), str(THREADS)),
@@ -98,7 +98,7 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
     }
 
 
-def mortal(command: Sequence[str]) -> tuple[str, ...]:
+def dying_with_parent(command: Sequence[str]) -> tuple[str, ...]:
     """Return a command, which begins with the path of a program, so that it dies with us, if the system can do that."""
     if sys.platform != "linux":
         return tuple(command)
@@ -142,7 +142,7 @@ def run_child(
     kernel_cache.unlock()
     with log.open("ab", buffering=0) as sink:
         process = subprocess.Popen(
-            mortal(command),
+            dying_with_parent(command),
             cwd=folder,
             env=child_environment(os.environ),
             stdin=subprocess.DEVNULL,
@@ -188,7 +188,7 @@ class _Watch:
     def ended(self, stop: Stop) -> bool:
         """Wait a moment; return whether the process is gone."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(timeout=POLL)
+            self._process.wait(timeout=POLL_INTERVAL)
             return True
         now = monotonic()
         if now >= self._memory_at:

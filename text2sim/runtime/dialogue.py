@@ -16,11 +16,11 @@ import psutil
 
 import text2sim
 from text2sim.runtime import kernel_cache
-from text2sim.runtime.child import child_environment, mortal
+from text2sim.runtime.child import child_environment, dying_with_parent
 
-LINE = 100_000
+MAX_LINE_LENGTH = 100_000
 """Longest line of news that is read [characters]."""
-LOG = 2_000_000
+MAX_LOG_SIZE = 2_000_000
 """Size [bytes] at which a new log is begun."""
 
 
@@ -43,7 +43,7 @@ class Child:
         arguments: Its arguments.
         log: Where its errors go, appended.
         inbox: Where its news goes.
-        secrets: Whether it gets the whole environment, keys included: only for code of ours.
+        whole_environment: Whether it gets the whole environment, keys included: only for code of ours.
     """
 
     def __init__(
@@ -54,19 +54,19 @@ class Child:
         log: Path,
         inbox: "queue.Queue[Any]",
         *,
-        secrets: bool = False,
+        whole_environment: bool = False,
     ) -> None:
         self.name = name
         kernel_cache.unlock()
-        environment = dict(os.environ) if secrets else child_environment(os.environ)
+        environment = dict(os.environ) if whole_environment else child_environment(os.environ)
         # The package may be in a folder that only our own interpreter knows.
         home = str(Path(text2sim.__file__).resolve().parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, [home, environment.get("PYTHONPATH", "")]))
-        if log.is_file() and log.stat().st_size > LOG:
+        if log.is_file() and log.stat().st_size > MAX_LOG_SIZE:
             log.unlink()
         with log.open("ab") as sink:
             self._process = subprocess.Popen(
-                mortal([sys.executable, "-P", "-m", module, *arguments]),
+                dying_with_parent([sys.executable, "-P", "-m", module, *arguments]),
                 cwd=log.parent,
                 env=environment,
                 stdin=subprocess.PIPE,
@@ -99,7 +99,7 @@ class Child:
         except psutil.Error:
             return 0
 
-    def worked(self) -> float:
+    def processor_time(self) -> float:
         """Return the processor time [s] that it has used; 0 if it is gone."""
         try:
             used = psutil.Process(self._process.pid).cpu_times()
@@ -114,7 +114,7 @@ class Child:
             self._process.stdin.close()
 
     @property
-    def gone(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether it has ended."""
         return self._process.poll() is not None
 
@@ -125,7 +125,7 @@ class Child:
 
     def _listen(self) -> None:
         assert self._process.stdout is not None
-        for line in iter(lambda: self._process.stdout.readline(LINE), ""):  # type: ignore[union-attr]
+        for line in iter(lambda: self._process.stdout.readline(MAX_LINE_LENGTH), ""):  # type: ignore[union-attr]
             with suppress(ValueError):
                 data = json.loads(line)
                 if isinstance(data, dict):

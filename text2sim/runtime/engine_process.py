@@ -21,9 +21,9 @@ from typing import Any
 
 FRAMES_PER_CHUNK = 20
 """Recorded frames in a chunk, small enough for the page to show them before the end."""
-GRACE = 5.0
+STOP_GRACE = 5.0
 """Time [s] that a simulation has to stop when the input has ended."""
-_STAYS = frozenset({"engine"})
+_KEPT_MODULES = frozenset({"engine"})
 """Modules of programs that are not reloaded, since kernels refer to the functions in them."""
 
 
@@ -49,7 +49,7 @@ class Warm:
 
     def load(self, folder: Path) -> Any:
         """Import the program in a folder, as if no other had been imported before; return its main module."""
-        names = {path.stem for path in folder.glob("*.py")} - _STAYS
+        names = {path.stem for path in folder.glob("*.py")} - _KEPT_MODULES
         for name in names:
             sys.modules.pop(name, None)
         importlib.invalidate_caches()
@@ -67,7 +67,7 @@ class Warm:
         program.start_engine(self._gs.cpu)
         if not self._started:
             self._started = True
-            self._gs.init = _again
+            self._gs.init = _reinitialise
 
     def forget(self, scene: Any | None) -> None:
         """Release a scene that was simulated, but not what makes the next one fast."""
@@ -81,7 +81,7 @@ class Warm:
         _empty_dispatchers()
 
 
-def _again(*, seed: int | None = None, **options: Any) -> None:
+def _reinitialise(*, seed: int | None = None, **options: Any) -> None:
     """Stand in for `gs.init`, which may be called once in a process: all programs give it the same options."""
     from genesis.utils.misc import set_random_seed
 
@@ -163,7 +163,7 @@ class CommandLoop:
             if self._running is None:
                 return  # the process saves the kernels that it compiled as it ends: give it time
             self._running[1].append(0)
-        timer = threading.Timer(GRACE, os._exit, (1,))  # for a step that never ends
+        timer = threading.Timer(STOP_GRACE, os._exit, (1,))  # for a step that never ends
         timer.daemon = True
         timer.start()
 

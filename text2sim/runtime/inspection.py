@@ -280,7 +280,7 @@ def _kernel_cache() -> MachineFinding:
     name = "kernel cache"
     if os.environ.get("QD_OFFLINE_CACHE") == "0":
         return MachineFinding(name, False, "optional", "switched off: each run compiles anew", "unset QD_OFFLINE_CACHE")
-    folder = kernel_cache.folder()
+    folder = kernel_cache.cache_folder()
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
     if sizes:
         return MachineFinding(name, True, "optional", f"warm, {sum(sizes) / 2**20:.0f} MiB at {folder}", "")

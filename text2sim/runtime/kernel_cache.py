@@ -5,11 +5,11 @@ from contextlib import suppress
 from pathlib import Path
 from time import time
 
-STALE = 120.0
+STALE_LOCK_AGE = 120.0
 """Age [s] at which a lock counts as abandoned: the engine holds it for seconds, while it reads or writes the index."""
 
 
-def folder() -> Path:
+def cache_folder() -> Path:
     """Return where the engine keeps compiled kernels."""
     if chosen := os.environ.get("QD_OFFLINE_CACHE_FILE_PATH"):
         return Path(chosen).absolute()
@@ -20,7 +20,7 @@ def folder() -> Path:
 def is_warm() -> bool:
     """Return whether the engine has compiled anything on this machine before."""
     with suppress(OSError):
-        return any(folder().iterdir())
+        return any(cache_folder().iterdir())
     return False
 
 
@@ -29,7 +29,7 @@ def unlock() -> None:
 
     Nobody else does, and as long as it is there, every run compiles all of its kernels again, for minutes.
     """
-    for lock in folder().glob("**/qdcache.lock"):
+    for lock in cache_folder().glob("**/qdcache.lock"):
         with suppress(OSError):  # another process was faster
-            if time() - lock.stat().st_mtime > STALE:
+            if time() - lock.stat().st_mtime > STALE_LOCK_AGE:
                 lock.unlink()

@@ -38,7 +38,7 @@ class RunLock:
         if not _try_lock(descriptor):
             holder = os.read(descriptor, 100).decode("ascii", "replace").strip()
             os.close(descriptor)
-            raise MachineError(f"{self._name} is being run by {_who(holder)}; wait for it, or end it")
+            raise MachineError(f"{self._name} is being run by {_holder_text(holder)}; wait for it, or end it")
         os.truncate(descriptor, 0)
         os.write(descriptor, f"{os.getpid()}\n".encode())
         self._descriptor = descriptor
@@ -50,7 +50,7 @@ class RunLock:
             self._descriptor = None
 
 
-def _who(holder: str) -> str:
+def _holder_text(holder: str) -> str:
     if not holder.isdigit():
         return "another text2sim"
     if psutil.pid_exists(int(holder)):

@@ -49,18 +49,19 @@ def outcome_of(ended: ChildExit, limits: Limits, status: dict[str, Any], log: st
         log: What it printed.
         time: Simulated time [s] of its last sign of life.
     """
-    said = " ".join(clean(str(status.get("message") or "")).split())
-    state, message = _state(ended, limits, said, log)
+    reported = " ".join(printable(str(status.get("message") or "")).split())
+    state, message = _state(ended, limits, reported, log)
     simulated = status.get("state")
     if simulated in ("finished", "diverged"):
         # The simulation is over and saved: only the film can have failed after that.
-        return Outcome(simulated, time, said if simulated == "diverged" else "", "" if state == simulated else message)
+        diverged = simulated == "diverged"
+        return Outcome(simulated, time, reported if diverged else "", "" if state == simulated else message)
     if state == "finished":
         return Outcome("failed", time, "the program ended without a status")
     return Outcome(state, time, message)
 
 
-def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, str]:
+def _state(ended: ChildExit, limits: Limits, reported: str, log: str) -> tuple[str, str]:
     if ended.cause == "memory":
         used, limit = ended.peak_memory / GIGA, ended.memory_limit / GIGA
         return "out_of_memory", f"it used {used:.2g} GB of memory, more than its {limit:.2g} GB"
@@ -74,10 +75,10 @@ def _state(ended: ChildExit, limits: Limits, said: str, log: str) -> tuple[str, 
     if number:
         return _signalled(number, ended)
     if ended.code == EXIT_DIVERGED:
-        return "diverged", said or "the simulation diverged"
+        return "diverged", reported or "the simulation diverged"
     if "MemoryError" in (error := last_error(log)):
         return "out_of_memory", "no memory was left"
-    return "failed", said or error or f"the program ended with exit code {ended.code} and said nothing"
+    return "failed", reported or error or f"the program ended with exit code {ended.code} and said nothing"
 
 
 def _signalled(number: int, ended: ChildExit) -> tuple[str, str]:
@@ -99,7 +100,7 @@ def _signalled(number: int, ended: ChildExit) -> tuple[str, str]:
 
 def last_error(log: str) -> str:
     """Return the message of the last traceback of a log, as `ValueError: …`; empty if there is none."""
-    log = clean(log)
+    log = printable(log)
     begin = log.rfind("Traceback (most recent call last):")
     if begin < 0:
         return ""
@@ -111,7 +112,7 @@ def last_error(log: str) -> str:
     return ""
 
 
-def clean(text: str) -> str:
+def printable(text: str) -> str:
     """Return text without colours and other control characters, which could rewrite a terminal."""
     return plain(_ANSI.sub("", text).replace("\r", " "))
 

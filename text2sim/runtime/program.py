@@ -14,15 +14,15 @@ from text2sim.runtime.outcome import Outcome, outcome_of, read_end, read_status
 from text2sim.runtime.progress import CHILD_PHASES, Clock, ProgressTail
 from text2sim.runtime.stop import Stop
 
-FIRST_TIME = "compiling physics kernels: over a minute the first time on this machine"
-NEW_KIND = "still compiling physics kernels: every new combination of options does so once"
-STOPPING = "stopping, and keeping what was recorded; once more to kill it"
+FIRST_BUILD_NOTE = "compiling physics kernels: over a minute the first time on this machine"
+NEW_KERNELS_NOTE = "still compiling physics kernels: every new combination of options does so once"
+STOPPING_NOTE = "stopping, and keeping what was recorded; once more to kill it"
 _NO_FILM = re.compile(r"^no film: (.*)$", re.MULTILINE)
-PATIENCE = 30.0
+BUILD_PATIENCE = 30.0
 """Wall time [s] of a build after which the user is told why."""
-SETTLED = 120.0
+SPEED_SETTLES_AFTER = 120.0
 """Wall time [s] of simulating after which its speed is known."""
-HOPELESS = 3.0
+HOPELESS_FACTOR = 3.0
 """A simulation that would take this many times its limit is stopped; its speed does not vary that much."""
 
 
@@ -59,59 +59,59 @@ def run_program(
     """
     folder = folder.resolve()
     program, log = folder / "program", folder / "log.txt"
-    begin = log.stat().st_size if log.is_file() else 0
-    relay = Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
+    log_start = log.stat().st_size if log.is_file() else 0
+    relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits.timeout)
     clock.enter("start")
     command = (sys.executable, "main.py", "--out", str(folder), *flags)
     with stop.gently():
         ended = run_child(
             command, folder=program, log=log, limits=limits, stop=stop, on_poll=relay.poll, inherit=inherit
         )
-    text = read_end(log, begin)
+    text = read_end(log, log_start)
     status = read_status(folder / "status.json")
     outcome = outcome_of(ended, limits, status, text, _finite(status.get("time"), relay.simulated))
-    if outcome.state == "timeout" and relay.hopeless:
-        outcome = replace(outcome, message=relay.hopeless)
+    if outcome.state == "timeout" and relay.hopeless_because:
+        outcome = replace(outcome, message=relay.hopeless_because)
     failed = ended.code != 0 and ended.cause == "ended"
-    refused = _NO_FILM.search(text)
-    return Finished(outcome, ended, provenance(program, text) if failed else None, refused[1] if refused else "")
+    no_film = _NO_FILM.search(text)
+    return Finished(outcome, ended, provenance(program, text) if failed else None, no_film[1] if no_film else "")
 
 
-class Relay:
+class ProgressRelay:
     """Passes on the progress that a program reports, and explains a long silence."""
 
     def __init__(self, path: Path, clock: Clock, stop: Stop, timeout: float) -> None:
         self._tail = ProgressTail(path)
         self._clock, self._stop, self._timeout = clock, stop, timeout
-        self._first: tuple[float, float] | None = None
+        self._first_progress: tuple[float, float] | None = None
         self._stopping = False
         self._phase = "start"
         self._build_since: float | None = None
         self.simulated = 0.0
         """Simulated time reached [s]."""
-        self.hopeless = ""
+        self.hopeless_because = ""
         """Why it cannot end in time; empty as long as it may."""
 
     def poll(self) -> bool:
         """Pass on news; return whether the program cannot end in time."""
         for record in self._tail.read():
-            self._take(record)
+            self._handle(record)
         if self._stop.count and not self._stopping:
             self._stopping = True
-            self._clock.tell(self.simulated, note=STOPPING)
-        if self._build_since is not None and self._clock.wall - self._build_since > PATIENCE:
+            self._clock.tell(self.simulated, note=STOPPING_NOTE)
+        if self._build_since is not None and self._clock.wall - self._build_since > BUILD_PATIENCE:
             self._build_since = None
             if kernel_cache.is_warm():
-                self._clock.tell(0.0, note=NEW_KIND)
-        return bool(self.hopeless)
+                self._clock.tell(0.0, note=NEW_KERNELS_NOTE)
+        return bool(self.hopeless_because)
 
-    def _take(self, record: dict[str, Any]) -> None:
+    def _handle(self, record: dict[str, Any]) -> None:
         phase = record.get("phase", self._phase)
         if phase in CHILD_PHASES and phase != self._phase:
             self._phase = phase
             building = phase == "build"
             self._build_since = self._clock.wall if building else None
-            self._clock.enter(phase, FIRST_TIME if building and not kernel_cache.is_warm() else "")
+            self._clock.enter(phase, FIRST_BUILD_NOTE if building and not kernel_cache.is_warm() else "")
         if self._phase in ("simulate", "film"):
             time = _finite(record.get("t"), 0.0)
             duration = _finite(record.get("duration"), 0.0)
@@ -123,14 +123,22 @@ class Relay:
     def _judge_speed(self, time: float, duration: float) -> None:
         """Judge, after a while, whether the simulation can end in time, without its first step, which loads kernels."""
         now = self._clock.wall
-        if time > 0.0 and self._first is None:
-            self._first = now, time
-        if self._first is None or time <= self._first[1] or now - self._first[0] < SETTLED:
+        if time > 0.0 and self._first_progress is None:
+            self._first_progress = now, time
+        if (
+            self._first_progress is None
+            or time <= self._first_progress[1]
+            or now - self._first_progress[0] < SPEED_SETTLES_AFTER
+        ):
             return
-        whole = now + (duration - time) * (now - self._first[0]) / (time - self._first[1])
-        if whole > HOPELESS * self._timeout:
+        expected_wall_time = now + (duration - time) * (now - self._first_progress[0]) / (
+            time - self._first_progress[1]
+        )
+        if expected_wall_time > HOPELESS_FACTOR * self._timeout:
             so_far = f"{time / duration:.1%} of it took {now:.0f} s"
-            self.hopeless = f"{so_far}: all would take {whole / 3600:.1f} h, and the limit is {self._timeout:g} s"
+            self.hopeless_because = (
+                f"{so_far}: all would take {expected_wall_time / 3600:.1f} h, and the limit is {self._timeout:g} s"
+            )
 
 
 def _finite(value: object, otherwise: float) -> float:

@@ -23,7 +23,7 @@ PHASES = {
 CHILD_PHASES = ("start", "build", "simulate", "film")
 """Phases that the program itself reports."""
 
-WINDOW = 15.0
+SPEED_WINDOW = 15.0
 """Wall time [s] over which speed is measured: contact makes it vary by a factor of a hundred within a run."""
 
 CHUNK = 1 << 20
@@ -110,7 +110,7 @@ class Clock:
         if t > 0 and self._samples and self._samples[-1][1] == 0:
             self._samples.clear()  # the first step loads kernels, and says nothing about the others
         self._samples.append((now, t))
-        while len(self._samples) > 2 and now - self._samples[0][0] > WINDOW:
+        while len(self._samples) > 2 and now - self._samples[0][0] > SPEED_WINDOW:
             self._samples.popleft()
         begun, before = self._samples[0]
         elapsed = now - begun

@@ -16,11 +16,11 @@ START_LIMIT = 180.0
 """Processor time [s] for the engine's imports."""
 BUILD_LIMIT = 900.0
 """Processor time [s] for building a scene: a new combination of options takes minutes to compile kernels."""
-PATIENCE = 10.0
+EXTRA_WALL_TIME = 10.0
 """Most wall time over these limits: on a shared machine, a process may wait longer than it works."""
 STOP_LIMIT = 5.0
 """Time [s] that a simulation has to stop once it is asked to, and a build outside of live mode."""
-DEATHS = 3
+MAX_DEATHS = 3
 """Deaths in a row before it was ready, after which it is not started again."""
 MEMORY_POLL = 0.5
 
@@ -86,7 +86,7 @@ class Engine:
     @property
     def hopeless(self) -> bool:
         """Whether it keeps dying before it is ready."""
-        return self._deaths >= DEATHS
+        return self._deaths >= MAX_DEATHS
 
     @property
     def idle(self) -> bool:
@@ -129,11 +129,11 @@ class Engine:
         """
         assert self._child is not None
         self._log_begin = self._log.stat().st_size if self._log.is_file() else 0
-        self.job = Job(order, limit, worked=self._child.worked())
+        self.job = Job(order, limit, worked=self._child.processor_time())
         self._child.send(order=order, program=str(program), out=str(out))
 
     @property
-    def said(self) -> str:
+    def problem(self) -> str:
         """Output since its last order."""
         return read_end(self._log, self._log_begin)
 
@@ -155,7 +155,7 @@ class Engine:
             self._ready, self._deaths = True, 0
         elif "phase" in data and self.job is not None and data["order"] == self.job.order:
             self.job.begun, self.job.phase, self.job.since = True, data["phase"], monotonic()
-            self.job.worked = child.worked()
+            self.job.worked = child.processor_time()
             self._lost = 0
         elif "state" in data and self.job is not None and data["order"] == self.job.order:
             result = self._finish(data)
@@ -172,7 +172,7 @@ class Engine:
         now = monotonic()
         if self._child is None:
             return None
-        if not self._ready and self._over(START_LIMIT, self._started, 0.0):
+        if not self._ready and self._exceeds(START_LIMIT, self._started, 0.0):
             self._child.kill()
         if now >= self._memory_at:
             self._memory_at = now + MEMORY_POLL
@@ -191,20 +191,20 @@ class Engine:
         elif job.phase == "simulate" and now - job.since > job.limit:
             job.overdue = True
             self.cancel()
-        elif job.phase == "build" and self._over(BUILD_LIMIT, job.since, job.worked):
+        elif job.phase == "build" and self._exceeds(BUILD_LIMIT, job.since, job.worked):
             return self._kill("timeout", f"building the scene took longer than {BUILD_LIMIT:g} s")
         return None
 
-    def _over(self, limit: float, since: float, worked: float) -> bool:
+    def _exceeds(self, limit: float, since: float, worked: float) -> bool:
         """Return whether the process exceeded a limit [s] of processor time, or far exceeded it in wall time."""
         assert self._child is not None
         wall = monotonic() - since
-        return wall > PATIENCE * limit or (wall > limit and self._child.worked() - worked > limit)
+        return wall > EXTRA_WALL_TIME * limit or (wall > limit and self._child.processor_time() - worked > limit)
 
     @property
     def ended(self) -> bool:
         """Whether all its processes have ended."""
-        return all(child.gone for child in self._children)
+        return all(child.has_ended for child in self._children)
 
     def end(self) -> None:
         """Let all its processes end by themselves."""

@@ -10,19 +10,19 @@ from typing import Any
 from text2sim.compiler.provenance import provenance
 from text2sim.runtime.child import ChildExit, Limits, default_memory
 from text2sim.runtime.outcome import EXIT_DIVERGED, Outcome
-from text2sim.runtime.program import Finished, Relay, run_program
+from text2sim.runtime.program import Finished, ProgressRelay, run_program
 from text2sim.runtime.progress import Clock
 from text2sim.runtime.stop import Stop
 from text2sim.runtime.warm_engine import Engine
 from text2sim.spec_schema.errors import EngineError
 
-POLL = 0.05
+POLL_INTERVAL = 0.05
 """Time [s] between checks of progress and requests to stop."""
-RENEW = 3_000_000_000
+MAX_ENGINE_MEMORY = 3_000_000_000
 """Resident memory [bytes] above which a new engine replaces the old one."""
-FAREWELL = 10.0
+SHUTDOWN_TIME = 10.0
 """Time [s] that the engine has to save the kernels that it compiled."""
-CODES = {"finished": 0, "diverged": EXIT_DIVERGED}
+EXIT_CODES = {"finished": 0, "diverged": EXIT_DIVERGED}
 
 
 class WarmRunner:
@@ -34,7 +34,7 @@ class WarmRunner:
 
     def __init__(self, folder: Path) -> None:
         self._inbox: queue.Queue[Any] = queue.Queue()
-        self._engine = Engine(folder, self._inbox, RENEW, live=False)
+        self._engine = Engine(folder, self._inbox, MAX_ENGINE_MEMORY, live=False)
         self._started, self._orders = False, 0
 
     def start(self) -> None:
@@ -58,7 +58,7 @@ class WarmRunner:
         if "--film-only" in flags or "--backend" in flags:
             return run_program(folder, flags=flags, **rest)
         done = self._simulate(folder.resolve(), limits, stop, clock)
-        if "--no-film" in flags or done.outcome.state not in CODES:
+        if "--no-film" in flags or done.outcome.state not in EXIT_CODES:
             return done
         film = run_program(folder, flags=("--film-only",), **rest)
         why = film.outcome.film_message or film.outcome.message
@@ -69,35 +69,35 @@ class WarmRunner:
         if not self._started:
             return
         self._engine.end()
-        until = monotonic() + FAREWELL
+        until = monotonic() + SHUTDOWN_TIME
         while monotonic() < until and not self._engine.ended:
-            sleep(POLL)
+            sleep(POLL_INTERVAL)
         self._engine.kill()
 
     def _simulate(self, folder: Path, limits: Limits, stop: Stop, clock: Clock) -> Finished:
         engine, program = self._engine, folder / "program"
-        relay = Relay(folder / "progress.jsonl", clock, stop, limits.timeout)
+        relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits.timeout)
         engine.limit, engine.peak = limits.memory or default_memory(), 0
         clock.enter("start")
         begun = monotonic()
         with stop.gently():
             result = self._carry_out(program, folder, limits.timeout, stop, clock, relay)
         relay.poll()
-        text = engine.said
+        text = engine.problem
         with (folder / "log.txt").open("a", encoding="utf-8") as log:
             log.write(text)
         state, message = result["state"], result.get("message", "")
-        if state == "timeout" and relay.hopeless:
-            message = relay.hopeless
+        if state == "timeout" and relay.hopeless_because:
+            message = relay.hopeless_because
         blame = provenance(program, result.get("traceback", "")) if state == "failed" else None
         ended = ChildExit(
             "stopped" if state == "interrupted" else "ended",
-            CODES.get(state, 1), monotonic() - begun, engine.peak, engine.limit, 0,
+            EXIT_CODES.get(state, 1), monotonic() - begun, engine.peak, engine.limit, 0,
         )  # fmt: skip
         return Finished(Outcome(state, relay.simulated, message), ended, blame, "")
 
     def _carry_out(
-        self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: Relay
+        self, program: Path, out: Path, timeout: float, stop: Stop, clock: Clock, relay: ProgressRelay
     ) -> dict[str, Any]:
         """Let the engine simulate a program, and return its result.
 
@@ -119,7 +119,7 @@ class WarmRunner:
                 engine.simulate(self._orders, program, out, timeout)
                 sent = True
             with suppress(queue.Empty):
-                news = self._inbox.get(timeout=POLL)
+                news = self._inbox.get(timeout=POLL_INTERVAL)
                 result = engine.receive(news.child, news.data)
             result = result or engine.guard()
             if relay.poll() and engine.job is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from text2sim.service import exits
-from text2sim.service.phrases import reason, shown
+from text2sim.service.phrases import display_path, user_message
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 CASE_FILE = "case.yaml"
 SKIPPED = frozenset({"runs", "program", "assets", "__pycache__", "node_modules"})
 """Folders that are not searched for cases: they have what was made from cases."""
-DEPTH = 6
+MAX_DEPTH = 6
 
 
 @dataclass
@@ -62,7 +62,7 @@ class Examined:
     @property
     def title(self) -> str:
         """Its file, and the changes to it."""
-        return shown(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
+        return display_path(self.path) + (f" ({', '.join(self.overlay.words)})" if self.overlay else "")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the document that `--json` prints."""
@@ -124,7 +124,7 @@ class Examined:
         """Record an error that the author of the case, or the owner of the machine, can fix."""
         self.exit = exits.exit_of_error(error)
         self.problems = error.problems if isinstance(error, SpecError) else []
-        self.failure = "" if self.problems else reason(error).removeprefix(f"{self.path}: ")
+        self.failure = "" if self.problems else user_message(error).removeprefix(f"{self.path}: ")
         self.collect_sources()
 
     def collect_sources(self) -> None:
@@ -179,13 +179,13 @@ def find_cases(paths: Iterable[Path]) -> list[Path]:
     """Return the files or folders of cases; a folder that is not a case stands for all cases below it."""
     found: dict[Path, None] = {}
     for path in paths:
-        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_below(path, DEPTH))
+        below = [path] if not path.is_dir() or (path / CASE_FILE).is_file() else list(_folders_below(path, MAX_DEPTH))
         # A folder without cases is kept, so that reading it reports that.
         found |= dict.fromkeys(below or [path])
     return list(found)
 
 
-def _below(folder: Path, depth: int) -> Iterable[Path]:
+def _folders_below(folder: Path, depth: int) -> Iterable[Path]:
     try:
         entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
     except OSError:
@@ -197,4 +197,4 @@ def _below(folder: Path, depth: int) -> Iterable[Path]:
         if (path / CASE_FILE).is_file():
             yield path
         elif depth > 0:
-            yield from _below(path, depth - 1)
+            yield from _folders_below(path, depth - 1)

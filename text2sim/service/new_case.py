@@ -4,7 +4,7 @@ import errno
 import re
 from pathlib import Path
 
-from text2sim.service.phrases import shown
+from text2sim.service.phrases import display_path
 
 STARTER = Path(__file__).with_name("starter.yaml")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}\Z")
@@ -31,7 +31,7 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
         raise RunError(f"{name!r} is not a name: a letter, then letters, digits or underscores (48 at most)")
     folder = cases / name
     if folder.exists() or folder.is_symlink():
-        raise RunError(f"{shown(folder)} already exists")
+        raise RunError(f"{display_path(folder)} already exists")
     with staging(cases) as stage:
         staged = stage / name
         staged.mkdir()

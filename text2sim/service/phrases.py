@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
 
 
-def shown(path: Path) -> str:
+def display_path(path: Path) -> str:
     """Return a path, relative to the working directory if it is below it."""
     try:
         return os.path.relpath(path) if path.absolute().is_relative_to(Path.cwd()) else str(path)
@@ -16,14 +16,14 @@ def shown(path: Path) -> str:
         return str(path)
 
 
-def reason(error: Exception) -> str:
+def user_message(error: Exception) -> str:
     """Return the message of an error that the user can fix."""
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return str(error)
 
 
-def seconds(value: float | None) -> str:
+def duration_text(value: float | None) -> str:
     """Return a duration for people: `0.4 s`, `41 s`, `3 min 5 s`."""
     if value is None:
         return "?"
@@ -36,12 +36,12 @@ def seconds(value: float | None) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
-def summary(result: "RunResult") -> str:
+def run_line(result: "RunResult") -> str:
     """Return one line: the state, the score, the work done and its time."""
     words = result.state.replace("_", " ")
     if result.state != "finished":
         words += f" at {result.time:.4g} s" if result.time else ""
-    return f"{words}{_score(result)}, {result.work.value} in {seconds(result.wall)}"
+    return f"{words}{_score(result)}, {result.work.value} in {duration_text(result.wall)}"
 
 
 def _score(result: "RunResult") -> str:

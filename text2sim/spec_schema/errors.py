@@ -10,7 +10,7 @@ from text2sim.spec_schema.plain import plain_line
 
 Severity = Literal["error", "warning"]
 
-SHOWN = 100
+MAX_SHOWN_PROBLEMS = 100
 """Most problems that are shown to people; machines get all."""
 
 
@@ -116,19 +116,19 @@ def format_problems(problems: Iterable[Problem], source: Any = None) -> str:
             excerpts.
 
     Returns:
-        Lines for the first `SHOWN` problems, and the number of further ones.
+        Lines for the first `MAX_SHOWN_PROBLEMS` problems, and the number of further ones.
     """
     blocks, lines = [], dict[str, list[str]]()
     found = sort_problems(problems)
-    for problem in found[:SHOWN]:
+    for problem in found[:MAX_SHOWN_PROBLEMS]:
         block = str(problem)
         if problem.file not in lines:
             lines[problem.file] = _lines(source, problem.file)
         if problem.line <= len(lines[problem.file]):
             block += "\n" + _excerpt(lines[problem.file][problem.line - 1], problem)
         blocks.append(block)
-    if len(found) > SHOWN:
-        blocks.append(f"… and {len(found) - SHOWN} more problems")
+    if len(found) > MAX_SHOWN_PROBLEMS:
+        blocks.append(f"… and {len(found) - MAX_SHOWN_PROBLEMS} more problems")
     return "\n".join(blocks)
 
 

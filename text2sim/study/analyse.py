@@ -57,7 +57,7 @@ def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
         "answers": len(answers),
         "cannot_judge": abstained,
         "scores": scores,
-        "agreement": {question: alpha(rows) for question, rows in groups.items()},
+        "agreement": {question: krippendorff_alpha(rows) for question, rows in groups.items()},
         "preference_for_a": float(np.mean(left)) if left else None,
         "left_out": study.left_out,
     }
@@ -72,7 +72,7 @@ def _score(means: Sequence[float]) -> dict[str, Any]:
     return {"score": found.mean, "tasks": found.count, **interval}
 
 
-def alpha(groups: Sequence[Sequence[float]]) -> float | None:
+def krippendorff_alpha(groups: Sequence[Sequence[float]]) -> float | None:
     """Return Krippendorff's alpha for interval data: 1 is full agreement, 0 is chance; None if it is undefined.
 
     alpha = 1 - D_o / D_e. For squared differences, D_o is the mean of the variances within units, weighted by their

@@ -17,7 +17,7 @@ from text2sim.evaluation.documents import read_model, write_json
 from text2sim.evaluation.method_folder import MethodFolder, MethodName
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import Model, Name
-from text2sim.study.films import anonymised
+from text2sim.study.films import anonymise_film
 from text2sim.study.plan import Trial, assignments
 
 STUDY, FILMS = "study.json", "films"
@@ -36,10 +36,10 @@ no name, no address. A cookie with that number lets you continue later in the sa
 
 Participation is voluntary. You can stop at any time by closing the page.\
 """
-LONGEST = 20_000
+MAX_TEXT_LENGTH = 20_000
 """Largest number of characters of a text."""
 
-Text = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST)]
+Text = Annotated[str, StringConstraints(min_length=1, max_length=MAX_TEXT_LENGTH)]
 
 
 class Study(Model):
@@ -136,7 +136,7 @@ def _copy_films(
         try:
             if film is None:
                 raise RunError("there is no film")
-            anonymised(film, folder / f"{number}.mp4")
+            anonymise_film(film, folder / f"{number}.mp4")
             films[task][method.name] = number
         except RunError as error:
             left_out.append(f"{task}, {method.name}: {error}")

@@ -12,7 +12,7 @@ LONGEST_SIDE = 4096
 """Largest width or height of a frame [pixels]."""
 
 
-def anonymised(source: Path, target: Path) -> None:
+def anonymise_film(source: Path, target: Path) -> None:
     """Re-encode a film with the settings of all others, without sound, tags, names and dates.
 
     Raises:

@@ -22,7 +22,7 @@ from starlette.routing import Route
 from text2sim.evidence.page import render_page
 from text2sim.study.answers import Answers
 from text2sim.study.build import FILMS, read_study
-from text2sim.watching.admission import HEADERS, admitted, policy
+from text2sim.watching.access_control import HEADERS, admitted_path, content_security_policy
 
 LEVELS = {
     "-2": "A much better",
@@ -34,7 +34,7 @@ LEVELS = {
 }
 COOKIE = "person"
 MONTH = 30 * 24 * 3600
-LARGEST = 10_000
+MAX_FORM_SIZE = 10_000
 """Largest size of a submitted form [bytes]."""
 
 
@@ -50,88 +50,88 @@ class StudyPage:
         self._folder, self._hosts, self._study = folder, hosts, read_study(folder)
         self.answers = Answers(folder, self._study)
         routes = [
-            Route("/{token}/", self._page, methods=["GET"]),
-            Route("/{token}/", self._sent, methods=["POST"]),
-            Route("/{token}/film/{trial:int}/{side}", self._film, methods=["GET"]),
+            Route("/{token}/", self._show_page, methods=["GET"]),
+            Route("/{token}/", self._submit, methods=["POST"]),
+            Route("/{token}/film/{trial:int}/{side}", self._send_film, methods=["GET"]),
         ]
         guard = Middleware(BaseHTTPMiddleware, dispatch=self._guard)
-        self.app = Starlette(routes=routes, middleware=[guard], exception_handlers={404: _nothing, 405: _nothing})
+        self.app = Starlette(routes=routes, middleware=[guard], exception_handlers={404: _not_found, 405: _not_found})
 
     async def _guard(self, request: Request, call: Callable[[Request], Awaitable[Response]]) -> Response:
         path = request.scope["raw_path"].decode("ascii", "replace")
-        if admitted(path, request.headers, self._hosts, self.answers.token) is None:
-            return await _nothing(request)
+        if admitted_path(path, request.headers, self._hosts, self.answers.token) is None:
+            return await _not_found(request)
         answer = await call(request)
         for name, value in {"Cache-Control": "no-store", **HEADERS}.items():
             answer.headers.setdefault(name, value)
         return answer
 
-    def _place(self, request: Request) -> tuple[str, int, int] | None:
+    def _position(self, request: Request) -> tuple[str, int, int] | None:
         """The person, the assignment, and the number of the current comparison; None for an unknown person."""
         person = request.cookies.get(COOKIE, "")
         found = self.answers.position(person)
         return None if found is None else (person, *found)
 
-    async def _page(self, request: Request) -> Response:
-        place = self._place(request)
+    async def _show_page(self, request: Request) -> Response:
+        place = self._position(request)
         if place is None:
-            return _shown("consent", consent=self._study.consent)
-        return self._comparison(*place[1:])
+            return _render("consent", consent=self._study.consent)
+        return self._show_comparison(*place[1:])
 
-    def _comparison(self, assignment: int, number: int, missing: tuple[str, ...] = ()) -> Response:
+    def _show_comparison(self, assignment: int, number: int, missing: tuple[str, ...] = ()) -> Response:
         trials = self._study.assignments[assignment]
         if number == len(trials):
-            return _shown("end")
-        return _shown(
+            return _render("end")
+        return _render(
             "trial", 422 if missing else 200, number=number, count=len(trials), questions=self._study.questions,
             prompt=self._study.prompts[trials[number].task], levels=LEVELS, missing=missing,
         )  # fmt: skip
 
-    async def _sent(self, request: Request) -> Response:
-        if int(request.headers.get("Content-Length", LARGEST + 1)) > LARGEST:
+    async def _submit(self, request: Request) -> Response:
+        if int(request.headers.get("Content-Length", MAX_FORM_SIZE + 1)) > MAX_FORM_SIZE:
             return PlainTextResponse("too large\n", 413)
-        given = {name: rows[-1] for name, rows in parse_qs((await request.body()).decode("utf-8", "replace")).items()}
-        place = self._place(request)
-        back = RedirectResponse(request.url.path, 303)
+        form = {name: rows[-1] for name, rows in parse_qs((await request.body()).decode("utf-8", "replace")).items()}
+        place = self._position(request)
+        redirect = RedirectResponse(request.url.path, 303)
         if place is None:
-            if given.get("agree") == "yes":
+            if form.get("agree") == "yes":
                 person = self.answers.begin()
                 if person is None:
-                    return _shown("full")
-                back.set_cookie(COOKIE, person, max_age=MONTH, path=request.url.path, httponly=True, samesite="lax")
-            return back
+                    return _render("full")
+                redirect.set_cookie(COOKIE, person, max_age=MONTH, path=request.url.path, httponly=True, samesite="lax")
+            return redirect
         person, assignment, number = place
-        over = number == len(self._study.assignments[assignment])
-        if over or given.get("number") != str(number):  # submitted twice, or from an old page
-            return back
-        missing = tuple(name for name in self._study.questions if given.get(name) not in LEVELS)
+        finished = number == len(self._study.assignments[assignment])
+        if finished or form.get("number") != str(number):  # submitted twice, or from an old page
+            return redirect
+        missing = tuple(name for name in self._study.questions if form.get(name) not in LEVELS)
         if missing:
-            return self._comparison(assignment, number, missing)
-        levels = {name: given[name] for name in self._study.questions}
+            return self._show_comparison(assignment, number, missing)
+        levels = {name: form[name] for name in self._study.questions}
         self.answers.give(person, number, {k: None if v == "none" else int(v) for k, v in levels.items()})
-        return back
+        return redirect
 
-    async def _film(self, request: Request) -> Response:
-        place, number, side = self._place(request), request.path_params["trial"], request.path_params["side"]
+    async def _send_film(self, request: Request) -> Response:
+        place, number, side = self._position(request), request.path_params["trial"], request.path_params["side"]
         if place is None or side not in ("a", "b"):
-            return await _nothing(request)
+            return await _not_found(request)
         trials = self._study.assignments[place[1]]
         if not 0 <= number < len(trials):
-            return await _nothing(request)
+            return await _not_found(request)
         film = self._folder / FILMS / f"{self._study.film(trials[number], side)}.mp4"
         # The page prefetches the films of the next comparison, so the browser must cache them.
         return FileResponse(film, media_type="video/mp4", headers={"Cache-Control": "private, max-age=86400"})
 
 
-def _shown(state: str, status: int = 200, **contents: Any) -> Response:
+def _render(state: str, status: int = 200, **contents: Any) -> Response:
     nonce = secrets.token_urlsafe(12)
     page = render_page("study", "page.html.j2", {"state": state, "nonce": nonce, **contents})
     # With `no-referrer`, browsers submit a form with the origin `null`, which `admitted` could not check.
-    headers = {"Content-Security-Policy": policy(nonce, "'self'"), "Referrer-Policy": "same-origin"}
+    headers = {"Content-Security-Policy": content_security_policy(nonce, "'self'"), "Referrer-Policy": "same-origin"}
     return HTMLResponse(page, status, headers)
 
 
-async def _nothing(request: Request, error: Exception | None = None) -> Response:
+async def _not_found(request: Request, error: Exception | None = None) -> Response:
     return PlainTextResponse("there is nothing here\n", 404)
 
 

@@ -12,29 +12,29 @@ else:  # in a program, where it lies beside this module
     from cameras import View, framed, project
     from viewpoints import place
 
-LOOKS = 20
+FRAMING_MOMENTS = 20
 """Number of moments of the recording at which the framing is checked."""
-HIDING = 5
+OCCLUSION_MOMENTS = 5
 """Number of moments at which occlusion is checked."""
-MANY, OUTLIERS = 20, 0.02
+MANY_BODIES, OUTLIER_SHARE = 20, 0.02
 """With this many bodies or more, each edge of the picture may cut off this share of their positions: one shard that
 flies off must not make all others small."""
 AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
 ELEVATIONS = {13: 0.0, 19: 0.01, 8: 0.05, 27: 0.05, 42: 0.14}
 """Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
 with the score that each costs."""
-HABIT, BACK = 0.006, 0.06
+UNUSUAL_COST, BEHIND_COST = 0.006, 0.06
 """Score that each step down the list of azimuths costs, and that a view from behind costs: scenes face -y."""
-HIDDEN, FILLED, ACROSS, BROAD, APART = 1.0, 0.5, 0.3, 0.25, 0.35
+HIDDEN_WEIGHT, FILLED_WEIGHT, MOTION_WEIGHT, BROAD_SIDE_WEIGHT, CONTRAST_WEIGHT = 1.0, 0.5, 0.3, 0.25, 0.35
 """Weights of a camera's score: hidden bodies, the share of the picture that bodies fill, motion across the picture,
 broad sides of bodies, and contrast with the background."""
-TELLS = 0.25
+MAX_USEFUL_CONTRAST = 0.25
 """Colour distance above which contrast does not increase the score further."""
 SURROUNDINGS, BENEATH = 0.3, 0.15
 """How much of statics is shown beside and below what moves, in sizes of the latter."""
-SPOTS = 3
+POINTS_PER_BODY = 3
 """Points of a body from which occlusion is checked."""
-CHECKS = 1_500_000
+MAX_SIGHT_TESTS = 1_500_000
 """Largest number of tests of a line of sight against a box, for all cameras together."""
 
 
@@ -50,26 +50,31 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     """
     auto, frame = film["auto"], camera["frame"]
     aspect = film["resolution"][0] / film["resolution"][1]
-    looks = _moments(times, tracks)
-    clouds = [states.bounds(auto["moving"], float(t)) for t in looks]
+    moments = _moments(times, tracks)
+    clouds = [states.bounds(auto["moving"], float(t)) for t in moments]
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
-    standing = states.bounds(auto["statics"], float(looks[0])) if auto["statics"] else np.zeros((0, 3))
+    standing = states.bounds(auto["statics"], float(moments[0])) if auto["statics"] else np.zeros((0, 3))
     shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
     points = np.concatenate([shown, _near(standing, shown)])
     if not len(points):
         return camera
-    sights = _Sights(film, states, looks)
-    ways = np.diff(tracks[:: max(1, len(tracks) // LOOKS)], axis=0).reshape(-1, 3)
-    best, score = camera, -math.inf
-    for direction, habit in _directions(frame["direction"], free=auto["turn_lights"]):
+    sights = _Sights(film, states, moments)
+    displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
+    best, best_score = camera, -math.inf
+    for direction, cost in _directions(frame["direction"], free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
         view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
-        filled = float(np.mean([_filled(view, cloud, aspect) for cloud in clouds if len(cloud)]))
-        hidden, apart = sights.told(way, float(np.linalg.norm(view.pos - view.look_at)))
-        found = FILLED * filled - HIDDEN * hidden + APART * apart + ACROSS * _across(ways, view)
-        found += BROAD * sights.broad(way) - habit
-        if found > score:
-            best, score = tried, found
+        filled = float(np.mean([_filled_share(view, cloud, aspect) for cloud in clouds if len(cloud)]))
+        hidden, contrast = sights.visibility(way, float(np.linalg.norm(view.pos - view.look_at)))
+        total = (
+            FILLED_WEIGHT * filled
+            - HIDDEN_WEIGHT * hidden
+            + CONTRAST_WEIGHT * contrast
+            + MOTION_WEIGHT * _motion_across(displacements, view)
+        )
+        total += BROAD_SIDE_WEIGHT * sights.broad(way) - cost
+        if total > best_score:
+            best, best_score = tried, total
     return best
 
 
@@ -78,20 +83,23 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     moved = np.linalg.norm(np.diff(tracks, axis=0), axis=2).mean(axis=1)
     even = np.full(len(moved), 1 / len(moved))
     share = even if moved.sum() < 1e-12 else (even + moved / moved.sum()) / 2
-    return np.interp(np.linspace(0, 1, LOOKS), np.append(0.0, np.cumsum(share)), times)
+    return np.interp(np.linspace(0, 1, FRAMING_MOMENTS), np.append(0.0, np.cumsum(share)), times)
 
 
-def _directions(given: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
-    x, y, z = (float(c) for c in given)
-    above = math.degrees(math.atan2(z, math.hypot(x, y)))
-    losses = np.interp(above, sorted(ELEVATIONS), [ELEVATIONS[elevation] for elevation in sorted(ELEVATIONS)])
-    found = [((x, y, z), float(losses))]
-    for elevation, loss in ELEVATIONS.items():
+def _directions(derived: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
+    """Directions to the camera, and the score that each costs: the derived one, and if `free` all candidates."""
+    x, y, z = (float(c) for c in derived)
+    derived_elevation = math.degrees(math.atan2(z, math.hypot(x, y)))
+    elevations = sorted(ELEVATIONS)
+    directions = [
+        ((x, y, z), float(np.interp(derived_elevation, elevations, [ELEVATIONS[angle] for angle in elevations])))
+    ]
+    for elevation, cost in ELEVATIONS.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, turn = math.radians(elevation), math.radians(azimuth)
-            way = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
-            found.append((way, loss + HABIT * k + BACK * (way[1] > 0.1)))
-    return found if free else found[:1]
+            direction = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
+            directions.append((direction, cost + UNUSUAL_COST * k + BEHIND_COST * (direction[1] > 0.1)))
+    return directions if free else directions[:1]
 
 
 class _Sights:
@@ -100,10 +108,10 @@ class _Sights:
     Args:
         film: Constants of `render.py`.
         states: Recorded states, see `playback.States`.
-        looks: Moments [s].
+        moments: Sampled times [s].
     """
 
-    def __init__(self, film: dict, states: Any, looks: np.ndarray):
+    def __init__(self, film: dict, states: Any, moments: np.ndarray):
         auto = film["auto"]
         every = states.boxes([*auto["moving"], *auto["standing"]])
         names = [name.split("[")[0] for name in every.names]
@@ -111,52 +119,53 @@ class _Sights:
         self._body = np.array([self._bodies[name] for name in names], int)
         self._color, self._solid = every.color, every.solid & ~np.isin(names, auto["clear"])
         moves = np.flatnonzero(np.isin(names, auto["moving"]))
-        cost = HIDING * SPOTS * len(AZIMUTHS) * len(ELEVATIONS) * max(len(names), 1) * max(len(moves), 1)
-        self._mine = moves[:: max(1, math.ceil(cost / CHECKS))]
-        chosen = looks[np.unique(np.linspace(0, len(looks) - 1, HIDING).round().astype(int))]
+        directions = len(AZIMUTHS) * len(ELEVATIONS)
+        tests = OCCLUSION_MOMENTS * POINTS_PER_BODY * directions * max(len(names), 1) * max(len(moves), 1)
+        self._sampled = moves[:: max(1, math.ceil(tests / MAX_SIGHT_TESTS))]
+        chosen = moments[np.unique(np.linspace(0, len(moments) - 1, OCCLUSION_MOMENTS).round().astype(int))]
         self._placed = [states.placed(every, float(t)) for t in chosen]
         self._background = np.asarray(film["background"], float)
 
-    def told(self, way: np.ndarray, away: float) -> tuple[float, float]:
+    def visibility(self, way: np.ndarray, distance: float) -> tuple[float, float]:
         """Return the hidden share of moving bodies as seen by a camera, and their contrast, each 0 to 1.
 
         Args:
             way: Unit vector towards the camera.
-            away: Distance of the camera [m].
+            distance: Distance of the camera [m].
         """
-        mine, hidden, apart = self._mine, [], []
-        if not len(mine):
+        sampled, hidden, contrasts = self._sampled, [], []
+        if not len(sampled):
             return 0.0, 1.0
-        same = self._body[mine][:, None] == self._body[None]
+        same = self._body[sampled][:, None] == self._body[None]
         for centers, axes, half in self._placed:
-            for spot in np.linspace(-0.7, 0.7, SPOTS):
-                points = centers[mine] + spot * np.einsum("nij,nj->ni", axes[mine], half[mine])
-                ahead = np.where(same | ~self._solid, np.inf, _entered(points, way, centers, axes, half))
-                hidden.append((ahead < away).any(axis=1))
-                behind = np.where(same, np.inf, _entered(points, -way, centers, axes, half))
+            for spot in np.linspace(-0.7, 0.7, POINTS_PER_BODY):
+                points = centers[sampled] + spot * np.einsum("nij,nj->ni", axes[sampled], half[sampled])
+                ahead = np.where(same | ~self._solid, np.inf, _entry_distances(points, way, centers, axes, half))
+                hidden.append((ahead < distance).any(axis=1))
+                behind = np.where(same, np.inf, _entry_distances(points, -way, centers, axes, half))
                 k = behind.argmin(axis=1)
                 nothing = np.isinf(behind[np.arange(len(k)), k])
                 colors = np.where(nothing[:, None], self._background, self._color[k])
-                far = np.linalg.norm(colors - self._color[mine], axis=1) / math.sqrt(3)
-                apart.append(np.clip(far / TELLS, 0, 1))
-        return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(apart, axis=0))
+                far = np.linalg.norm(colors - self._color[sampled], axis=1) / math.sqrt(3)
+                contrasts.append(np.clip(far / MAX_USEFUL_CONTRAST, 0, 1))
+        return self._mean(np.mean(hidden, axis=0)), self._mean(np.mean(contrasts, axis=0))
 
     def broad(self, way: np.ndarray) -> float:
         """Return how much of their broad sides the bodies show, 0 to 1; `way` points to the camera."""
-        _, axes, half = (array[self._mine] for array in self._placed[0])
+        _, axes, half = (array[self._sampled] for array in self._placed[0])
         faces = np.stack([half[:, 1] * half[:, 2], half[:, 0] * half[:, 2], half[:, 0] * half[:, 1]], axis=1)
         seen = (np.abs(np.einsum("nij,i->nj", axes, way)) * faces).sum(axis=1)
         return self._mean(seen / np.maximum(np.linalg.norm(faces, axis=1), 1e-12)) if len(seen) else 1.0
 
     def _mean(self, values: np.ndarray) -> float:
         """Mean over bodies, with the copies of each averaged first: one ball counts as much as a wall of bricks."""
-        bodies = self._body[self._mine]
+        bodies = self._body[self._sampled]
         counts = np.bincount(bodies)
         sums = np.bincount(bodies, values)
         return float((sums[counts > 0] / counts[counts > 0]).mean())
 
 
-def _entered(
+def _entry_distances(
     points: np.ndarray, way: np.ndarray, centers: np.ndarray, axes: np.ndarray, half: np.ndarray
 ) -> np.ndarray:
     """Return the distance [m] at which rays from points enter boxes, inf if they miss, shape (points, boxes)."""
@@ -168,15 +177,15 @@ def _entered(
     return np.where((last > np.maximum(first, 0.0)) & (first > 1e-4), first, np.inf)
 
 
-def _across(ways: np.ndarray, view: View) -> float:
+def _motion_across(displacements: np.ndarray, view: View) -> float:
     """Share of all motion that goes across the picture, 0 to 1."""
     ahead = (view.look_at - view.pos) / np.linalg.norm(view.look_at - view.pos)
-    whole = np.linalg.norm(ways, axis=1).sum()
-    across = np.linalg.norm(ways - np.outer(ways @ ahead, ahead), axis=1).sum()
+    whole = np.linalg.norm(displacements, axis=1).sum()
+    across = np.linalg.norm(displacements - np.outer(displacements @ ahead, ahead), axis=1).sum()
     return float(across / whole) if whole > 1e-9 else 1.0
 
 
-def _filled(view: View, cloud: np.ndarray, aspect: float) -> float:
+def _filled_share(view: View, cloud: np.ndarray, aspect: float) -> float:
     """Size of the subjects: square root of the share of the picture that a box around most of them fills."""
     places = np.clip(project(view, cloud, aspect)[:, :2], -1, 1)
     wide, tall = np.diff(np.percentile(places, (4, 96), axis=0), axis=0)[0] / 2
@@ -207,9 +216,9 @@ def _near(standing: np.ndarray, shown: np.ndarray) -> np.ndarray:
 def _trimmed(clouds: list[np.ndarray], bodies: int) -> np.ndarray:
     """All points of clouds; with many bodies, without the outliers."""
     points = np.concatenate(clouds) if clouds else np.zeros((0, 3))
-    if bodies < MANY or not len(points):
+    if bodies < MANY_BODIES or not len(points):
         return points
-    low, high = np.percentile(points, (100 * OUTLIERS, 100 * (1 - OUTLIERS)), axis=0)
+    low, high = np.percentile(points, (100 * OUTLIER_SHARE, 100 * (1 - OUTLIER_SHARE)), axis=0)
     start = clouds[0]
     low, high = np.minimum(low, start.min(axis=0)), np.maximum(high, start.max(axis=0))
     return points[((points >= low) & (points <= high)).all(axis=1)]

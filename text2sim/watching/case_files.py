@@ -12,12 +12,12 @@ SUFFIXES = frozenset(
 )
 """Suffixes of files that a case may use; editors create others beside it."""
 SKIPPED = frozenset({"runs", "program", "__pycache__", "node_modules"})
-FILES = 2_000
+MAX_FILES = 2_000
 """Largest number of watched files, because a case file may be in any folder."""
-DEPTH = 4
-SETTLED = 0.01
+MAX_DEPTH = 4
+SETTLE_TIME = 0.01
 """Time [s] without a change after which a save is complete."""
-PATIENCE = 0.5
+MISSING_FILE_PATIENCE = 0.5
 """Time [s] for which a file may be missing, or empty, while it is being saved."""
 
 Stamp = tuple[int, int, int]
@@ -41,7 +41,7 @@ class CaseFiles:
         stamps = self._look()
         touched = {path for path in {*stamps, *self._stamps} if stamps.get(path) != self._stamps.get(path)}
         newest = max((stamps[path][0] / 1e9 for path in touched & stamps.keys()), default=time())
-        self.age = min(max(0.0, time() - newest), PATIENCE)
+        self.age = min(max(0.0, time() - newest), MISSING_FILE_PATIENCE)
         digests = {path: _digest(path) if path in stamps else "" for path in touched}
         changed = any(digest != self._digests.get(path, "") for path, digest in digests.items())
         self._stamps = stamps
@@ -51,17 +51,17 @@ class CaseFiles:
     def _settle(self) -> None:
         """Wait for the end of a save: some editors truncate a file first, others replace it."""
         begun, before = monotonic(), None
-        while monotonic() - begun < PATIENCE:
+        while monotonic() - begun < MISSING_FILE_PATIENCE:
             stamps = self._look()
             complete = (stamp := stamps.get(self._case)) is not None and stamp[1] > 0
             if complete and stamps == before:
                 return
             before = stamps
-            sleep(SETTLED)
+            sleep(SETTLE_TIME)
 
     def _look(self) -> dict[Path, Stamp]:
         stamps: dict[Path, Stamp] = {}
-        self._look_into(self._case.parent, DEPTH, stamps)
+        self._look_into(self._case.parent, MAX_DEPTH, stamps)
         if self._case not in stamps and (stamp := _stamp(self._case)) is not None:
             stamps[self._case] = stamp
         return stamps
@@ -72,7 +72,7 @@ class CaseFiles:
         except OSError:
             return
         for entry in entries:
-            if len(stamps) >= FILES or entry.name.startswith("."):
+            if len(stamps) >= MAX_FILES or entry.name.startswith("."):
                 continue
             try:
                 if entry.is_dir(follow_symlinks=False):

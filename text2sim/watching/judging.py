@@ -11,12 +11,12 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str]
-"""Number of the take, and digest of all that its evidence depends on besides states."""
+"""Number of the live run, and digest of all that its evidence depends on besides states."""
 
 
 @dataclass(frozen=True)
 class JudgedTake:
-    """Evidence of a take."""
+    """Evidence of a live run."""
 
     key: Key
     evidence: dict[str, Any] | None
@@ -28,7 +28,7 @@ class JudgedTake:
 
 
 class Judge:
-    """Judges one take at a time; puts the result into the inbox."""
+    """Judges one live run at a time; puts the result into the inbox."""
 
     def __init__(self, inbox: "queue.Queue[Any]") -> None:
         self._inbox = inbox
@@ -38,7 +38,7 @@ class Judge:
         threading.Thread(target=_import, name="imports", daemon=True).start()
 
     def judge(self, key: Key, folder: Path, case: "Case") -> None:
-        """Judge a take, unless that was done, or another is being judged.
+        """Judge a live run, unless that was done, or another is being judged.
 
         Args:
             key: Key of the judgement.
@@ -47,15 +47,15 @@ class Judge:
         """
         if self._busy is None and (self.judged is None or self.judged.key != key):
             self._busy = key
-            threading.Thread(target=self._work, args=(key, folder, case), name="judge", daemon=True).start()
+            threading.Thread(target=self._judge_run, args=(key, folder, case), name="judge", daemon=True).start()
 
     def receive(self, judged: JudgedTake) -> None:
         """Receive a result from the inbox."""
         self._busy, self.judged = None, judged
 
-    def _work(self, key: Key, folder: Path, case: "Case") -> None:
+    def _judge_run(self, key: Key, folder: Path, case: "Case") -> None:
         from text2sim.evidence.evidence import judge
-        from text2sim.runtime.trouble import told
+        from text2sim.runtime.internal_errors import internal_error_message
         from text2sim.spec_schema.errors import RunError
 
         begun, evidence, message = monotonic(), None, ""
@@ -65,7 +65,7 @@ class Judge:
         except RunError as error:
             message = str(error)
         except Exception as error:
-            message = told(error)
+            message = internal_error_message(error)
         self._inbox.put(JudgedTake(key, evidence, message, monotonic() - begun))
 
 

@@ -22,19 +22,19 @@ class PageState:
                 self._content |= changes
                 self._notify()
 
-    def show_scene(self, name: str, take: str, scene: bytes, *, whole: bool) -> None:
+    def show_scene(self, name: str, live_run: str, scene: bytes, *, whole: bool) -> None:
         """Show a new scene; the previous one is kept for pages that are still loading it.
 
         Args:
             name: Name of the scene, which must be new.
-            take: The simulation.
+            live_run: The simulation.
             scene: The scene in the page's format.
             whole: Whether its simulation has ended.
         """
         with self._changed:
             before = (self._content["scene"] or {}).get("name")
             self._scenes = {key: value for key, value in self._scenes.items() if key == before} | {name: scene}
-            self._content["scene"] = {"name": name, "take": take, "whole": whole}
+            self._content["scene"] = {"name": name, "take": live_run, "whole": whole}
             self._notify()
 
     def scene(self, name: str) -> bytes | None:

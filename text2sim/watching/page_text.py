@@ -5,7 +5,7 @@ from typing import Any
 from text2sim.watching.live_run import LiveRun
 from text2sim.watching.protocols import Checked
 
-EXCERPT = 300
+MAX_EXCERPT = 300
 """Longest line of a case that the page shows [characters]."""
 
 
@@ -16,7 +16,7 @@ def problem_rows(read: Checked) -> list[dict[str, Any]]:
         row = problem.as_dict()
         lines = read.sources.get(problem.file, "").splitlines()
         if 0 < problem.line <= len(lines):
-            row["excerpt"] = lines[problem.line - 1][:EXCERPT]
+            row["excerpt"] = lines[problem.line - 1][:MAX_EXCERPT]
         rows.append(row)
     return rows
 
@@ -28,16 +28,16 @@ def refusal(checked: Checked) -> dict[str, Any]:
     return {"words": words, "tone": "bad", "mark": "✗", "progress": None}
 
 
-def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
-    """Return the state of the page for a finished take.
+def closing(live_run: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> dict[str, Any]:
+    """Return the state of the page for a finished run.
 
     Args:
-        take: The take.
+        live_run: The simulation.
         evidence: Its evidence; None if it could not be judged.
         no_scene: Why there is no scene; empty if there is one.
     """
-    if take.state != "finished" or evidence is None:
-        words, good = take.message or take.state.replace("_", " "), False
+    if live_run.state != "finished" or evidence is None:
+        words, good = live_run.message or live_run.state.replace("_", " "), False
     else:
         good = evidence["verdict"] == "passed"
         words = f"{evidence['verdict']}: {evidence['why']}"
@@ -46,10 +46,10 @@ def closing(take: LiveRun, evidence: dict[str, Any] | None, no_scene: str) -> di
     return {"words": words, "tone": "good" if good else "bad", "mark": "✓" if good else "✗", "progress": None}
 
 
-def timing(take: LiveRun) -> str:
-    """Return the durations of a take in words."""
-    seconds = take.seconds
+def timing(live_run: LiveRun) -> str:
+    """Return the durations of a live run in words."""
+    seconds = live_run.seconds
     words = [f"simulated in {seconds['simulate']:.2f} s"] if "simulate" in seconds else []
     words += [f"shown {seconds['scene']:.2f} s after saving"] if "scene" in seconds else []
     words += [f"judged in {seconds['judge']:.2f} s"] if "judge" in seconds and len(seconds) <= 2 else []
-    return f"take {take.number}: {', '.join(words)}"
+    return f"take {live_run.number}: {', '.join(words)}"

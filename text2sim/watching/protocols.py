@@ -61,11 +61,11 @@ class Listener(Protocol):
     def trouble(self, words: str, problem: Problem | None) -> None:
         """An error occurred, at the line of the case in `problem` if that is known."""
 
-    def done(self, take: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
+    def done(self, live_run: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
         """States, evidence and scene are up to date.
 
         Args:
-            take: The take.
+            live_run: The simulation.
             evidence: Its evidence; None if it could not be judged.
             no_scene: Why there is no scene; empty if there is one.
         """

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
 Key = tuple[int, str, str]
-"""Number of the take, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
-PAUSE = 0.3
+"""Number of the live run, digest of the film, and digest of the judgement; the latter is empty until it is judged."""
+MIN_PAUSE = 0.3
 """Smallest time [s] between scenes during a simulation."""
-SHARE = 3.0
+MIN_PAUSE_FACTOR = 3.0
 """Smallest pause after a scene during a simulation, in multiples of the time that packing took."""
 
 
@@ -57,7 +57,7 @@ class Scenes:
         if self._busy or (self.whole is not None and self.whole.key == key) or (not whole and monotonic() < self._due):
             return
         self._busy = True
-        threading.Thread(target=self._work, args=(key, folder, case, whole), name="scene", daemon=True).start()
+        threading.Thread(target=self._pack_scene, args=(key, folder, case, whole), name="scene", daemon=True).start()
 
     def receive(self, packed: Packed) -> None:
         """Receive a scene from the inbox."""
@@ -65,11 +65,11 @@ class Scenes:
         if packed.whole:
             self.whole, self._due = packed, 0.0
         else:
-            self._due = monotonic() + max(PAUSE, SHARE * packed.seconds)
+            self._due = monotonic() + max(MIN_PAUSE, MIN_PAUSE_FACTOR * packed.seconds)
 
-    def _work(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
+    def _pack_scene(self, key: Key, folder: Path, case: "Case", whole: bool) -> None:
         from text2sim.replay.page import pack_scene
-        from text2sim.runtime.trouble import told
+        from text2sim.runtime.internal_errors import internal_error_message
 
         begun, scene, message = monotonic(), b"", ""
         try:
@@ -78,5 +78,5 @@ class Scenes:
         except RunError as error:
             message = str(error)
         except Exception as error:
-            message = told(error)
+            message = internal_error_message(error)
         self._inbox.put(Packed(key, whole, scene, message, monotonic() - begun))

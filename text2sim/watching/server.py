@@ -12,11 +12,11 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 from text2sim.replay.page import live_page
-from text2sim.watching.admission import HEADERS, admitted, policy
+from text2sim.watching.access_control import HEADERS, admitted_path, content_security_policy
 from text2sim.watching.page_state import PageState
 
 HOST = "127.0.0.1"
-LISTENERS = 16
+MAX_LISTENERS = 16
 """Largest number of connected pages."""
 KEEP_ALIVE = 10.0
 """Time [s] between keep-alive messages to a page."""
@@ -54,7 +54,7 @@ class _Server(ThreadingHTTPServer):
     page: bytes
 
     def __init__(self, *arguments: Any) -> None:
-        self.listeners = threading.BoundedSemaphore(LISTENERS)
+        self.listeners = threading.BoundedSemaphore(MAX_LISTENERS)
         super().__init__(*arguments)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
@@ -91,12 +91,12 @@ class _Handler(BaseHTTPRequestHandler):
         """The path below the secret; see `admitted`."""
         port = self.server.server_port
         headers: Any = self.headers
-        return admitted(self.path, headers, {f"{HOST}:{port}", f"localhost:{port}"}, self.server.token)
+        return admitted_path(self.path, headers, {f"{HOST}:{port}", f"localhost:{port}"}, self.server.token)
 
     def _headers(self, status: int, kind: str) -> None:
         self.send_response(status)
         rows = {"Content-Type": kind, "Cache-Control": "no-store", **HEADERS}
-        for name, value in (rows | {"Content-Security-Policy": policy(self.server.nonce)}).items():
+        for name, value in (rows | {"Content-Security-Policy": content_security_policy(self.server.nonce)}).items():
             self.send_header(name, value)
 
     def _answer(self, status: int, body: bytes, kind: str) -> None:

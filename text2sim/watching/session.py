@@ -10,8 +10,8 @@ from typing import Any
 
 from text2sim.runtime import warm_engine
 from text2sim.runtime.dialogue import News
+from text2sim.runtime.internal_errors import internal_error_message
 from text2sim.runtime.progress import ProgressTail
-from text2sim.runtime.trouble import told
 from text2sim.runtime.warm_engine import Engine
 from text2sim.watching import page_text
 from text2sim.watching.case_files import CaseFiles
@@ -21,9 +21,9 @@ from text2sim.watching.page_state import PageState
 from text2sim.watching.protocols import Checked, Listener
 from text2sim.watching.scenes import Packed, Scenes
 
-POLL = 0.05
+POLL_INTERVAL = 0.05
 """Time [s] between polls of the files."""
-FAREWELL = 10.0
+SHUTDOWN_TIME = 10.0
 """Time [s] that processes have to end, in which the engine stores its compiled kernels."""
 
 
@@ -70,11 +70,11 @@ class WatchSession:
         self._version: Version | None = None
         self._saved = monotonic()
         self._takes = 0
-        self._take: LiveRun | None = None
+        self._live_run: LiveRun | None = None
         self._progress: ProgressTail | None = None
         self._shows = 0
-        self._told: tuple[int, str, str] | None = None
-        """The last completed key: take, film, judgement."""
+        self._reported: tuple[int, str, str] | None = None
+        """The last completed key: live run, film, judgement."""
         self._valid = False
         """Whether the current text can be run."""
         self._shown = False
@@ -97,10 +97,10 @@ class WatchSession:
         finally:
             self._state.show(words="ended", tone="bad", progress=None)
             self.engine.cancel()
-            until = monotonic() + FAREWELL
+            until = monotonic() + SHUTDOWN_TIME
             self.engine.end()
             while monotonic() < until and stops() < 2 and not self.engine.ended:
-                sleep(POLL)
+                sleep(POLL_INTERVAL)
             self.engine.kill()
 
     # --- the text ------------------------------------------------------------------------------------------------
@@ -112,7 +112,7 @@ class WatchSession:
             version = self._compile(checked)
         except Exception as error:  # a bug of ours must not end the session: the next save may avoid it
             self._valid = False
-            self._listener.trouble(told(error), None)
+            self._listener.trouble(internal_error_message(error), None)
             self._state.show(words="internal error", tone="bad", mark="!", problems=[], progress=None)
             return
         self._valid, self._shown = version is not None, False
@@ -122,9 +122,9 @@ class WatchSession:
         self._listener.checked(checked, monotonic() - self._saved)
         if version is None:
             return
-        take = self._take
-        if again and take is not None and not take.running and take.state not in ENDED_WELL:
-            self._take = None  # a failure may not be reproducible: another save tries again
+        live_run = self._live_run
+        if again and live_run is not None and not live_run.running and live_run.state not in ENDED_WELL:
+            self._live_run = None  # a failure may not be reproducible: another save tries again
         self._version = version
         self._reconcile()
 
@@ -138,33 +138,33 @@ class WatchSession:
     # --- updates -------------------------------------------------------------------------------------------------
 
     def _reconcile(self) -> None:
-        version, take = self._version, self._take
+        version, live_run = self._version, self._live_run
         if version is None:
             return
-        if take is None or take.version.plan.sim_digest != version.plan.sim_digest:
+        if live_run is None or live_run.version.plan.sim_digest != version.plan.sim_digest:
             self._simulate(version)
             return
-        if take.version is not version:
-            take.adopt(version)
-            take.write_inputs(version)
-        if take.state == "building":
+        if live_run.version is not version:
+            live_run.adopt(version)
+            live_run.write_inputs(version)
+        if live_run.state == "building":
             return
         judged = self.judge.judged
-        if not take.running and (judged is None or judged.key != (take.number, version.judge_digest)):
-            take.write_inputs(version)
-            self.judge.judge((take.number, version.judge_digest), take.folder, version.loaded.case)
+        if not live_run.running and (judged is None or judged.key != (live_run.number, version.judge_digest)):
+            live_run.write_inputs(version)
+            self.judge.judge((live_run.number, version.judge_digest), live_run.folder, version.loaded.case)
             if self._valid:
                 self._state.show(words="judging", tone="busy", progress=None)
             return
-        judgement = "" if take.running else version.judge_digest
-        key = (take.number, version.plan.render_digest, judgement)
-        self.scenes.pack(key, take.folder, version.loaded.case, whole=not take.running)
-        self._conclude(take, version, key)
+        judgement = "" if live_run.running else version.judge_digest
+        key = (live_run.number, version.plan.render_digest, judgement)
+        self.scenes.pack(key, live_run.folder, version.loaded.case, whole=not live_run.running)
+        self._conclude(live_run, version, key)
 
     def _simulate(self, version: Version) -> None:
-        if self._take is not None and self._take.running:
+        if self._live_run is not None and self._live_run.running:
             self.engine.cancel()
-            self._take.unwanted = True
+            self._live_run.unwanted = True
             return
         if self.engine.hopeless or not self.engine.idle:
             return
@@ -172,85 +172,91 @@ class WatchSession:
             self._listener.status("the engine is restarted, for another numeric precision")
             return
         self._takes += 1
-        self._take = take = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
-        take.seconds["check"] = monotonic() - version.saved
-        take.write_inputs(version)
-        self._progress = ProgressTail(take.folder / "progress.jsonl")
-        self.engine.simulate(take.number, take.folder / "program", take.folder, self._options.timeout)
+        self._live_run = live_run = LiveRun(self._takes, self._folder / f"take-{self._takes}", version)
+        live_run.seconds["check"] = monotonic() - version.saved
+        live_run.write_inputs(version)
+        self._progress = ProgressTail(live_run.folder / "progress.jsonl")
+        self.engine.simulate(live_run.number, live_run.folder / "program", live_run.folder, self._options.timeout)
         self._state.show(words="building the scene", tone="busy", mark="…", stale=True, progress=None, timing="")
 
-    def _conclude(self, take: LiveRun, version: Version, key: tuple[int, str, str]) -> None:
+    def _conclude(self, live_run: LiveRun, version: Version, key: tuple[int, str, str]) -> None:
         """Report, once, that everything is up to date."""
         judged, packed = self.judge.judged, self.scenes.whole
-        if take.running or judged is None or (self._told == key and (self._shown or not self._valid)):
+        if live_run.running or judged is None or (self._reported == key and (self._shown or not self._valid)):
             return
         if packed is None or packed.key != key:
             return
         self._shown = True
-        take.seconds["all"] = monotonic() - version.saved
+        live_run.seconds["all"] = monotonic() - version.saved
         self._state.show(stale=not self._valid)
         if self._valid:
-            closing = page_text.closing(take, judged.evidence, packed.message)
-            self._state.show(**closing, timing=page_text.timing(take))
-        if self._told == key:
+            closing = page_text.closing(live_run, judged.evidence, packed.message)
+            self._state.show(**closing, timing=page_text.timing(live_run))
+        if self._reported == key:
             self._listener.status("nothing to do: physics, film and expectations have not changed")
             return
-        self._told = key
-        take.write_record()
+        self._reported = key
+        live_run.write_record()
         for old in self._folder.glob("take-*"):
-            if old != take.folder:
+            if old != live_run.folder:
                 shutil.rmtree(old, ignore_errors=True)
-        self._listener.done(take, judged.evidence, packed.message)
+        self._listener.done(live_run, judged.evidence, packed.message)
 
     # --- news ----------------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
         """Wait briefly for messages, and handle all that have arrived."""
         try:
-            news = self._inbox.get(timeout=POLL)
+            news = self._inbox.get(timeout=POLL_INTERVAL)
             while True:
-                self._hear(news)
+                self._handle(news)
                 news = self._inbox.get_nowait()
         except queue.Empty:
             pass
 
-    def _hear(self, news: Any) -> None:
+    def _handle(self, news: Any) -> None:
         if isinstance(news, JudgedTake):
             self.judge.receive(news)
-            if self._take is not None and news.key[0] == self._take.number:
-                self._take.seconds["judge"] = news.seconds
-            if news.message and self._take is not None and self._take.state in ENDED_WELL:
+            if self._live_run is not None and news.key[0] == self._live_run.number:
+                self._live_run.seconds["judge"] = news.seconds
+            if news.message and self._live_run is not None and self._live_run.state in ENDED_WELL:
                 self._listener.trouble(news.message, None)
         elif isinstance(news, Packed):
             self.scenes.receive(news)
             self._show_scene(news)
         elif isinstance(news, News):
             before = self.engine.ready
-            self._after(self.engine.receive(news.child, news.data))
+            self._after_simulation(self.engine.receive(news.child, news.data))
             if self.engine.ready and not before:
                 self._listener.status("the engine has started")
             if "died" in news.data and self.engine.hopeless:
                 self._listener.trouble(f"the engine does not start: {self.engine.words}; see engine.log", None)
                 self._state.show(words="the engine does not start", tone="bad", mark="!", progress=None)
-            if (take := self._take) is not None and news.data.get("phase") == "simulate" and take.state == "building":
-                take.state = "simulating"
-                take.seconds["build"] = monotonic() - take.begun
+            if (
+                (live_run := self._live_run) is not None
+                and news.data.get("phase") == "simulate"
+                and live_run.state == "building"
+            ):
+                live_run.state = "simulating"
+                live_run.seconds["build"] = monotonic() - live_run.begun
 
     def _show_scene(self, packed: Packed) -> None:
-        take = self._take
-        if take is None or packed.key[0] != take.number or not packed.scene:
+        live_run = self._live_run
+        if live_run is None or packed.key[0] != live_run.number or not packed.scene:
             return
         if packed.whole and self._version is not None:
-            take.seconds["scene"] = monotonic() - self._version.saved
+            live_run.seconds["scene"] = monotonic() - self._version.saved
         self._shows += 1
-        self._state.show_scene(f"{take.number}-{self._shows}", str(take.number), packed.scene, whole=packed.whole)
+        self._state.show_scene(
+            f"{live_run.number}-{self._shows}", str(live_run.number), packed.scene, whole=packed.whole
+        )
         self._state.show(stale=not self._valid)
 
     def _guard(self) -> None:
-        self._after(self.engine.guard())
-        take = self._take
-        if take is None or not take.running or self._progress is None:
-            if take is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
+        self._after_simulation(self.engine.guard())
+        live_run = self._live_run
+        if live_run is None or not live_run.running or self._progress is None:
+            if live_run is None and self._version is not None and not self.engine.ready and not self.engine.hopeless:
                 self._state.show(words="starting the engine", tone="busy", mark="…")
             return
         for record in self._progress.read():
@@ -258,25 +264,25 @@ class WatchSession:
                 done = record["t"] / record["duration"]
                 self._state.show(words="simulating", tone="busy", progress=round(done, 3))
 
-    def _after(self, result: dict[str, Any] | None) -> None:
+    def _after_simulation(self, result: dict[str, Any] | None) -> None:
         """Handle the end of a simulation."""
-        take = self._take
-        if result is None or take is None or result["order"] != take.number:
+        live_run = self._live_run
+        if result is None or live_run is None or result["order"] != live_run.number:
             return
         if result["state"] == "lost":
-            self._take = None
+            self._live_run = None
             return
-        take.seconds["simulate"] = monotonic() - take.begun - take.seconds.get("build", 0.0)
-        take.state, take.message = result["state"], result.get("message", "")
-        take.traceback = result.get("traceback", "")
+        live_run.seconds["simulate"] = monotonic() - live_run.begun - live_run.seconds.get("build", 0.0)
+        live_run.state, live_run.message = result["state"], result.get("message", "")
+        live_run.traceback = result.get("traceback", "")
         if result.get("killed"):
             # The judge reads the final state from this file.
-            status = {"state": take.state, "message": take.message}
-            write_json(take.folder / "status.json", status)
-        if take.unwanted:
-            self._take = None
+            status = {"state": live_run.state, "message": live_run.message}
+            write_json(live_run.folder / "status.json", status)
+        if live_run.unwanted:
+            self._live_run = None
             return
-        if take.state not in ENDED_WELL:
-            self._listener.trouble(f"{take.state.replace('_', ' ')}: {take.message}", take.blame())
+        if live_run.state not in ENDED_WELL:
+            self._listener.trouble(f"{live_run.state.replace('_', ' ')}: {live_run.message}", live_run.blame())
         if result.get("killed") and not self.engine.hopeless:
             self._listener.status("the engine is restarted")

@@ -11,7 +11,7 @@ from PIL import Image as Picture
 
 from text2sim.agents.models import mailbox as mailbox_module
 from text2sim.agents.models.calls import CallLog
-from text2sim.agents.models.endpoint import endpoint_of, never
+from text2sim.agents.models.endpoint import endpoint_of, never_stop
 from text2sim.agents.models.exchange import Image, Message, ModelError, ModelRequest, StoppedError
 from text2sim.agents.models.mailbox import Mailbox, MailboxReplay
 
@@ -68,7 +68,7 @@ def test_a_mind_reads_the_request_and_answers(tmp_path: Path, ending: str) -> No
     box = tmp_path / "box"
     endpoint = endpoint_of(f"mailbox:{box}")
     with Mind(box, lambda text: f"I saw {len(text)} characters", ending) as mind:
-        reply = endpoint.complete(question("Why?\n## Message 9", 1, picture()), never)
+        reply = endpoint.complete(question("Why?\n## Message 9", 1, picture()), never_stop)
     letter = mind.read[0]
     assert reply.text == f"I saw {len(letter)} characters"
     assert "`critic-01.reply.md`" in letter
@@ -85,7 +85,7 @@ def test_several_minds_work_at_once(tmp_path: Path) -> None:
     box, replies = Mailbox(tmp_path), {}
 
     def ask(number: int) -> None:
-        replies[number] = box.complete(question(f"number {number}", number), never).text
+        replies[number] = box.complete(question(f"number {number}", number), never_stop).text
 
     with Mind(tmp_path, lambda text: text.split("number ")[-1].strip()):
         threads = [threading.Thread(target=ask, args=(number,)) for number in range(1, 7)]
@@ -102,7 +102,7 @@ def test_a_question_that_lies_there_is_not_asked_twice(tmp_path: Path) -> None:
     before = (tmp_path / "critic-01.request.md").stat()
     answer(tmp_path, "critic-01.reply.md")
     start = time.monotonic()
-    assert Mailbox(tmp_path).complete(question(), never).text == "verdict: pass\n"
+    assert Mailbox(tmp_path).complete(question(), never_stop).text == "verdict: pass\n"
     assert time.monotonic() - start < 1.5
     after = (tmp_path / "critic-01.request.md").stat()
     assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
@@ -125,7 +125,7 @@ def test_another_question_of_the_same_number_puts_the_old_pair_away(tmp_path: Pa
             Mailbox(tmp_path).complete(question(text, 1, picture()), lambda: True)
         answer(tmp_path, "critic-01.reply.md", f"to the {text}")
     with Mind(tmp_path, lambda text: "to the third"):
-        assert Mailbox(tmp_path).complete(question("third"), never).text == "to the third"
+        assert Mailbox(tmp_path).complete(question("third"), never_stop).text == "to the third"
     for count, text in enumerate(("first", "second"), 1):
         away = tmp_path / "superseded" / f"critic-01.{count}"
         assert (away / "critic-01.reply.md").read_text() == f"to the {text}"
@@ -137,7 +137,7 @@ def test_another_question_of_the_same_number_puts_the_old_pair_away(tmp_path: Pa
 def test_a_reply_without_its_question_answers_nothing(tmp_path: Path) -> None:
     answer(tmp_path, "critic-01.reply.yaml", "stale")
     with Mind(tmp_path, lambda text: "fresh"):
-        assert Mailbox(tmp_path).complete(question(), never).text == "fresh"
+        assert Mailbox(tmp_path).complete(question(), never_stop).text == "fresh"
 
 
 def test_half_a_reply_is_waited_for(tmp_path: Path) -> None:
@@ -152,13 +152,13 @@ def test_half_a_reply_is_waited_for(tmp_path: Path) -> None:
 
     thread = threading.Thread(target=write_slowly)
     thread.start()
-    reply = Mailbox(tmp_path).complete(question(), never)
+    reply = Mailbox(tmp_path).complete(question(), never_stop)
     thread.join()
     assert reply.text.split() == [str(count) for count in range(8)]
 
 
 def too_large(path: Path) -> None:
-    path.write_bytes(b"x" * (mailbox_module.LARGEST + 1))
+    path.write_bytes(b"x" * (mailbox_module.MAX_REPLY_SIZE + 1))
 
 
 def binary(path: Path) -> None:
@@ -193,7 +193,7 @@ def test_a_hostile_reply_is_told_and_not_read(tmp_path: Path, kind, make, words:
         Mailbox(box).complete(question(), lambda: True)
     make(box / "critic-01.reply.md")
     with pytest.raises(ModelError, match=words) as caught:
-        kind(box).complete(question(), never)
+        kind(box).complete(question(), never_stop)
     assert "critic-01.reply.md" in str(caught.value)
     assert "a secret" not in str(caught.value)
     assert not isinstance(caught.value, StoppedError)
@@ -217,11 +217,11 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
 def test_a_finished_mailbox_replays_whatever_is_asked(tmp_path: Path) -> None:
     with Mind(tmp_path, lambda text: "played"):
-        Mailbox(tmp_path).complete(question("once"), never)
+        Mailbox(tmp_path).complete(question("once"), never_stop)
     replay = endpoint_of(f"replay:{tmp_path}")
-    assert replay.complete(question("something else"), never).text == "played"
+    assert replay.complete(question("something else"), never_stop).text == "played"
     with pytest.raises(ModelError, match=r"there is no .*critic-02\.reply\.md"):
-        replay.complete(question(number=2), never)
+        replay.complete(question(number=2), never_stop)
     assert not replay.cacheable
 
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image as Picture
 
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.models.endpoint import never
+from text2sim.agents.models.endpoint import never_stop
 from text2sim.agents.models.exchange import MAX_IMAGE, Image, Message, ModelError, ModelRequest, Reply
 from text2sim.agents.models.tokens import image_tokens, request_tokens, text_tokens
 from text2sim.spec_schema.errors import AssetError
@@ -193,5 +193,5 @@ def test_stop_is_handed_to_the_endpoint(tmp_path: Path) -> None:
             return Reply(str(stop()), 1, 1, None, 0.0, "m")
 
     log = CallLog(tmp_path)
-    assert log.ask(Asks(), request("a"), never).text == "False"
+    assert log.ask(Asks(), request("a"), never_stop).text == "False"
     assert log.ask(Asks(), request("b"), lambda: True).text == "True"

@@ -10,7 +10,7 @@ import pytest
 from chat_server import Answer, ChatServer, completion, refusal
 from PIL import Image as Picture
 
-from text2sim.agents.models.endpoint import endpoint_of, never, parse_name
+from text2sim.agents.models.endpoint import endpoint_of, never_stop, parse_name
 from text2sim.agents.models.exchange import Image, Message, ModelError, ModelRequest, Reply, StoppedError
 
 pytest.importorskip("litellm")
@@ -36,7 +36,9 @@ def picture() -> Image:
     return Image("frame_1.png", "image/png", stream.getvalue())
 
 
-def ask(server: ChatServer, request: ModelRequest | None = None, *, options: str = "", stop=never, **limits) -> Reply:
+def ask(
+    server: ChatServer, request: ModelRequest | None = None, *, options: str = "", stop=never_stop, **limits
+) -> Reply:
     name = parse_name(f"openai/org/small@{server.url}{options}")
     endpoint = LiteLLMEndpoint(name, **({"first_wait": 0.02, "tries": 3, "timeout": 20.0} | limits))
     return endpoint.complete(request or ModelRequest("planner", (Message("user", "hello"),)), stop)
@@ -66,7 +68,7 @@ def test_a_provider_is_reached_with_its_key_and_priced(monkeypatch: pytest.Monke
     with ChatServer(completion("fine", tokens=(1000, 100))) as server:
         monkeypatch.setenv("OPENAI_BASE_URL", server.url)
         endpoint = endpoint_of("openai/gpt-4o-mini")
-        reply = endpoint.complete(ModelRequest("planner", (Message("user", "u"),), temperature=0.5), never)
+        reply = endpoint.complete(ModelRequest("planner", (Message("user", "u"),), temperature=0.5), never_stop)
     assert endpoint.vision
     assert server.keys == [f"Bearer {KEY}"]
     assert server.requests[0]["temperature"] == 0.5

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from text2sim.agents.models.parsing import LIMIT, ReplyError, read_reply
+from text2sim.agents.models.parsing import MAX_REPLY_LENGTH, ReplyError, read_reply
 
 FENCE = "```"
 
@@ -81,7 +81,7 @@ def test_the_block_comes_along_as_it_was_written() -> None:
         ("<think>\n\n</think>\n" + fenced("a: [1"), 6, "opened in line 5"),
         (fenced("a: " + "${" * 600), 2, "expressions"),
         (fenced('a: 1\nb: {what: "a, b", c, sort: x}'), 3, "`c` has no value"),
-        (" " * (LIMIT + 1), 1, "characters"),
+        (" " * (MAX_REPLY_LENGTH + 1), 1, "characters"),
     ],
 )
 def test_what_is_no_data_is_told_with_its_line(reply: str, line: int, words: str) -> None:

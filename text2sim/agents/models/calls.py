@@ -9,13 +9,13 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from text2sim.agents.models.endpoint import Endpoint, never
+from text2sim.agents.models.endpoint import Endpoint, never_stop
 from text2sim.agents.models.exchange import ModelRequest, Reply
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 
-LARGEST = 64_000_000
+MAX_FILE_SIZE = 64_000_000
 """Largest file of a call [bytes] that is read back."""
-KEPT = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimated", "truncated")
+REPLY_FIELDS = ("text", "tokens_in", "tokens_out", "cost", "seconds", "model", "estimated", "truncated")
 
 
 class CallLog:
@@ -41,7 +41,7 @@ class CallLog:
                 self._known.setdefault(*found)
 
     def ask(
-        self, endpoint: Endpoint, request: ModelRequest, stop: Callable[[], bool] = never, *, attempt: int = 0
+        self, endpoint: Endpoint, request: ModelRequest, stop: Callable[[], bool] = never_stop, *, attempt: int = 0
     ) -> Reply:
         """Return the reply to a request; the model is called only if the reply is not stored.
 
@@ -83,8 +83,8 @@ class CallLog:
 
     def _record(self, key: str, request: ModelRequest, reply: Reply, attempt: int) -> str:
         data: dict[str, Any] = {"key": key, "digest": request.digest(), "number": request.number, "attempt": attempt}
-        told = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in KEPT}}
-        return json.dumps(data | {"free": reply.free} | told, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        record = {"request": request.as_dict(), "reply": {name: getattr(reply, name) for name in REPLY_FIELDS}}
+        return json.dumps(data | {"free": reply.free} | record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
     def _write(self, request: ModelRequest, record: str) -> None:
         with self._lock:
@@ -98,8 +98,8 @@ class CallLog:
 def _read(path: Path) -> tuple[str, Reply] | None:
     """Key and reply in a file; None if the file is invalid, so that the call is repeated."""
     try:
-        data = json.loads(read_plain(path, LARGEST))
-        kept = {name: data["reply"][name] for name in KEPT}
+        data = json.loads(read_plain(path, MAX_FILE_SIZE))
+        kept = {name: data["reply"][name] for name in REPLY_FIELDS}
         reply = Reply(**kept, cached=True, free=data["free"])
         sound = isinstance(data["key"], str) and all(
             isinstance(value, int | float) and value >= 0
@@ -184,11 +184,11 @@ class Account:
 
     def by_role(self) -> dict[str, Spent]:
         """Return the totals by role."""
-        return self._by(0)
+        return self._sum_by(0)
 
     def by_attempt(self) -> dict[int, Spent]:
         """Return the totals by attempt, in order."""
-        return dict(sorted(self._by(1).items()))
+        return dict(sorted(self._sum_by(1).items()))
 
     def table(self) -> list[tuple[str, ...]]:
         """Return the rows of a printed table: a header, the roles by tokens used, the attempts, the total."""
@@ -203,7 +203,7 @@ class Account:
         by = {name: {str(key): asdict(spent) for key, spent in row.items()} for name, row in rows.items()}
         return {"total": asdict(self.total()), **by}
 
-    def _by(self, part: int) -> dict[Any, Spent]:
+    def _sum_by(self, part: int) -> dict[Any, Spent]:
         sums: dict[Any, Spent] = {}
         with self._lock:
             for key, spent in self._spent.items():

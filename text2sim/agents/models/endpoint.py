@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from text2sim.agents.models.exchange import ModelError, ModelName, ModelRequest, Reply
 
-FORMS = (
+ENDPOINT_FORMS = (
     "PROVIDER/MODEL, openai/MODEL@http://HOST:PORT/v1, mailbox:FOLDER or replay:FOLDER; "
     "a model may be followed by ,vision=yes|no and ,schema=yes|no"
 )
@@ -51,13 +51,13 @@ class Endpoint(Protocol):
         ...
 
 
-def never() -> bool:
+def never_stop() -> bool:
     """Return False: the `stop` of callers that never give up."""
     return False
 
 
 def endpoint_of(spec: str) -> Endpoint:
-    """Return the endpoint for a name; see `FORMS`.
+    """Return the endpoint for a name; see `ENDPOINT_FORMS`.
 
     Raises:
         ModelError: If the name is invalid, its provider unknown, its key not in the environment, or its folder missing.
@@ -91,7 +91,7 @@ def parse_name(spec: str) -> ModelName:
         switches[key] = _SWITCH[value]
     model, *rest = _SPLIT.split(text, maxsplit=1)
     if not _MODEL.fullmatch(model) or (not rest and "/" not in model):
-        raise ModelError(f"`{spec[:100]}` does not name a model; write {FORMS}")
+        raise ModelError(f"`{spec[:100]}` does not name a model; write {ENDPOINT_FORMS}")
     url = _checked_url(rest[0]) if rest else None
     return ModelName(model.removeprefix("openai/") if url else model, url, **switches)
 

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-DATA = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
+DATA_MARKS = frozenset({"yaml", "yml", "json", "jsonc", "json5"})
 """Marks of blocks that contain data; unmarked blocks come second."""
 
 _LINES = re.compile(r"\r\n|\r|\n")
@@ -28,8 +28,8 @@ class FencedBlock:
 
 def without_thoughts(reply: str) -> str:
     """Remove the visible reasoning of a model before its answer."""
-    found = _THOUGHT.match(reply)
-    return reply[found.end() :] if found else reply
+    match = _THOUGHT.match(reply)
+    return reply[match.end() :] if match else reply
 
 
 def fenced_blocks(reply: str) -> list[FencedBlock]:
@@ -39,10 +39,10 @@ def fenced_blocks(reply: str) -> list[FencedBlock]:
     opened: tuple[str, str, str, int] | None = None  # indentation, fence, mark, line
     for number, line in enumerate(_LINES.split(reply), 1):
         if opened is None:
-            found = _FENCE.fullmatch(line)
-            if found is not None and not (found[2][0] == "`" and "`" in found[3]):  # else it is inline code
-                words = found[3].strip().lower().split("{")[0].split()
-                opened, lines = (found[1], found[2], words[0] if words else "", number + 1), []
+            match = _FENCE.fullmatch(line)
+            if match is not None and not (match[2][0] == "`" and "`" in match[3]):  # else it is inline code
+                words = match[3].strip().lower().split("{")[0].split()
+                opened, lines = (match[1], match[2], words[0] if words else "", number + 1), []
             continue
         indent, fence, mark, start = opened
         # A fence that is indented more than the one that opened the block is text in the block.
@@ -66,14 +66,14 @@ def bare_block(reply: str) -> FencedBlock | None:
         start = after if lines[after][0] in "{[" else start  # a line such as `Well:` before a bracket is prose
     if start is None:
         inline = _INLINE.search(reply)
-        end = _closing(reply[inline.start() :]) if inline is not None else None
+        end = _closing_index(reply[inline.start() :]) if inline is not None else None
         if inline is None or end is None:
             return None
         text = reply[inline.start() : inline.start() + end]
         return FencedBlock(text, line=len(_LINES.findall(reply[: inline.start()])) + 1)
     text = "\n".join(lines[start:])
     if text.lstrip()[0] in "{[":
-        end = _closing(text)
+        end = _closing_index(text)
         return FencedBlock(text[:end] if end is not None else text, line=start + 1, closed=end is not None)
     end = len(lines)
     while end > start + 1 and not _is_data(lines[end - 1]):
@@ -90,11 +90,11 @@ def plain_json(text: str) -> str:
     """Turn lenient JSON into YAML with the same lines: comments become blanks, surrogate pairs one character."""
     pieces: list[str] = []
     done = 0
-    for found in _JSON_PART.finditer(text):
-        pieces.append(text[done : found.start()])
-        part = found[0]
-        pieces.append(_SURROGATES.sub(_paired, part) if part[0] == '"' else re.sub(r"[^\n]", " ", part))
-        done = found.end()
+    for match in _JSON_PART.finditer(text):
+        pieces.append(text[done : match.start()])
+        part = match[0]
+        pieces.append(_SURROGATES.sub(_join_surrogates, part) if part[0] == '"' else re.sub(r"[^\n]", " ", part))
+        done = match.end()
     return "".join([*pieces, text[done:]])
 
 
@@ -103,9 +103,9 @@ _JSON_PART = re.compile(r'"(?:[^"\\\n]|\\.)*"?|//[^\n]*|/\*(?:[^*]|\*(?!/))*(?:\
 _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
 
 
-def _paired(found: re.Match[str]) -> str:
-    high, low = int(found[2], 16) - 0xD800, int(found[3], 16) - 0xDC00
-    return f"{found[1]}\\U{0x10000 + high * 0x400 + low:08X}"
+def _join_surrogates(match: re.Match[str]) -> str:
+    high, low = int(match[2], 16) - 0xD800, int(match[3], 16) - 0xDC00
+    return f"{match[1]}\\U{0x10000 + high * 0x400 + low:08X}"
 
 
 def _starts_data(line: str) -> bool:
@@ -117,14 +117,14 @@ def _is_data(line: str) -> bool:
     return line[:1] in (" ", "#", "}", "]") and bool(line.strip()) or _starts_data(line)
 
 
-def _closing(text: str) -> int | None:
+def _closing_index(text: str) -> int | None:
     """Index after the bracket that closes the first one; None if none does."""
     depth = 0
-    for found in re.finditer(r'"(?:[^"\\\n]|\\.)*"?|[{}\[\]]', text):
-        if found[0] in ("{", "["):
+    for match in re.finditer(r'"(?:[^"\\\n]|\\.)*"?|[{}\[\]]', text):
+        if match[0] in ("{", "["):
             depth += 1
-        elif found[0] in ("}", "]"):
+        elif match[0] in ("}", "]"):
             depth -= 1
             if depth == 0:
-                return found.end()
+                return match.end()
     return None

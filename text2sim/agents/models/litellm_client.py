@@ -22,7 +22,7 @@ from text2sim.spec_schema.errors import MachineError
 
 TIMEOUT = 600.0
 """Longest time of one try [s]."""
-TRIES = 6
+MAX_TRIES = 6
 LONGEST_WAIT = 120.0
 """Longest pause that a provider may ask for [s]."""
 OWN_KEY = "TEXT2SIM_API_KEY"
@@ -48,7 +48,7 @@ class LiteLLMEndpoint:
     cacheable = True
 
     def __init__(
-        self, name: ModelName, *, timeout: float = TIMEOUT, tries: int = TRIES, first_wait: float = 2.0
+        self, name: ModelName, *, timeout: float = TIMEOUT, tries: int = MAX_TRIES, first_wait: float = 2.0
     ) -> None:
         self._url, self._timeout, self._tries, self._first_wait = name.url, timeout, tries, first_wait
         library = _library()
@@ -73,7 +73,7 @@ class LiteLLMEndpoint:
         while True:
             tried += 1
             try:
-                response = self._once(self._arguments(request, schema), stop)
+                response = self._try_once(self._arguments(request, schema), stop)
                 return self._reply(request, response, time.monotonic() - start)
             except ModelError:
                 raise
@@ -81,12 +81,12 @@ class LiteLLMEndpoint:
                 if schema and status_of(error) == 400 and _is_about_schema(error):
                     schema, tried = False, tried - 1  # the model supports schemas, but not all keywords of this one
                     continue
-                told = model_error(self._who, error)
-                if not told.retryable or tried >= self._tries:
+                failure = model_error(self._who, error)
+                if not failure.retryable or tried >= self._tries:
                     tries = f" (after {tried} tries)" if tried > 1 else ""
-                    raise ModelError(f"{told}{tries}", retryable=told.retryable) from None
+                    raise ModelError(f"{failure}{tries}", retryable=failure.retryable) from None
                 asked = wait_asked(error)
-            self._pause(tried, asked, told, stop)
+            self._pause(tried, asked, failure, stop)
 
     def _arguments(self, request: ModelRequest, schema: bool) -> dict[str, Any]:
         arguments: dict[str, Any] = {
@@ -121,7 +121,7 @@ class LiteLLMEndpoint:
             parts.append({"type": "image_url", "image_url": {"url": _data_url(image)}})
         return {"role": message.role, "content": parts}
 
-    def _once(self, arguments: dict[str, Any], stop: Callable[[], bool]) -> Any:
+    def _try_once(self, arguments: dict[str, Any], stop: Callable[[], bool]) -> Any:
         """One try, in its own thread, so that a slow or trickling server cannot block the loop."""
         library = _library()
         done: SimpleQueue[tuple[Any, Exception | None]] = SimpleQueue()
@@ -167,11 +167,11 @@ class LiteLLMEndpoint:
         cost = None if self._url is not None or estimated else _cost(response, self._model)
         return Reply(text, sent, came, cost, seconds, self.name, estimated=estimated, truncated=reason == "length")
 
-    def _pause(self, tried: int, asked: float | None, told: ModelError, stop: Callable[[], bool]) -> None:
+    def _pause(self, tried: int, asked: float | None, failure: ModelError, stop: Callable[[], bool]) -> None:
         wait = self._first_wait * 2 ** (tried - 1) * random.uniform(0.75, 1.25)
         if asked is not None:
             if asked > LONGEST_WAIT:
-                raise ModelError(f"{told}; it asks to wait {asked:.0f} s", retryable=True)
+                raise ModelError(f"{failure}; it asks to wait {asked:.0f} s", retryable=True)
             wait = asked + random.uniform(0, 0.1 * self._first_wait)
         end = time.monotonic() + min(wait, LONGEST_WAIT)
         while (left := end - time.monotonic()) > 0:

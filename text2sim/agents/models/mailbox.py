@@ -16,12 +16,12 @@ from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, ModelReques
 from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
 from text2sim.agents.models.tokens import request_tokens, text_tokens
 
-ENDINGS = ("md", "yaml", "yml", "json", "txt")
+REPLY_SUFFIXES = ("md", "yaml", "yml", "json", "txt")
 """File extensions of a reply, in order of precedence."""
-LARGEST = 10_000_000
+MAX_REPLY_SIZE = 10_000_000
 """Largest reply [bytes]."""
-POLL = 0.2
-SETTLED = 2.0
+POLL_INTERVAL = 0.2
+MIN_REPLY_AGE = 2.0
 """Age at which a reply is complete [s]; a newer one is complete if it has not changed since the last look."""
 _DIGEST = re.compile(r"^- digest: ([0-9a-f]{64})$", re.MULTILINE)
 _HEAD = 2_000
@@ -50,7 +50,7 @@ class Mailbox:
         """Write the request, unless an identical one exists, whose reply may exist, too."""
         path = self._folder / f"{request.stem}.request.md"
         try:
-            head = read_plain(path, LARGEST * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
+            head = read_plain(path, MAX_REPLY_SIZE * 2)[:_HEAD] if path.exists() or path.is_symlink() else ""
             found = _DIGEST.search(head)
             if found is not None and found[1] == request.digest():
                 return
@@ -65,7 +65,7 @@ class Mailbox:
 
     def _supersede(self, request: ModelRequest) -> None:
         """Move the files of an earlier request with this number away."""
-        endings = [f"reply.{e}" for e in ENDINGS] + ["request.md"]
+        endings = [f"reply.{e}" for e in REPLY_SUFFIXES] + ["request.md"]
         old = [self._folder / f"{request.stem}.{ending}" for ending in endings]
         pictures = "|".join(ending for ending, _ in MEDIA_TYPES.values())
         picture = re.compile(rf"{re.escape(request.stem)}\.\d+\.({pictures})")
@@ -91,13 +91,13 @@ class Mailbox:
                     if state.st_size == 0 and stat.S_ISREG(state.st_mode):  # created, and about to be written
                         continue
                     now = (path, state.st_size, state.st_mtime_ns)
-                    if now == seen or time.time() - state.st_mtime > SETTLED:
+                    if now == seen or time.time() - state.st_mtime > MIN_REPLY_AGE:
                         return _read(path)
                     seen = now
                     break
             if stop():
                 raise StoppedError(f"stopped while waiting for {self._folder / request.stem}.reply.md")
-            time.sleep(POLL)
+            time.sleep(POLL_INTERVAL)
 
 
 class MailboxReplay:
@@ -158,13 +158,13 @@ def _picture_names(request: ModelRequest) -> list[str]:
 
 def _reply_paths(folder: Path, request: ModelRequest) -> list[Path]:
     """Candidate reply files; a dangling link counts as existing, so that it is reported."""
-    paths = [folder / f"{request.stem}.reply.{ending}" for ending in ENDINGS]
+    paths = [folder / f"{request.stem}.reply.{ending}" for ending in REPLY_SUFFIXES]
     return [path for path in paths if path.exists() or path.is_symlink()]
 
 
 def _read(path: Path) -> str:
     try:
-        return read_plain(path, LARGEST)
+        return read_plain(path, MAX_REPLY_SIZE)
     except UnfitFileError as error:
         raise ModelError(f"{path} is not a reply: {error}") from None
     except OSError as error:

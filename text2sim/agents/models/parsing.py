@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from text2sim.agents.models.commas import rejoined
 from text2sim.agents.models.fences import (
-    DATA,
+    DATA_MARKS,
     FencedBlock,
     bare_block,
     fenced_blocks,
@@ -16,15 +16,15 @@ from text2sim.spec_schema.errors import Problem, SpecError, format_problems
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
-LIMIT = 1_000_000
+MAX_REPLY_LENGTH = 1_000_000
 """Longest reply that is read [characters]."""
-EXPRESSIONS = 5_000
+MAX_EXPRESSIONS = 5_000
 """Largest number of `${` in a reply."""
 ON_A_LINE = 500
 """Largest number of `${` on one line, since the parser scans the rest of the line for each of them."""
-SHOWN = 10
+MAX_SHOWN_PROBLEMS = 10
 """Largest number of problems that are sent back to the model."""
-TOLD = 100
+MAX_KEPT_PROBLEMS = 100
 """Largest number of problems that are kept."""
 FILE = "reply"
 
@@ -43,8 +43,8 @@ class ReplyError(SpecError):
 
     def __init__(self, problems: list[Problem], source: Source | None = None) -> None:
         super().__init__(problems)
-        shown = format_problems(self.problems[:SHOWN], source)
-        more = len(self.problems) - SHOWN
+        shown = format_problems(self.problems[:MAX_SHOWN_PROBLEMS], source)
+        more = len(self.problems) - MAX_SHOWN_PROBLEMS
         self.feedback = f"{shown}\n… and {more} more problems" if more > 0 else shown
 
     def __str__(self) -> str:
@@ -64,8 +64,8 @@ def read_reply(text: str) -> Parsed:
         ReplyError: If it holds no data, or data that is incomplete or invalid, has duplicate keys, anchors, aliases or
             tags, or is too deep or too large. Line numbers refer to the whole reply.
     """
-    if len(text) > LIMIT:
-        raise _error(f"the reply has {len(text):,} characters; {LIMIT:,} are read", "too-large")
+    if len(text) > MAX_REPLY_LENGTH:
+        raise _error(f"the reply has {len(text):,} characters; {MAX_REPLY_LENGTH:,} are read", "too-large")
     block = _choose(text.replace("\ufeff", ""))
     # Blank lines replace those before the block, so that line numbers are those of the reply.
     content = block.text + "\n"
@@ -75,13 +75,13 @@ def read_reply(text: str) -> Parsed:
     _bound_expressions(source, block.line)
     text, lost = rejoined(source.text)
     if lost:
-        told = f"`{lost[0][1][:60]}` has no value: in {{…}} a comma ends a value; quote text that has one"
-        raise _error(told, "no-value", lost[0][0] + 1)
+        message = f"`{lost[0][1][:60]}` has no value: in {{…}} a comma ends a value; quote text that has one"
+        raise _error(message, "no-value", lost[0][0] + 1)
     source = Source(text, FILE)
     try:
         data = parse_document(check_source(source)).data
     except SpecError as error:
-        raise ReplyError(error.problems[:TOLD], source) from None
+        raise ReplyError(error.problems[:MAX_KEPT_PROBLEMS], source) from None
     if not isinstance(data, dict | list):
         raise _error("the block holds no mapping and no list", "no-data", block.line)
     return Parsed(data, block.text)
@@ -91,7 +91,7 @@ def _choose(text: str) -> FencedBlock:
     answer = without_thoughts(text)
     skipped = text[: len(text) - len(answer)].count("\n")
     blocks = fenced_blocks(answer)
-    marked = [block for block in blocks if block.mark in DATA] or [block for block in blocks if not block.mark]
+    marked = [block for block in blocks if block.mark in DATA_MARKS] or [block for block in blocks if not block.mark]
     complete = [block for block in marked if block.closed and block.text.strip()]
     block = complete[-1] if complete else None
     if block is None and marked and not marked[-1].closed:
@@ -109,8 +109,8 @@ def _choose(text: str) -> FencedBlock:
 
 def _bound_expressions(source: Source, first: int) -> None:
     total = source.text.count("${")
-    if total > EXPRESSIONS:
-        raise _error(f"the block has {total:,} expressions; {EXPRESSIONS:,} are read", "too-large", first)
+    if total > MAX_EXPRESSIONS:
+        raise _error(f"the block has {total:,} expressions; {MAX_EXPRESSIONS:,} are read", "too-large", first)
     for number, line in enumerate(source.lines, 1):
         if line.count("${") > ON_A_LINE:
             raise _error(f"the line has more than {ON_A_LINE} expressions", "too-large", number)

@@ -8,14 +8,14 @@ from typing import Any
 
 from text2sim.agents.models.exchange import ModelError
 
-LONGEST = 400
+MAX_MESSAGE_LENGTH = 400
 """Longest provider message that is shown [characters]."""
-TRANSIENT = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
+TRANSIENT_STATUSES = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522, 524, 529})
 """HTTP status codes after which the same request may succeed."""
 _FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
 """Words in a 429 response that is about payment, so that waiting does not help."""
 _KEYS = re.compile(r"\b(?:sk|pk|gsk|xai|AIza|hf|key)[-_][\w*.-]{6,}|\bAIza[\w-]{10,}|(?i:bearer)\s+\S+")
-_SECRET = ("KEY", "TOKEN", "SECRET", "PASSWORD", "CREDENTIAL")
+_SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD", "CREDENTIAL")
 _NOISE = re.compile(r"^(?:litellm\.)?(?:\w+(?:Error|Exception)\s*[:-]\s*)+")
 _ADVICE = {
     401: "it does not accept the key",
@@ -30,7 +30,7 @@ _ADVICE = {
 def without_keys(text: str) -> str:
     """Redact everything that is, or looks like, an API key."""
     for name, value in os.environ.items():
-        if len(value) >= 8 and any(word in name.upper() for word in _SECRET):
+        if len(value) >= 8 and any(word in name.upper() for word in _SECRET_WORDS):
             text = text.replace(value, "[key]")
     return _KEYS.sub("[key]", text)
 
@@ -43,14 +43,14 @@ def model_error(who: str, error: Exception) -> ModelError:
         error: An exception with `status_code` and `message`, like those of OpenAI's client.
     """
     status = status_of(error)
-    said = str(getattr(error, "message", None) or error).split(", Received response -")[0]
-    said = " ".join(without_keys(_NOISE.sub("", said)).split())
-    said = said if len(said) <= LONGEST else said[: LONGEST - 1] + "…"
-    final = any(word in said.lower() for word in _FINAL_WORDS)
-    retryable = (status is None or status in TRANSIENT) and not final
+    message = str(getattr(error, "message", None) or error).split(", Received response -")[0]
+    message = " ".join(without_keys(_NOISE.sub("", message)).split())
+    message = message if len(message) <= MAX_MESSAGE_LENGTH else message[: MAX_MESSAGE_LENGTH - 1] + "…"
+    final = any(word in message.lower() for word in _FINAL_WORDS)
+    retryable = (status is None or status in TRANSIENT_STATUSES) and not final
     number = f" ({status})" if status is not None else ""
     advice = f"{_ADVICE[status]}; " if status in _ADVICE and not final else ""
-    return ModelError(f"{who}{number}: {advice}{said or type(error).__name__}", retryable=retryable)
+    return ModelError(f"{who}{number}: {advice}{message or type(error).__name__}", retryable=retryable)
 
 
 def status_of(error: Exception) -> int | None:

@@ -16,12 +16,12 @@ from typing import Any
 
 from text2sim.agents.models.exchange import Image, ModelRequest
 
-MESSAGE = 4
-PIXELS = 750
-LARGEST = 1_600
+TOKENS_PER_MESSAGE = 4
+PIXELS_PER_TOKEN = 750
+MAX_IMAGE_TOKENS = 1_600
 CACHED_FROM, CACHED_STEP = 1_024, 128
 """Shortest cached prefix, and the steps in which it grows [tokens]."""
-PIECE = 2_000
+PIECE_LENGTH = 2_000
 """Length of the pieces that are encoded [characters]; the encoder is quadratic in the length of text without spaces."""
 _CL100K = "9b5ad71b2ce5302211f9c61530b329a4922fc6a4"
 """Name of tiktoken's file with the table of cl100k: the hash of its URL."""
@@ -34,7 +34,7 @@ def text_tokens(text: str) -> int:
         encoding = _encoding()
     if encoding is None:
         return math.ceil(len(text) / 4)
-    pieces = [text[i : i + PIECE] for i in range(0, len(text), PIECE)]
+    pieces = [text[i : i + PIECE_LENGTH] for i in range(0, len(text), PIECE_LENGTH)]
     return sum(len(encoding.encode_ordinary(piece)) for piece in pieces)
 
 
@@ -46,14 +46,15 @@ def image_tokens(image: Image) -> int:
         with Picture.open(BytesIO(image.data)) as picture:  # reads the header only
             width, height = picture.size
     except (OSError, ValueError, SyntaxError, Picture.DecompressionBombError):
-        return LARGEST
-    return min(math.ceil(width * height / PIXELS), LARGEST)
+        return MAX_IMAGE_TOKENS
+    return min(math.ceil(width * height / PIXELS_PER_TOKEN), MAX_IMAGE_TOKENS)
 
 
 def request_tokens(request: ModelRequest) -> int:
     """Return the number of tokens of all messages of a request, including images."""
     return sum(
-        MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images)) for message in request.messages
+        TOKENS_PER_MESSAGE + text_tokens(message.text) + sum(map(image_tokens, message.images))
+        for message in request.messages
     )
 
 
@@ -66,7 +67,7 @@ class Beginnings:
     def __init__(self) -> None:
         self._sent: dict[str, list[str]] = {}
 
-    def again(self, model: str, request: ModelRequest) -> int:
+    def cached_tokens(self, model: str, request: ModelRequest) -> int:
         """Return the tokens of a request's prefix that this model has seen before; remember the request."""
         text = ""
         for message in request.messages:
@@ -74,13 +75,13 @@ class Beginnings:
             if message.images:
                 break
         earlier = self._sent.setdefault(model, [])
-        shared = text[: max((alike(text, other) for other in earlier), default=0)]
+        shared = text[: max((common_prefix_length(text, other) for other in earlier), default=0)]
         earlier.append(text)
         tokens = text_tokens(shared) if len(shared) >= CACHED_FROM else 0
         return tokens // CACHED_STEP * CACHED_STEP if tokens >= CACHED_FROM else 0
 
 
-def alike(one: str, other: str) -> int:
+def common_prefix_length(one: str, other: str) -> int:
     """Return the length of the common prefix of two texts [characters], by bisection, which is fast in Python."""
     low, high = 0, min(len(one), len(other))
     while low < high:

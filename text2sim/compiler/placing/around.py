@@ -24,9 +24,9 @@ from text2sim.spec_schema.models.shapes import Torus
 
 ROUND_ABOUT_Z = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
 """Shapes with an axis of their own, z."""
-WAYS = 16
+TESTED_DIRECTIONS = 16
 """Sideways directions in which what surrounds something must not come off."""
-TIGHT = 1e-4
+MAX_EXCESS = 1e-4
 """A pole may be larger than its hole by this part of itself."""
 _Z = (0.0, 0.0, 1.0)
 
@@ -123,7 +123,7 @@ def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
 def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: Vec, frame: Quaternion) -> None:
     name, gap = place.target, place.clearance
     solids = subject.solids()
-    within = [shrunk(solid, 1 - TIGHT) for solid in target.solids()]
+    within = [shrunk(solid, 1 - MAX_EXCESS) for solid in target.solids()]
     room = least_distance(solids, within, start=shift, enough=gap + 1e-9)
     if room == 0.0:
         raise PlaceError(f"it does not fit around `{name}`{_widths(subject, target, frame)}", "around")
@@ -132,8 +132,8 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
         if room < gap - 1e-6:
             message = f"it does not fit around `{name}` with this clearance: only {room:.3g} m is left"
             raise PlaceError(message, "clearance")
-    for k in range(WAYS):
-        angle = 2 * math.pi * k / WAYS
+    for k in range(TESTED_DIRECTIONS):
+        angle = 2 * math.pi * k / TESTED_DIRECTIONS
         way = quat_rotate(frame, (math.cos(angle), math.sin(angle), 0.0))
         if sweep(solids, within, way, start=shift) is None:
             raise PlaceError(
@@ -163,7 +163,7 @@ def _hole(spot: CopySpot) -> float | None:
 
 
 def _check_ring(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: Vec) -> None:
-    others = [shrunk(solid, 1 - TIGHT) for solid in target.solids()]
+    others = [shrunk(solid, 1 - MAX_EXCESS) for solid in target.solids()]
     within, gap, least = None, place.clearance, 0.0
     for index, spot in enumerate(subject.members):
         solids = subject.sizes.solids(spot)

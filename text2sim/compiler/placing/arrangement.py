@@ -27,12 +27,12 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.names.selectors import parse_selector
 
-OWN = ("at", "inset", "direction", "align", "clearance", "offset")
+COPYWISE_KEYS = ("at", "inset", "direction", "align", "clearance", "offset")
 """Keys of a place that, like its relation, make copies be placed one by one if they differ from copy to copy."""
-_ROUNDS = 40
-_FACED = 1e-12
+_MAX_ROUNDS = 40
+_FACING_TOLERANCE = 1e-12
 """Largest angle [rad] between where a copy faces and its target."""
-_ROUGHLY = 1e-6
+_ROUGH_FACING_TOLERANCE = 1e-6
 """The same where rounding or rough bounds allow no better."""
 
 
@@ -112,13 +112,13 @@ def arrange(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot]:
     """
     spots = _oriented(entry, targets)
     before, steps = list[float](), list[float]()
-    nearest, best = _ROUGHLY, None
+    nearest, best = _ROUGH_FACING_TOLERANCE, None
     # Its position decides which way is towards its target, and its rotation may change its position.
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         placed = _arranged(entry, spots, targets)
-        off = _off(entry, placed, targets)
+        off = _facing_errors(entry, placed, targets)
         left = max(map(abs, off), default=0.0)
-        if left <= _FACED:
+        if left <= _FACING_TOLERANCE:
             return placed
         if left < nearest:
             nearest, best = left, placed
@@ -186,7 +186,9 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
     if isinstance(repeat, Line) and repeat.start is not None:
         raise PatternError("a line with a `start` has its place; leave out `start` or `place`", "place")
     if repeat is None:
-        return [_moved(spots[0], settle(place, PlacedGroup(spots, targets.sizes), targets.partner(entry, 0), ORIGIN))]
+        return [
+            _move_spot(spots[0], settle(place, PlacedGroup(spots, targets.sizes), targets.partner(entry, 0), ORIGIN))
+        ]
     if _pairs(entry, place.target):
         spots = [spot._replace(pos=ORIGIN) for spot in spread(repeat, spots, targets.sizes)]
         return _one_by_one(entry, spots, targets)
@@ -200,7 +202,7 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
     shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
-    return [_moved(spot, shift) for spot in spots]
+    return [_move_spot(spot, shift) for spot in spots]
 
 
 def _one_by_one(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTargets) -> list[CopySpot]:
@@ -211,11 +213,11 @@ def _one_by_one(entry: PlacementEntry, spots: list[CopySpot], targets: Placement
             shift = settle(spot.model.place, PlacedGroup([spot], targets.sizes), goal, ORIGIN)
         except PlaceError as error:
             raise PlaceError(f"copy {index}: {error}", error.key, error.rule, error.hint) from None
-        found.append(_moved(spot, shift))
+        found.append(_move_spot(spot, shift))
     return found
 
 
-def _off(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTargets) -> list[float]:
+def _facing_errors(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTargets) -> list[float]:
     """Return the angles [rad] about the vertical by which copies must turn to face their targets, if they face any."""
     if entry.model.place is None or entry.model.place.facing is None:
         return []
@@ -235,6 +237,6 @@ def _off(entry: PlacementEntry, placed: list[CopySpot], targets: PlacementTarget
     return found
 
 
-def _moved(spot: CopySpot, shift: Vec) -> CopySpot:
+def _move_spot(spot: CopySpot, shift: Vec) -> CopySpot:
     (x, y, z), (a, b, c) = spot.pos, shift
     return spot._replace(pos=(x + a, y + b, z + c))

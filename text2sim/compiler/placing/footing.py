@@ -15,10 +15,10 @@ from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 _UNITS: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
-_ROUNDS = 20
-_INWARDS = 0.95
+_MAX_ROUNDS = 20
+_REGION_SHARE = 0.95
 """Part of the way from a body's middle to a region of it."""
-_FREE = 1e-6
+_WALL_GAP = 1e-6
 """Gap [m] that is left to a wall, so that what stands there can still fall."""
 
 
@@ -55,7 +55,7 @@ def face_under(place: Place, target: PlacedGroup) -> Vec:
     if isinstance(place.at, BodyRegion) and len(target.members) == 1:
         # Somewhat inwards: a side or a corner of a face belongs to other faces as well.
         a, b, _ = region_point(target, place.at, "at")
-        x, y = x + _INWARDS * (a - x), y + _INWARDS * (b - y)
+        x, y = x + _REGION_SHARE * (a - x), y + _REGION_SHARE * (b - y)
     elif isinstance(place.at, tuple):
         x, y = place.at
     return target.upward(x, y)
@@ -101,7 +101,7 @@ def footing(
         return x, y
     # Elsewhere on a slope, the height changes with the place, and the place along the slope with the height.
     last = math.inf
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         z = height(x, y)
         off = [wanted[k] - vector_dot(axes[k], (x, y, z)) for k in across]
         x += sum(o * axes[k][0] for o, k in zip(off, across, strict=True))
@@ -158,7 +158,7 @@ def slide(place: Place, subject: PlacedGroup, target: PlacedGroup, start: Vec) -
     x, y, z = start
     z += _LIFT + max((gap for _, gap, _ in pushes), default=0.0)
     for way, gap, key in pushes:
-        far = sweep(subject.solids(), target.solids(), way, gap=max(gap, _FREE), start=(x, y, z))
+        far = sweep(subject.solids(), target.solids(), way, gap=max(gap, _WALL_GAP), start=(x, y, z))
         if far is None:
             raise PlaceError(f"`{place.target}` has no wall on this side", key)
         x, y = x + far * way[0], y + far * way[1]

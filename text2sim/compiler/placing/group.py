@@ -19,7 +19,7 @@ from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Size
 from text2sim.compiler.shapes.skin import skin_of
 from text2sim.compiler.shapes.solid import Solid
 
-SMOOTH = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
+EXACT_SHAPES = ("box", "sphere", "cylinder", "capsule", "ellipsoid", "mesh")
 """Shapes that touch exactly where their bounds are; others touch by flat pieces, which lie within."""
 
 
@@ -63,7 +63,7 @@ class PlacedGroup:
         upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
         if upright and kind not in (None, "compound", "sculpt"):
             bottom = self.sizes.of(spot)[0][2]
-        elif kind in SMOOTH:
+        elif kind in EXACT_SHAPES:
             back = quat_conjugate(quat_between((0.0, 0.0, 1.0), axis))
             bottom = self.sizes.of(spot, quat_multiply(back, spot.quat))[0][2]
         else:
@@ -91,7 +91,7 @@ class PlacedGroup:
         if self.planes:
             return quat_rotate(self.planes[0].quat, (0.0, 0.0, 1.0))
         found = None
-        if any(spot.shape is None or spot.shape.kind not in SMOOTH[:-1] for spot in self.members):
+        if any(spot.shape is None or spot.shape.kind not in EXACT_SHAPES[:-1] for spot in self.members):
             found = self._face_at(x, y)
         if found is not None:
             return found

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-_TRIES = 2000
+_MAX_TRIES = 2000
 _CELLS = [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)]
 
 
@@ -115,12 +115,12 @@ def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion])
     for where, grain in zip(placed, grains, strict=True):
         assert where is not None
         (x, y, z), quat = where
-        a, b, c = _turned(quat_to_rows(quat), grain.middle)
+        a, b, c = _rotate(quat_to_rows(quat), grain.middle)
         found.append(((x - a, y - b, z - c), quat))
     return found
 
 
-def _turned(rows: Rows, v: Vec) -> Vec:
+def _rotate(rows: Rows, v: Vec) -> Vec:
     (a, b, c), (d, e, f), (g, h, i) = rows
     x, y, z = v
     return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
@@ -176,10 +176,10 @@ class _Placed:
                     return False
                 near.append((square, other))
         near.sort(key=lambda item: item[0])
-        return all(_apart(p, rows, grain, q, others, g, gap) for _, (q, others, g) in near)
+        return all(_are_separated(p, rows, grain, q, others, g, gap) for _, (q, others, g) in near)
 
 
-def _apart(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
+def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
     """Whether one of the fifteen axes of two boxes separates them by the gap.
 
     A sphere is a box of its radius on every axis.
@@ -235,13 +235,13 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
     # Large ones first: small ones still find room between them.
     for index in sorted(range(len(grains)), key=lambda k: -grains[k].radius):
         grain = grains[index]
-        for _ in range(min(_TRIES, budget)):
+        for _ in range(min(_MAX_TRIES, budget)):
             budget -= 1
             p = space.sample(next(numbers), min(grain.half))
             quat = quats[index] if packing.turn == "none" else quat_multiply(next(turns), quats[index])
             rows = quat_to_rows(quat)
             if placed.free(p, rows, grain) and space.contains(
-                p, [_turned(rows, v) for v in grain.outline], grain.rounding
+                p, [_rotate(rows, v) for v in grain.outline], grain.rounding
             ):
                 placed.add(p, rows, grain)
                 spots[index] = (p, quat)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.compiler.placing.arrangement import OWN, PlacementEntry, PlacementTargets, arrange
+from text2sim.compiler.placing.arrangement import COPYWISE_KEYS, PlacementEntry, PlacementTargets, arrange
 from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
@@ -135,7 +135,7 @@ class _Placer:
                 self.problems += error.problems
                 models += [model] * (count - len(models))
                 break
-        alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *OWN))
+        alone = any(self.loaded.varies((*root, "place", key)) for key in (*RELATIONS, *COPYWISE_KEYS))
         return PlacementEntry(name, root, model, model.repeat, variables, models, alone)
 
     def _order(self, entries: dict[str, PlacementEntry]) -> Iterator[str]:
@@ -191,9 +191,9 @@ class _Placer:
     def _laid(self, spot: CopySpot) -> CopySpot:
         if getattr(spot.model, "along", None) is None:
             return spot
-        from text2sim.compiler.placing.rope_path import laid  # needs arrays, which most cases do without
+        from text2sim.compiler.placing.rope_path import lay_rope  # needs arrays, which most cases do without
 
-        model = laid(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
+        model = lay_rope(spot.model, spot.pos, spot.quat, lambda selector: self._find(selector, "along"))
         return spot._replace(model=model)
 
     def _find(self, selector: str, key: str) -> list[CopySpot]:

@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyRegion
 
 _DOWN = (0.0, 0.0, -1.0)
-_ROUND = 16
+_WALL_DIRECTIONS = 16
 """Number of horizontal directions in which walls are looked for."""
 _LIFT = 1e-5
 """Height [m] above the floor at which walls are looked for."""
@@ -59,7 +59,7 @@ def settle(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec,
 def _stand(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> Vec:
     if place.relation == "inside":
         return _stand_inside(place, subject, target, middle)
-    height: Height = {"on": _on, "above": _above, "below": _below}[place.relation]
+    height: Height = {"on": _height_on, "above": _above, "below": _height_below}[place.relation]
     if isinstance(place.at, BodyRegion):
         x, y = footing(place, subject, target, middle, lambda x, y: height(place, subject, target, x, y))
     else:
@@ -73,7 +73,7 @@ def _stand_inside(place: Place, subject: PlacedGroup, target: PlacedGroup, middl
     if place.align is None and not isinstance(place.at, BodyRegion):
         x, y = _level(place, subject, target, middle)
         return (x + dx, y + dy, _inside(place, subject, target, x + dx, y + dy) + dz)
-    x, y = _over(subject, target)
+    x, y = _shift_over(subject, target)
     x, y, z = slide(place, subject, target, (x, y, _inside(place, subject, target, x, y)))
     x, y = x + dx, y + dy
     landed = _fall(subject, target, (x, y, z), 0.0)
@@ -87,7 +87,7 @@ def _blamed(place: Place) -> str:
     return "offset" if any(place.offset[:2]) else "at" if place.at is not None else place.relation
 
 
-def _over(subject: PlacedGroup, target: PlacedGroup) -> tuple[float, float]:
+def _shift_over(subject: PlacedGroup, target: PlacedGroup) -> tuple[float, float]:
     here, there = subject.middle(), target.middle()
     return there[0] - here[0], there[1] - here[1]
 
@@ -97,7 +97,7 @@ def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec)
     if place.at is not None:
         assert not isinstance(place.at, BodyRegion)
         return place.at[0] - middle[0], place.at[1] - middle[1]
-    x, y = _over(subject, target)
+    x, y = _shift_over(subject, target)
     ends = (place.alignment(0), place.alignment(1))
     if ends == (None, None):
         return x, y
@@ -125,7 +125,7 @@ def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap
     return (edge - nx * x - ny * y) / nz
 
 
-def _on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
+def _height_on(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     gap = place.clearance
     heights = [_plane_height(plane, subject, x, y, gap, "on") for plane in target.planes]
     if target.members:
@@ -189,7 +189,7 @@ def _above(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y:
     return max(heights)
 
 
-def _below(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
+def _height_below(place: Place, subject: PlacedGroup, target: PlacedGroup, x: float, y: float) -> float:
     heights = [_plane_height(plane, subject, x, y, place.clearance, "below") for plane in target.planes]
     if target.members:
         heights.append(target.bounds()[0][2] - subject.bounds()[1][2] - place.clearance)
@@ -205,13 +205,13 @@ def _walled(subject: PlacedGroup, target: PlacedGroup, there: Vec) -> bool:
     x, y, z = there
     start = (x, y, z + _LIFT)
     blocked = 0
-    for k in range(_ROUND):
-        if blocked + _ROUND - k <= _ROUND / 2:
+    for k in range(_WALL_DIRECTIONS):
+        if blocked + _WALL_DIRECTIONS - k <= _WALL_DIRECTIONS / 2:
             return False
         # Directions far from each other come first, which decides sooner.
-        angle = 2 * math.pi * (k * 5 % _ROUND + 0.5) / _ROUND
+        angle = 2 * math.pi * (k * 5 % _WALL_DIRECTIONS + 0.5) / _WALL_DIRECTIONS
         blocked += sweep(movers, others, (math.cos(angle), math.sin(angle), 0.0), start=start) is not None
-        if blocked > _ROUND / 2:
+        if blocked > _WALL_DIRECTIONS / 2:
             return True
     return False
 

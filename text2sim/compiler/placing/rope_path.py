@@ -22,18 +22,18 @@ from text2sim.spec_schema.models.soft_bodies import Rope, Round
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
-CLEAR = 0.02
+PULLEY_GAP = 0.02
 """Gap between rope and pulley at the start, as a part of the rope's radius."""
-PITCH = 2.2
+TURN_PITCH = 2.2
 """Distance from turn to turn along the pulley, in radii of the rope."""
-FINE = math.radians(2)
-ROUNDS = 60
+ARC_STEP = math.radians(2)
+TANGENT_PASSES = 60
 """Passes over the tangents between pulleys, each of which depends on the pulleys next to it."""
-COARSE = 1.0
+MAX_LINK_LENGTH = 1.0
 """Greatest length of a link over the radius of a pulley."""
-SHORTEST = 1e-6
+MIN_LINK_LENGTH = 1e-6
 """Least length [m] of a link."""
-STRAIGHT = 0.999
+MIN_AXIS_COSINE = 0.999
 """Least cosine between the axis of a hinge and that of the pulley on it."""
 
 
@@ -99,7 +99,7 @@ class _Path:
                 text = f"comes and goes on one line through the axis of `{wheel.name}`; to say which way round"
                 raise PatternError(f"{text}, move a point to either side of it, or give another `side`", *wheel.key)
             wheel.sense = math.copysign(1.0, along)
-        for _ in range(ROUNDS):
+        for _ in range(TANGENT_PASSES):
             for k, wheel in wheels:
                 before, after = self.items[k - 1], self.items[k + 1]
                 wheel.arrive = wheel.tangent(before.at(before.leave, 1) if isinstance(before, _Wheel) else before, -1)
@@ -118,12 +118,12 @@ class _Path:
                 found.append(item)
                 continue
             sweep = item.sweep()
-            steps = max(2, math.ceil(sweep / FINE))
+            steps = max(2, math.ceil(sweep / ARC_STEP))
             found += [item.at(item.arrive + item.sense * sweep * k / steps, k / steps) for k in range(steps + 1)]
         return np.array(found)
 
 
-def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
+def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
     """Return a rope with `along` as the places [m] of its joints and its length, in its own frame.
 
     Args:
@@ -146,10 +146,10 @@ def laid(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[
     path.settle()
     wheels = [item for item in path.items if isinstance(item, _Wheel)]
     link = _length(path.points()) / rope.segments
-    if link < SHORTEST:
+    if link < MIN_LINK_LENGTH:
         raise PatternError(f"leads nowhere: its {rope.segments} links would be shorter than 1 um", "along")
     for wheel in wheels:
-        if link > COARSE * wheel.radius:
+        if link > MAX_LINK_LENGTH * wheel.radius:
             more = math.ceil(rope.segments * link / wheel.radius * 2)
             raise PatternError(
                 f"has links of {1e3 * link:.3g} mm, too long to lie round `{wheel.name}` with a radius of "
@@ -173,21 +173,21 @@ def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str]
     if radius is None:
         raise PatternError(f"cannot see how thick `{item.round}` is about its z axis; give `radius`", *key)
     mount = getattr(spot.model, "mount", None)
-    if isinstance(mount, HingeMount) and abs(vector_unit(mount.axis)[2]) < STRAIGHT:
+    if isinstance(mount, HingeMount) and abs(vector_unit(mount.axis)[2]) < MIN_AXIS_COSINE:
         raise PatternError(f"goes round the z axis of `{item.round}`, whose own hinge has another `axis`", *key)
     axis = np.array(quat_rotate(spot.quat, (0.0, 0.0, 1.0)))
     side = np.array(vector_unit(item.side))
     side -= (side @ axis) * axis
     if np.linalg.norm(side) < 1e-3:
         raise PatternError(f"has `side` along the axis of `{item.round}`, its own z; take one across", *key)
-    rise = PITCH * thick * item.turns
+    rise = TURN_PITCH * thick * item.turns
     height = getattr(spot.shape, "height", None)
     if height is not None and rise + 2 * thick > height:
         text = f"{item.turns} turns take {1e3 * (rise + 2 * thick):.3g} mm of `{item.round}`, which is"
         raise PatternError(f"{text} {1e3 * height:.3g} mm high", *key)
     return _Wheel(
         key, item.round, np.array(spot.pos), axis, side / np.linalg.norm(side), item.turns,
-        radius + (1 + CLEAR) * thick, rise=rise,
+        radius + (1 + PULLEY_GAP) * thick, rise=rise,
     )  # fmt: skip
 
 

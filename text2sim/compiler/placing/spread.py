@@ -39,12 +39,12 @@ def spread(repeat: Repeat, spots: Sequence[CopySpot], sizes: Sizes) -> list[Copy
         raise PatternError("a line with a `start` begins there; leave out `start` or `pos`", "pose", "pos")
     starts = again(start) if start is not None else (spot.pos for spot in spots)
     return [
-        spot._replace(pos=vector_plus(base, slot.offset), quat=_turned(slot.turn, spot.quat))
+        spot._replace(pos=vector_plus(base, slot.offset), quat=_turned_by(slot.turn, spot.quat))
         for spot, base, slot in zip(spots, starts, pattern_slots(repeat), strict=False)
     ]
 
 
-def _turned(turn: Quaternion, quat: Quaternion) -> Quaternion:
+def _turned_by(turn: Quaternion, quat: Quaternion) -> Quaternion:
     return quat if turn == IDENTITY else quat_multiply(turn, quat)
 
 

@@ -27,9 +27,9 @@ def grown(box: Bounds, by: float) -> Bounds:
     return (a - by, b - by, c - by), (d + by, e + by, f + by)
 
 
-def swept(box: Bounds, ways: Bounds) -> Bounds:
+def swept(box: Bounds, displacements: Bounds) -> Bounds:
     """Return the box of everything that a box covers on displacements that lie in another box."""
-    ((a, b, c), (d, e, f)), ((x, y, z), (u, v, w)) = box, ways
+    ((a, b, c), (d, e, f)), ((x, y, z), (u, v, w)) = box, displacements
     return (a + x, b + y, c + z), (d + u, e + v, f + w)
 
 

@@ -6,19 +6,19 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, meets, packed, unpacked
-from text2sim.assets.confined import confined
+from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
+from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
-from text2sim.compiler.shapes.meshpaint import MeshPaint, read_both
+from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
     import numpy as np
 
-WHOLE = (".obj", ".stl", ".ply")
+SINGLE_FILE_SUFFIXES = (".obj", ".stl", ".ply")
 """Files whose shape needs no others."""
-OTHERS = (b"mtllib", b"TextureFile")
+REFERRING_WORDS = (b"mtllib", b"TextureFile")
 """Words in such a file that name others, for its looks."""
 Key = tuple[Path, Path, int, int]
 """File, folder that it may refer to, time of its last change, and size."""
@@ -59,15 +59,15 @@ def _key(file: str, folder: Path) -> Key:
 
 
 @lru_cache(maxsize=4)
-def _both(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
-    return confined(read_both, *key[:2])
+def _read_mesh_and_paint(key: Key) -> tuple[MeshFile, list[MeshPaint] | str]:
+    return call_confined(read_mesh_and_paint, *key[:2])
 
 
 @lru_cache(maxsize=64)
 def _mesh(key: Key) -> MeshFile:
     path = key[0]
-    if path.suffix.lower() not in WHOLE:
-        return _both(key)[0]
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
+        return _read_mesh_and_paint(key)[0]
     members = {
         "vertices": str,
         "faces": str,
@@ -79,15 +79,15 @@ def _mesh(key: Key) -> MeshFile:
     }
 
     def ask() -> dict[str, Any]:
-        one = _both(key)[0]
+        one = _read_mesh_and_paint(key)[0]
         texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
         return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
 
-    found = cached((b"mesh", *_content(path)), members, ask)
+    found = cached_answer((b"mesh", *_content(path)), members, ask)
     vertices, faces = _net(found["vertices"], found["faces"])
     corners, sides = _net(found["corners"], found["sides"])
     if vertices is None or faces is None or corners is None or sides is None:
-        return _both(key)[0]
+        return _read_mesh_and_paint(key)[0]
     return MeshFile(vertices, faces, corners, sides, found["volume"], found["closed"], found["flat"])
 
 
@@ -95,22 +95,22 @@ def _mesh(key: Key) -> MeshFile:
 def _paint(key: Key) -> list[MeshPaint]:
     path = key[0]
     content = path.read_bytes()
-    if path.suffix.lower() not in WHOLE or any(word in content for word in OTHERS):
-        return _told(key)
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES or any(word in content for word in REFERRING_WORDS):
+        return _read_paints(key)
 
     def ask() -> dict[str, Any]:
         return {"parts": [
             [packed(one.vertices), packed(one.faces), packed(one.normals), None if one.uvs is None else packed(one.uvs),
-             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _told(key)
+             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _read_paints(key)
         ]}  # fmt: skip
 
-    found = [_part(row) for row in cached((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
+    found = [_part(row) for row in cached_answer((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
     parts = [one for one in found if one is not None]
-    return parts if len(parts) == len(found) else _told(key)
+    return parts if len(parts) == len(found) else _read_paints(key)
 
 
-def _told(key: Key) -> list[MeshPaint]:
-    found = _both(key)[1]
+def _read_paints(key: Key) -> list[MeshPaint]:
+    found = _read_mesh_and_paint(key)[1]
     if isinstance(found, str):
         raise AssetError(found)
     return found
@@ -138,7 +138,7 @@ def _part(row: Any) -> MeshPaint | None:
 def _net(points: str, net: str) -> "tuple[np.ndarray | None, np.ndarray | None]":
     """Return points and triangles from the cache; None for triangles that do not fit the points."""
     vertices, faces = unpacked(points, "f8", 3), unpacked(net, "i8", 3)
-    return vertices, faces if vertices is not None and meets(faces, vertices) else None
+    return vertices, faces if vertices is not None and are_valid_rows(faces, vertices) else None
 
 
 def _content(path: Path) -> tuple[bytes, bytes]:

@@ -11,11 +11,11 @@ from text2sim.spec_schema.models.sculpts import Sculpt
 if TYPE_CHECKING:
     from text2sim.compiler.shapes.levelset import PlacedPart
 
-MOST = 40
+MAX_PIECES = 40
 """Pieces of a shape; beyond that they follow the surface less closely."""
-OFF, CELLS = 0.012, 1.2
+MAX_DEVIATION, MAX_DEVIATION_CELLS = 0.012, 1.2
 """How far a piece may stand out of the surface: the larger of this part of the longest side and so many cells."""
-WAYS = 80
+CORNER_DIRECTIONS = 80
 """Directions in which a piece may have a corner, besides the axes."""
 
 
@@ -61,11 +61,11 @@ def convex_pieces(
                     row.append(kept)
             rows.append(row)
     low, high = vertices.min(0), vertices.max(0)
-    off = max(OFF * float((high - low).max()), CELLS * cell)
+    off = max(MAX_DEVIATION * float((high - low).max()), MAX_DEVIATION_CELLS * cell)
     found: list[Array] = []
     for _ in range(8):
-        found = [_corners(piece) for row in rows for piece in _joined(row, field, off)]
-        if len(found) <= MOST:
+        found = [_corners(piece) for row in rows for piece in _join_neighbours(row, field, off)]
+        if len(found) <= MAX_PIECES:
             break
         off *= 1.6
     return found or [_corners(vertices)]
@@ -75,7 +75,7 @@ def _solid(points: Array) -> bool:
     return len(points) > 3 and np.linalg.matrix_rank(points - points[0], tol=1e-9) == 3
 
 
-def _joined(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
+def _join_neighbours(row: list[Array], field: Callable[[Array], Array], off: float) -> list[Array]:
     """Join neighbours as long as their hull stays near the surface, or where they are already."""
     found: list[Array] = []
     for atom in row:
@@ -102,4 +102,4 @@ def _stays(one: Array, other: Array, field: Callable[[Array], Array], off: float
 
 def _corners(points: Array) -> Array:
     """Return the points that lie farthest in directions spread over the sphere."""
-    return points[np.unique((points @ spread_directions(WAYS).T).argmax(axis=0))]
+    return points[np.unique((points @ spread_directions(CORNER_DIRECTIONS).T).argmax(axis=0))]

@@ -11,28 +11,28 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from text2sim.assets.answer_cache import cached
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
     import numpy as np
 
-MARGIN = 0.2
+GRID_MARGIN = 0.2
 """Part of the longest side by which the grid is longer than the mesh, along each axis."""
-LEAST_NODES, COARSE, FINE = 16, 96, 128
+LEAST_NODES, MIN_NODES, MAX_NODES = 16, 96, 128
 """Nodes along a side: the fewest that the engine makes, and the limits along the longest one without `cell`."""
 MOST_NODES = 4_000_000
 """Nodes of one field: 80 MB in a run, 0.7 GB while it is made."""
 MOST_TRIANGLES = 50_000
 """With more, the engine warns, a field may take ten minutes and 20 GB."""
-BYTES = 20
+BYTES_PER_NODE = 20
 """Bytes of a node in a run: distance, its gradient and the nearest corner."""
-RAYS = 250
+WALL_RAYS = 250
 """About how many rays measure the walls."""
-QUARTER = 0.25
+THIN_WALL_SHARE = 0.25
 """Part of the surface with walls thinner than the thickness that is given for them."""
-PAIRS = 1_000_000
+MAX_TESTED_PAIRS = 1_000_000
 """Rays times triangles that are tested at once."""
 
 
@@ -63,8 +63,8 @@ class DistanceField:
     def __str__(self) -> str:
         a, b, c = self.nodes
         return (
-            f"through a field of {a} x {b} x {c} nodes ({a * b * c * BYTES / 1e6:.2g} MB), {self.cell * 1e3:.3g} mm "
-            f"apart; its walls are {self.wall * 1e3:.3g} mm thick"
+            f"through a field of {a} x {b} x {c} nodes ({a * b * c * BYTES_PER_NODE / 1e6:.2g} MB), "
+            f"{self.cell * 1e3:.3g} mm apart; its walls are {self.wall * 1e3:.3g} mm thick"
         )
 
 
@@ -85,10 +85,10 @@ def field_of(vertices: "np.ndarray", faces: "np.ndarray", cell: float | None) ->
             "`collision: decompose`"
         )
     span = vertices.max(axis=0) - vertices.min(axis=0)
-    a, b, c = (span + MARGIN * span.max()).tolist()
+    a, b, c = (span + GRID_MARGIN * span.max()).tolist()
     longest, wall = max(a, b, c), wall_of(vertices, faces)
     if cell is None:
-        cell = min(max(wall / 2, longest / (FINE - 1)), longest / (COARSE - 1))
+        cell = min(max(wall / 2, longest / (MAX_NODES - 1)), longest / (MIN_NODES - 1))
     made = DistanceField(cell, (a, b, c), wall)
     if math.prod(made.nodes) > MOST_NODES:
         least = max((a * b * c / MOST_NODES) ** (1 / 3), cell)
@@ -116,7 +116,7 @@ def wall_of(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     """
     own = Path(__file__).read_bytes()
     question = (b"wall", own, sha256(vertices.tobytes()).digest(), sha256(faces.tobytes()).digest())
-    return cached(question, {"wall": float}, lambda: {"wall": _wall(vertices, faces)})["wall"]
+    return cached_answer(question, {"wall": float}, lambda: {"wall": _wall(vertices, faces)})["wall"]
 
 
 def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:
@@ -128,12 +128,12 @@ def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     area = np.linalg.norm(normal, axis=1)
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     sound = np.flatnonzero(area > 1e-12 * size**2)
-    chosen = sound[:: max(1, len(sound) // RAYS)]
+    chosen = sound[:: max(1, len(sound) // WALL_RAYS)]
     ways = -normal[chosen] / area[chosen, None]
     skin = 1e-4 * size
     starts = corners[chosen].mean(axis=1) + skin * ways
     found = np.full(len(chosen), np.inf)
-    block = max(1, PAIRS // len(faces))
+    block = max(1, MAX_TESTED_PAIRS // len(faces))
     for first in range(0, len(chosen), block):
         way, start = ways[first : first + block, None], starts[first : first + block, None]
         # Möller and Trumbore 1997.
@@ -152,4 +152,4 @@ def _wall(vertices: "np.ndarray", faces: "np.ndarray") -> float:
         return size
     order = np.argsort(found[hits])
     covered = np.cumsum(area[chosen][hits][order])
-    return float(found[hits][order][np.searchsorted(covered, QUARTER * covered[-1])])
+    return float(found[hits][order][np.searchsorted(covered, THIN_WALL_SHARE * covered[-1])])

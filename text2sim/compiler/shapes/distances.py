@@ -20,14 +20,14 @@ from text2sim.spec_schema.models.sculpts import (
 )
 
 Array = np.ndarray
-SPAN = 4
+PIECES_PER_SPAN = 4
 """Pieces of a curve from one of its points to the next."""
-ENDS = 0.35
+TIP_SHARE = 0.35
 """A tip of a bar or loft thinner than this part of its thickest place is no feature: a coarse grid may lose it."""
-TABLE = 192
+TABLE_SIZE = 192
 """Points of a table of distances to a profile, along its longer side."""
 Curve = Callable[[Array], Array]
-OTHERS = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
+OTHER_AXES = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
 
 
 @dataclass(frozen=True)
@@ -115,11 +115,11 @@ def curve(points: Array, values: Array, *, smooth: bool, closed: bool = False) -
     for k in range(len(ring) - 1):
         a, b, c, d = whole[k : k + 4]
         ta, tb, tc, td = knots[k : k + 4]
-        t = np.linspace(tb, tc, SPAN + 1)[:-1, None]
+        t = np.linspace(tb, tc, PIECES_PER_SPAN + 1)[:-1, None]
         ab, bc, cd = _mix(a, b, ta, tb, t), _mix(b, c, tb, tc, t), _mix(c, d, tc, td, t)
         found.append(_mix(_mix(ab, bc, ta, tc, t), _mix(bc, cd, tb, td, t), tb, tc, t))
     line = np.concatenate([*found, ring[-1:]])
-    fine = [np.linspace(a, b, SPAN + 1)[:-1] for a, b in zip(along, along[1:], strict=False)]
+    fine = [np.linspace(a, b, PIECES_PER_SPAN + 1)[:-1] for a, b in zip(along, along[1:], strict=False)]
     at = np.concatenate([*fine, along[-1:]])
     return line, values if closed else monotone(along, values)(at)
 
@@ -164,7 +164,7 @@ def _limb(part: SculptLimb) -> PartUnion:
         low, high = np.minimum(a - r, b - s), np.maximum(a + r, b + s)
         bits.append(Bit(lambda p, a=a, b=b, r=float(r), s=float(s): round_cone(p, a, b, r, s), low, high))
         atoms.append(np.concatenate([a + r * ball, b + s * ball]))
-    return PartUnion(bits, 2 * max(float(radii.min()), ENDS * float(radii.max())), atoms)
+    return PartUnion(bits, 2 * max(float(radii.min()), TIP_SHARE * float(radii.max())), atoms)
 
 
 def round_cone(p: Array, a: Array, b: Array, r: float, s: float) -> Array:
@@ -206,7 +206,7 @@ def _revolve(part: SculptRevolve) -> PartUnion:
         line = np.concatenate([[(0.0, line[0, 1])], line, [(0.0, line[-1, 1])]])
     ring = line[:-1] if (line[0] == line[-1]).all() else line
     low, high = ring.min(0), ring.max(0)
-    step = float((high - low).max()) / TABLE
+    step = float((high - low).max()) / TABLE_SIZE
     # The table reaches a little beyond the profile; farther away, the distance from its box is added.
     start = low - 8 * step
     start[0] = 0.0
@@ -256,7 +256,7 @@ def _polygon(p: Array, ring: Array) -> Array:
 
 def _loft(part: SculptLoft) -> PartUnion:
     axis = "xyz".index(part.axis)
-    u, v = OTHERS[part.axis]
+    u, v = OTHER_AXES[part.axis]
     at = np.array([one.at for one in part.sections])
     # Half lengths, middles, and the exponent of the outline |u/a|^n + |v/b|^n = 1.
     rows = np.array(
@@ -289,7 +289,7 @@ def _loft(part: SculptLoft) -> PartUnion:
     for k, half, middle in ((u, 0, 2), (v, 1, 3)):
         low[k], high[k] = (row[:, middle] - row[:, half]).min(), (row[:, middle] + row[:, half]).max()
     widths = 2 * rows[:, :2].min(axis=1)
-    thin = min(max(float(widths.min()), ENDS * float(widths.max())), float(at[-1] - at[0]))
+    thin = min(max(float(widths.min()), TIP_SHARE * float(widths.max())), float(at[-1] - at[0]))
     turns = 2 * math.pi * np.arange(24) / 24
 
     def outline(s: float) -> Array:

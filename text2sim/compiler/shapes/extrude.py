@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
     from shapely.geometry.base import BaseGeometry
 
-SMOOTH = 0.05
+OUTLINE_TOLERANCE = 0.05
 """How far outlines may be from the form's own, in edges: nothing finer than the triangles can be shown."""
-ROUNDS = 12
+MAX_HALVINGS = 12
 """How often edges of the outline are halved that no triangle has."""
-NEAR = 0.62
+INNER_DISTANCE = 0.62
 """Distance of inner points from the outline, in edges."""
-ROW = math.sqrt(3) / 2
+ROW_HEIGHT = math.sqrt(3) / 2
 
 
 def polygons_of(form: "BaseGeometry") -> "list[Polygon]":
@@ -51,7 +51,7 @@ def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tupl
     rows = max(1, round(depth / edge))
     heights = np.linspace(-depth / 2, depth / 2, rows + 1)
     vertices, faces, total = [], [], 0
-    for polygon in polygons_of(form.simplify(SMOOTH * edge)):
+    for polygon in polygons_of(form.simplify(OUTLINE_TOLERANCE * edge)):
         flat, net, rings = net_of(polygon, edge)
         n = len(flat)
         # The front looks to -y: x to the right and z up are counterclockwise there.
@@ -97,7 +97,7 @@ def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, li
 
     rings = [_divided(np.array(ring.coords)[:-1], edge) for ring in (polygon.exterior, *polygon.interiors)]
     inner = _strewn(polygon, edge)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_HALVINGS):
         border = np.concatenate(rings)
         points = np.concatenate([border, inner])
         try:
@@ -156,11 +156,11 @@ def _strewn(polygon: "Polygon", edge: float) -> "np.ndarray":
     import numpy as np
     import shapely
 
-    room = polygon.buffer(-NEAR * edge)
+    room = polygon.buffer(-INNER_DISTANCE * edge)
     if room.is_empty:
         return np.zeros((0, 2))
     low_x, low_z, high_x, high_z = polygon.bounds
-    rows = np.arange(low_z, high_z + edge, ROW * edge)
+    rows = np.arange(low_z, high_z + edge, ROW_HEIGHT * edge)
     columns = np.arange(low_x, high_x + edge, edge)
     x = columns[None, :] + np.where(np.arange(len(rows)) % 2, edge / 2, 0.0)[:, None]
     z = np.repeat(rows[:, None], len(columns), axis=1)
@@ -175,11 +175,11 @@ def convex_parts(form: "Polygon | MultiPolygon") -> "list[list[tuple[float, floa
     """
     found = []
     for polygon in polygons_of(form):
-        found += _joined(polygon)
+        found += _join_triangles(polygon)
     return found
 
 
-def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
+def _join_triangles(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
     import shapely
 
     cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
@@ -194,7 +194,7 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
         left, right = owner[a, b], owner[b, a]
         if left == right:
             continue
-        one, other = _from(cells[left], b), _from(cells[right], a)  # b … a, and a … b
+        one, other = _rotate_to(cells[left], b), _rotate_to(cells[right], a)  # b … a, and a … b
         whole = one + other[1:-1]
         at = len(one) - 1
         if _turns_left(whole, at) and _turns_left(whole, 0):
@@ -202,10 +202,10 @@ def _joined(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
             del cells[right]
             for c, d in zip(other, other[1:], strict=False):
                 owner[c, d] = left
-    return [_tidy(cell) for cell in cells.values()]
+    return [_drop_straight_corners(cell) for cell in cells.values()]
 
 
-def _from(cell: "list[tuple[float, float]]", start: "tuple[float, float]") -> "list[tuple[float, float]]":
+def _rotate_to(cell: "list[tuple[float, float]]", start: "tuple[float, float]") -> "list[tuple[float, float]]":
     at = cell.index(start)
     return cell[at:] + cell[:at]
 
@@ -216,7 +216,7 @@ def _turns_left(cell: "list[tuple[float, float]]", at: int) -> bool:
     return u * x - v * w >= -1e-9 * math.hypot(u, v) * math.hypot(w, x)
 
 
-def _tidy(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
+def _drop_straight_corners(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
     """Drop corners at which the outline goes straight on."""
     kept = list(cell)
     for point in cell:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     import numpy as np
     from shapely import Polygon
 
-ROUGH = 0.01
+PRISM_TOLERANCE = 0.01
 """How far prisms may be from the true outline, as a part of the height of a letter or drawing."""
-SLIVER = 1e-4
+MIN_PRISM_SHARE = 1e-4
 """Prisms smaller than this part of the whole are left out: the engine refuses bodies without volume."""
 SHARP_DEG = 40.0
 """Corners of an outline sharper than this angle are drawn as edges."""
@@ -32,8 +32,8 @@ def prisms(shape: Text | Sketch, folder: Path) -> list[Piece]:
     """
     form = whole(shape, folder)
     _, low, _, high = form.bounds
-    rough = areas(form.simplify(ROUGH * min(shape.height, high - low)))
-    half, least = shape.depth / 2, SLIVER * form.area
+    rough = areas(form.simplify(PRISM_TOLERANCE * min(shape.height, high - low)))
+    half, least = shape.depth / 2, MIN_PRISM_SHARE * form.area
     found = []
     for cell in convex_parts(rough):
         if abs(signed_area(cell)) < least:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 MANY_VERTICES = 20_000
 """With more vertices, only the outermost ones are used."""
-FLAT = 1e-6
+FLATNESS = 1e-6
 """Thickness over length below which points count as flat."""
 
 
@@ -32,16 +32,16 @@ def hull_of(points: "np.ndarray") -> tuple[Any, bool]:
         points = _outermost(points)
     size = np.ptp(points, axis=0)
     try:
-        if size.min() > FLAT * size.max():
+        if size.min() > FLATNESS * size.max():
             return trimesh.Trimesh(points, process=False).convex_hull, False
     except Exception:  # flat, but along no axis
         pass
     middle = points.mean(axis=0)
     _, lengths, axes = np.linalg.svd(points - middle, full_matrices=False)
-    if lengths[1] <= FLAT * lengths[0]:
+    if lengths[1] <= FLATNESS * lengths[0]:
         raise AssetError("has no area")
     across = axes[2]
-    half = across * (FLAT * float(size.max()) / 2)
+    half = across * (FLATNESS * float(size.max()) / 2)
     try:
         return trimesh.Trimesh(np.concatenate([points - half, points + half]), process=False).convex_hull, True
     except Exception as error:

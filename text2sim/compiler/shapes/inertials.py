@@ -27,7 +27,7 @@ class Inertial:
 
     def at(self, pos: Vec, quat: Quaternion) -> "Inertial":
         """Return it in the frame around (`pos`, `quat`)."""
-        return Inertial(self.mass, frame_apply(pos, quat, self.center), _turned(self.inertia, quat))
+        return Inertial(self.mass, frame_apply(pos, quat, self.center), _rotate_tensor(self.inertia, quat))
 
     def about(self, anchor: Vec, axis: Vec) -> float:
         """Return the moment of inertia [kg m2] about the line through `anchor` along the unit vector `axis`."""
@@ -43,7 +43,7 @@ _NONE: Tensor = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 NOTHING = Inertial(0.0, (0.0, 0.0, 0.0), _NONE)
 
 
-def together(inertials: Iterable[Inertial]) -> Inertial:
+def combined_inertial(inertials: Iterable[Inertial]) -> Inertial:
     """Return several inertials of one frame as one."""
     inertials = list(inertials)
     if len(inertials) == 1:
@@ -115,7 +115,7 @@ def _hull(piece: Piece, mass: float) -> Inertial:
     return Inertial(mass, center, tuple(mass * moment for moment in moments))  # type: ignore[arg-type]
 
 
-def _turned(inertia: Tensor, quat: Quaternion) -> Tensor:
+def _rotate_tensor(inertia: Tensor, quat: Quaternion) -> Tensor:
     """Return R I R^T."""
     if quat == (1.0, 0.0, 0.0, 0.0) or not any(inertia):
         return inertia

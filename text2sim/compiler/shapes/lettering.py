@@ -19,9 +19,9 @@ MAX_POINTS = 4_000
 """Most points in the outline of a letter."""
 PATH_UNITS = 64
 """FreeType takes the font's units for 64ths of pixels, and returns outlines in pixels."""
-STEPS = 6
+CURVE_STEPS = 6
 """Straight pieces that a curve becomes."""
-LEADING = 1.5
+LINE_SPACING = 1.5
 """Distance between lines, in heights of a capital letter."""
 MODEL_LETTERS = "HEIZ"
 """Flat capitals, which measure a font; one without them is measured by the letters of the text."""
@@ -83,7 +83,7 @@ def _set(text: str, path: Path | None, _mtime: int, _size: int) -> "tuple[Letter
             form = forms[char]
             if form is not None and not form.is_empty:
                 scale = 1 / high
-                moved = affine_transform(form, [scale, 0, 0, scale, pen * scale, -LEADING * row])
+                moved = affine_transform(form, [scale, 0, 0, scale, pen * scale, -LINE_SPACING * row])
                 found.append(Letter(moved, row, column))
                 column += 1
             pen += face.advance(char)
@@ -183,8 +183,8 @@ def _curve(control: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return points on a Bézier curve, without its start."""
     n = len(control) - 1
     found = []
-    for step in range(1, STEPS + 1):
-        t = step / STEPS
+    for step in range(1, CURVE_STEPS + 1):
+        t = step / CURVE_STEPS
         weights = [math.comb(n, k) * t**k * (1 - t) ** (n - k) for k in range(n + 1)]
         found.append((
             sum(w * x for w, (x, _) in zip(weights, control, strict=False)),

@@ -25,16 +25,16 @@ MAX_ALONG = 1_500
 MAX_WORK = 15_000_000
 """Most distances that are computed, of every bit of a part at the nodes in its box: two seconds of work. An elephant
 takes 2.4 million."""
-THROUGH = 5
-"""Cells through the thinnest part if `detail` is not given; with it, at least `LEAST`."""
-LEAST = 1.6
-ALONG = 56
+CELLS_THROUGH = 5
+"""Cells through the thinnest part if `detail` is not given; with it, at least `MIN_CELLS_THROUGH`."""
+MIN_CELLS_THROUGH = 1.6
+MIN_CELLS_ALONG = 56
 """Least number of cells along the longest side."""
-PAD = 2
+PADDING_CELLS = 2
 """Cells around everything."""
-SLAB = 150_000
+SLAB_NODES = 150_000
 """Most nodes that are computed at once."""
-SIMPLER = 0.1
+SIMPLIFY_TOLERANCE = 0.1
 """How far the surface may move when it is simplified, in cells."""
 FAR = 1e30
 
@@ -129,18 +129,18 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     size = float((high - low).max())
 
     def made(cell: float) -> tuple[LevelSetGrid, float, float]:
-        pad = (PAD + 0.5) * cell
+        pad = (PADDING_CELLS + 0.5) * cell
         counts = np.ceil((high - low + 2 * pad) / cell).astype(float) + 1
         nodes = float(counts.prod())
         if nodes > MAX_NODES or counts.max() > MAX_ALONG:
             return LevelSetGrid(low, cell, (0, 0, 0)), math.inf, 0.0
         # Shifted off round numbers, so that flat sides do not lie on nodes.
         grid = LevelSetGrid(low - pad + 0.013 * cell, cell, tuple(counts.astype(int).tolist()))
-        work = sum(_size(grid.box(bit.low, bit.high, blend + PAD * cell)) for bit, blend in boxes)
+        work = sum(_size(grid.box(bit.low, bit.high, blend + PADDING_CELLS * cell)) for bit, blend in boxes)
         return grid, nodes, float(work)
 
     thinnest = min(parts, key=lambda one: one.form.thin)
-    cell = shape.detail or min(thinnest.form.thin / THROUGH, size / ALONG)
+    cell = shape.detail or min(thinnest.form.thin / CELLS_THROUGH, size / MIN_CELLS_ALONG)
     grid, nodes, work = made(cell)
     finest = cell
     while nodes > MAX_NODES or work > MAX_WORK:
@@ -151,18 +151,18 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
             f"is made on a grid of at most {MAX_NODES:,} nodes, {MAX_ALONG:,} along a side: with a size of "
             f"{size:.3g} m, `detail` can be {rounded_up(finest):g} m or more (got {cell:g})"
         )
-    lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < LEAST * grid.cell))
+    lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < MIN_CELLS_THROUGH * grid.cell))
     if lost:
         way = (
-            f"take a `detail` of {thinnest.form.thin / LEAST:.2g} m"
+            f"take a `detail` of {thinnest.form.thin / MIN_CELLS_THROUGH:.2g} m"
             if shape.detail is not None
             else "make it a body of its own, or the rest smaller"
         )
         too = "".join(f", `{name}`" for name in lost if name != thinnest.name)
         raise AssetError(
             f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thin, and the cells of the grid are {grid.cell:.3g} "
-            f"m: it would be lost{too and f', as would{too[1:]}'}; make it {rounded_up(LEAST * grid.cell):g} m or "
-            f"thicker, or {way}"
+            f"m: it would be lost{too and f', as would{too[1:]}'}; make it "
+            f"{rounded_up(MIN_CELLS_THROUGH * grid.cell):g} m or thicker, or {way}"
         )
     return grid
 
@@ -189,12 +189,12 @@ def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
     field = np.full(grid.counts, FAR)
     for one in [one for one in parts if one.part.op == "add"] + [one for one in parts if one.part.op == "cut"]:
         bits = list(one.bits())
-        more = one.blend + PAD * grid.cell
+        more = one.blend + PADDING_CELLS * grid.cell
         whole = grid.box(np.min([b.low for b in bits], axis=0), np.max([b.high for b in bits], axis=0), more)
         own = np.full(tuple(side.stop - side.start for side in whole), FAR)
         for bit in bits:
             box = grid.box(bit.low, bit.high, more)
-            rows = max(SLAB // max(_size((slice(0, 1), box[1], box[2])), 1), 1)
+            rows = max(SLAB_NODES // max(_size((slice(0, 1), box[1], box[2])), 1), 1)
             for start in range(box[0].start, box[0].stop, rows):
                 slab = (slice(start, min(start + rows, box[0].stop)), box[1], box[2])
                 here = tuple(slice(a.start - b.start, a.stop - b.start) for a, b in zip(slab, whole, strict=True))
@@ -247,7 +247,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     vertices, faces, _, _ = marching_cubes(values, 0.0, gradient_direction="descent")
     vertices = grid.low + grid.cell * vertices.astype(float)
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
-    vertices, faces, looks = _simpler(vertices, faces, looks, grid.cell, parts)
+    vertices, faces, looks = _simplify(vertices, faces, looks, grid.cell, parts)
     pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
     return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
@@ -335,7 +335,7 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     return points, np.array(firsts)[np.concatenate(labels)], np.concatenate(found)
 
 
-def _simpler(
+def _simplify(
     vertices: Array, faces: Array, looks: Array, cell: float, parts: list[PlacedPart]
 ) -> tuple[Array, Array, Array]:
     """Merge triangles where the surface is flat, without crossing borders of looks."""
@@ -363,7 +363,7 @@ def _simpler(
             f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, belongs to part `{near.name}`; "
             "move it to the rest, or make it a body of its own"
         )
-    made = whole.simplify(SIMPLER * cell).to_mesh64()
+    made = whole.simplify(SIMPLIFY_TOLERANCE * cell).to_mesh64()
     ends = np.asarray(made.run_index, np.int64) // 3
     found = np.empty(len(made.tri_verts), np.int64)
     for k, name in enumerate(made.run_original_id):

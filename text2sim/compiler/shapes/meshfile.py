@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.engine_files import asset_folder
-from text2sim.assets.foreign_files import check_gltf, check_obj, foreign
+from text2sim.assets.foreign_files import check_gltf, check_obj, named_errors
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -64,7 +64,7 @@ def mesh_path(file: str, folder: Path) -> tuple[Path, Path]:
     return case_path(file, folder, "mesh", SUFFIXES, MAX_BYTES)
 
 
-def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], most: int) -> tuple[Path, Path]:
+def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], max_bytes: int) -> tuple[Path, Path]:
     """Return the path of a file that a case names, and the folder that it and all that it refers to must lie in.
 
     Args:
@@ -72,7 +72,7 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
         folder: The case's folder.
         what: What the file is, for messages.
         suffixes: What it may end in.
-        most: How many bytes it may have.
+        max_bytes: How many bytes it may have.
 
     Raises:
         AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
@@ -94,8 +94,10 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], mos
     if not path.is_file():
         raise AssetError(f"{what} file `{file}` does not exist in {source.name}")
     size = path.stat().st_size
-    if size > most:
-        raise AssetError(f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {most // 2**20} MiB)")
+    if size > max_bytes:
+        raise AssetError(
+            f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {max_bytes // 2**20} MiB)"
+        )
     return path, root
 
 
@@ -115,7 +117,7 @@ def open_mesh(path: Path, root: Path, **options: Any) -> Any:
     if not trimesh.util.log.handlers:
         trimesh.util.log.addHandler(logging.NullHandler())  # errors say what is wrong with a file
     suffix = path.suffix.lower()
-    with foreign(), path.open("rb") as stream:
+    with named_errors(), path.open("rb") as stream:
         if suffix in (".glb", ".gltf"):
             check_gltf(stream.read(), suffix, beside=True)
             stream.seek(0)
@@ -145,11 +147,11 @@ def read_mesh(path: Path, root: Path) -> MeshFile:
     if path.suffix.lower() == ".obj" and (faces := path.read_bytes().count(b"\nf")) > MAX_FACES:
         raise AssetError(f"has too many triangles ({faces}; at most {MAX_FACES})")
     loaded = open_mesh(path, root, force="mesh", skip_materials=True)
-    with foreign():
-        return _judged(loaded, path)
+    with named_errors():
+        return _check_mesh(loaded, path)
 
 
-def _judged(loaded: Any, path: Path) -> MeshFile:
+def _check_mesh(loaded: Any, path: Path) -> MeshFile:
     import numpy as np
     import trimesh
 

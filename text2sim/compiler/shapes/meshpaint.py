@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.foreign_files import foreign
+from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.shapes.meshfile import MeshFile, open_mesh, read_mesh, turn_upright
 from text2sim.spec_schema.errors import AssetError
 
@@ -13,12 +13,12 @@ from text2sim.spec_schema.errors import AssetError
 if TYPE_CHECKING:
     import numpy as np
 
-MAX_SMOOTHED = 60_000
-MAX_PATCHES = 10_000
+MAX_SMOOTHED_FACES = 60_000
+MAX_SMOOTH_PATCHES = 10_000
 """Smooth patches of a surface. With more, it is so jagged that nothing in it is round."""
-SMOOTH = 0.6
+MAX_SMOOTH_ANGLE = 0.6
 """Edges [rad] below this angle are drawn round, where the file has no texture."""
-MAX_PICTURE = 2048
+MAX_PICTURE_SIDE = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class MeshPaint:
     """Colour, each channel in 0..1; None where the file gives none."""
 
 
-def read_both(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
+def read_mesh_and_paint(path: Path, root: Path) -> tuple[MeshFile, list[MeshPaint] | str]:
     """Read shape and looks of a file without limits of time and memory; for looks that cannot be read, say why.
 
     Raises:
@@ -63,11 +63,11 @@ def read_paint(path: Path, root: Path) -> list[MeshPaint]:
     except AssetError:
         # The shape can be used without a material that is missing or outside the case's folder.
         scene = open_mesh(path, root, force="scene", skip_materials=True)
-    with foreign():
-        return _parts(scene, path)
+    with named_errors():
+        return _read_parts(scene, path)
 
 
-def _parts(scene: Any, path: Path) -> list[MeshPaint]:
+def _read_parts(scene: Any, path: Path) -> list[MeshPaint]:
     import numpy as np
     import trimesh
 
@@ -76,17 +76,17 @@ def _parts(scene: Any, path: Path) -> list[MeshPaint]:
         if not isinstance(mesh, trimesh.Trimesh) or len(mesh.faces) == 0:
             continue
         uvs, picture, rgba = material_of(mesh)
-        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED and _least_patches(mesh) <= MAX_PATCHES:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=SMOOTH)
+        if uvs is None and len(mesh.faces) <= MAX_SMOOTHED_FACES and _count_min_patches(mesh) <= MAX_SMOOTH_PATCHES:
+            mesh = trimesh.graph.smooth_shade(mesh, angle=MAX_SMOOTH_ANGLE)
         normals = np.asarray(mesh.vertex_normals, float)
         vertices, normals = turn_upright(np.asarray(mesh.vertices, float), path), turn_upright(normals, path)
         parts.append(MeshPaint(vertices, np.asarray(mesh.faces, np.int64), normals, uvs, picture, rgba))
     return parts
 
 
-def _least_patches(mesh: Any) -> int:
+def _count_min_patches(mesh: Any) -> int:
     """Return the least number of smooth patches of a surface: its triangles, less the smooth edges that join them."""
-    return len(mesh.faces) - int((mesh.face_adjacency_angles < SMOOTH).sum())
+    return len(mesh.faces) - int((mesh.face_adjacency_angles < MAX_SMOOTH_ANGLE).sum())
 
 
 def material_of(
@@ -122,7 +122,7 @@ def _png(picture: Any) -> bytes:
     """Return a picture as a .png in three channels, small enough for a film."""
     try:
         picture = picture.convert("RGB")
-        picture.thumbnail((MAX_PICTURE, MAX_PICTURE))
+        picture.thumbnail((MAX_PICTURE_SIDE, MAX_PICTURE_SIDE))
         stream = BytesIO()
         picture.save(stream, "PNG")
     except Exception as error:  # damaged pictures fail in every way there is

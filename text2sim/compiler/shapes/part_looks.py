@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from text2sim.compiler.shapes.softmesh import SoftMesh
 
-FINER = 0.5
+SAMPLE_SPACING = 0.5
 """Distance of the samples of parts, in edges of the surface."""
 
 
@@ -39,7 +39,7 @@ def part_looks(shape: Compound | Sculpt, mesh: "SoftMesh", folder: Path, edge: f
     """
     import numpy as np
 
-    samples, parts = zip(*_samples(shape, folder, FINER * edge), strict=True)
+    samples, parts = zip(*_samples(shape, folder, SAMPLE_SPACING * edge), strict=True)
     centers = mesh.vertices[mesh.faces].mean(axis=1)
     owners = np.concatenate([np.full(len(some), part) for some, part in zip(samples, parts, strict=True)])
 
@@ -58,14 +58,14 @@ def _samples(shape: Compound | Sculpt, folder: Path, step: float) -> "Iterator[t
     """Yield points on the surface of each part (n, 3) [m], and the part's number, or -1 if it has no look."""
     import numpy as np
 
-    from text2sim.compiler.shapes.remesh import divided
+    from text2sim.compiler.shapes.remesh import split_long_edges
     from text2sim.compiler.shapes.sculpting import sculpted
     from text2sim.compiler.shapes.softmesh import soft_surface
 
     names = list(shape.parts)
     if isinstance(shape, Sculpt):
         for drawn in sculpted(shape).visuals():
-            vertices, faces, _ = divided(np.asarray(drawn.vertices, float), np.asarray(drawn.faces), step)
+            vertices, faces, _ = split_long_edges(np.asarray(drawn.vertices, float), np.asarray(drawn.faces), step)
             yield vertices[faces].mean(axis=1), -1 if drawn.part is None else names.index(drawn.part)
         return
     for name, part in shape.solids.items():

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MAX_BYTES = 16 * 1024 * 1024
 MAX_PIXELS, MAX_SIDE = 25_000_000, 20_000
-ENOUGH = 2400
+MAX_USEFUL_SIDE = 2400
 """Pixels of the longer side beyond which more make no visible difference."""
 
-PREVIEW = 512
+PREVIEW_SIDE = 512
 """Pixels of the longer side of a picture as `show` draws it."""
 
 
@@ -39,7 +39,7 @@ def open_picture(path: Path) -> "Image":
     """
     from PIL import Image, ImageOps, UnidentifiedImageError
 
-    advice = f"at most {MAX_PIXELS:,}: make it smaller, {ENOUGH} along its longer side are enough"
+    advice = f"at most {MAX_PIXELS:,}: make it smaller, {MAX_USEFUL_SIDE} along its longer side are enough"
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)

@@ -10,9 +10,9 @@ from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 if TYPE_CHECKING:
     import numpy as np
 
-THIN = 1e-3
+SIDE_DEPTH = 1e-3
 """A side reaches this part of the body's length inwards."""
-FLAT = 1e-6
+FLATNESS = 1e-6
 """A body thinner than this part of its longest side is flat."""
 
 
@@ -40,7 +40,7 @@ def region_points(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     apart = _distances(region, vertices)
     found = np.flatnonzero(apart <= 0.0)
     if len(found) == 0:
-        raise RegionError(empty(float(apart.min())))
+        raise RegionError(empty_region_message(float(apart.min())))
     return found
 
 
@@ -62,7 +62,7 @@ def region_middle(region: BodyRegion, skin: SurfaceSkin) -> Vec:
         # A small ball may lie between the points, and still meet the surface.
         point, apart = skin.nearest(region.sphere.center)
         if apart > region.sphere.radius:
-            raise RegionError(empty(apart - region.sphere.radius))
+            raise RegionError(empty_region_message(apart - region.sphere.radius))
         points, areas = np.vstack([points, point]), np.append(areas, 0.0)
     found = region_points(region, points)
     if not region.sides:
@@ -96,15 +96,15 @@ def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
     missing = np.zeros(len(vertices))
     for side in region.sides:
         axis, sign = SIDES[side]
-        if region.face is None and size[axis] <= FLAT * size.max():
-            there = [name for name, (k, _) in SIDES.items() if size[k] > FLAT * size.max()]
+        if region.face is None and size[axis] <= FLATNESS * size.max():
+            there = [name for name, (k, _) in SIDES.items() if size[k] > FLATNESS * size.max()]
             raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
         away = high[axis] - vertices[:, axis] if sign > 0 else vertices[:, axis] - low[axis]
-        missing += np.maximum(away - THIN * size[axis], 0.0) ** 2
+        missing += np.maximum(away - SIDE_DEPTH * size[axis], 0.0) ** 2
     return np.sqrt(missing)
 
 
-def empty(away: float) -> str:
+def empty_region_message(away: float) -> str:
     """Say that nothing lies in a region, and how far away [m] the body is."""
     length = f"{away:.3g} m" if away >= 0.1 else f"{away * 1000:.3g} mm"
     return f"nothing of it lies in this region; the nearest point of it is {length} away"

@@ -6,10 +6,10 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, cached_net, packed, unpacked
-from text2sim.assets.confined import confined
-from text2sim.assets.foreign_files import foreign
-from text2sim.compiler.shapes.casemesh import WHOLE, load_mesh
+from text2sim.assets.answer_cache import cached_answer, cached_net, packed, unpacked
+from text2sim.assets.confined import call_confined
+from text2sim.assets.foreign_files import named_errors
+from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.compiler.shapes.triangle_count import refuse_many
 from text2sim.spec_schema.errors import AssetError
@@ -19,26 +19,26 @@ from text2sim.spec_schema.models.shapes import Mesh
 if TYPE_CHECKING:
     import numpy as np
 
-LONG = 4 / 3
+MAX_EDGE_RATIO = 4 / 3
 """Edges longer than this many wanted ones are halved: the halves are then no farther from the wanted length."""
-FINE = 0.6
+MIN_MEAN_EDGE = 0.6
 """Triangles are merged if the mean of their edges is shorter than this many wanted ones."""
-SHARP = 0.17
+SHARP_ANGLE = 0.17
 """Angle [rad], ten degrees: where tetgen begins to put many tetrahedra around a corner."""
-TRIES = ((4, 1.0), (8, 1.0), (4, 0.7), (4, 0.5), (8, 0.5))
+ATTEMPTS = ((4, 1.0), (8, 1.0), (4, 0.7), (4, 0.5), (8, 0.5))
 """Attempts in turn: with how many times the wanted triangles a rough simplification comes first, and a factor of the
 wanted edge. Thin parts need shorter edges."""
-EDGE_DEG, EDGES = 60.0, 0.002
+SHARP_EDGE_DEG, SHARP_EDGE_SHARE = 60.0, 0.002
 """A surface has sharp edges if more than this part of its edges are bent by more than this."""
-KEPT = 0.06
+MAX_VOLUME_LOSS = 0.06
 """Part of the volume that merging triangles may lose."""
-PASSES = 40
+MAX_PASSES = 40
 CLOSED_BY = 1e-9
 """Two places of a vertex in a picture count as one if they are nearer than this."""
 
 
 def file_surface(
-    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, most: int
+    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]":
     """Return vertices [m], faces, places in the picture if there are any, and how many vertices lie on seams.
 
@@ -47,7 +47,7 @@ def file_surface(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether small triangles are merged.
-        most: How many triangles there may be.
+        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if the file cannot be used, or there would be too many triangles.
@@ -61,19 +61,19 @@ def file_surface(
     uvs, seams = None, 0
     if mesh.closed:
         if coarsen:
-            vertices, faces = evened(vertices, faces, edge)
+            vertices, faces = remesh_evenly(vertices, faces, edge)
     else:
         uvs, seams = _places(shape.file, folder, mesh.vertices)
-    vertices, faces, uvs = divided(vertices, faces, edge, uvs)
-    if len(faces) > most:
+    vertices, faces, uvs = split_long_edges(vertices, faces, edge, uvs)
+    if len(faces) > max_triangles:
         raise AssetError(
-            f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most {most:,} "
-            f"are possible: take a larger `cell`, or a simpler mesh"
+            f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most "
+            f"{max_triangles:,} are possible: take a larger `cell`, or a simpler mesh"
         )
     return vertices, faces.astype(np.int32), uvs, seams
 
 
-def divided(
+def split_long_edges(
     vertices: "np.ndarray", faces: "np.ndarray", edge: float, uvs: "np.ndarray | None" = None
 ) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
     """Halve edges until none is longer than 4/3 of `edge`; the surface keeps its form and stays closed.
@@ -89,10 +89,10 @@ def divided(
     import numpy as np
 
     faces = faces.astype(np.int64)
-    for _ in range(PASSES):
+    for _ in range(MAX_PASSES):
         ahead = np.roll(faces, -1, axis=1)
         own = np.linalg.norm(vertices[faces] - vertices[ahead], axis=2)
-        if own.max(initial=0.0) <= LONG * edge:
+        if own.max(initial=0.0) <= MAX_EDGE_RATIO * edge:
             break
         keys = np.minimum(faces, ahead) * len(vertices) + np.maximum(faces, ahead)
         keys, of = np.unique(keys, return_inverse=True)
@@ -100,7 +100,7 @@ def divided(
         # Measured once for each edge, so that rounding is the same for both of its triangles.
         own = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[of]
         wanted = np.zeros(len(edges), bool)
-        wanted[of[(own >= 0.999 * own.max(axis=1, keepdims=True)) & (own > LONG * edge)]] = True
+        wanted[of[(own >= 0.999 * own.max(axis=1, keepdims=True)) & (own > MAX_EDGE_RATIO * edge)]] = True
         if not wanted.any():
             break
         middle = np.where(wanted, np.cumsum(wanted) - 1 + len(vertices), -1)
@@ -131,7 +131,7 @@ def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np
     return np.concatenate(found)
 
 
-def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
+def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
     """Give a closed surface triangles of one size, if its own are smaller than wanted or have sharp angles.
 
     Where that would open or fold the surface, it is left as it is.
@@ -145,14 +145,14 @@ def evened(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[n
 
     area = float(_areas(vertices, faces).sum())
     count = int(area / (np.sqrt(3) / 4 * edge**2))
-    fine = count < FINE**2 * len(faces)
-    if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP:
+    fine = count < MIN_MEAN_EDGE**2 * len(faces)
+    if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
         return vertices, faces
     question = (b"evened", np.float64(edge).tobytes(), vertices.tobytes(), faces.astype(np.int64).tobytes())
-    return cached_net(question, lambda: _even(vertices, faces, edge, count))
+    return cached_net(question, lambda: _remesh(vertices, faces, edge, count))
 
 
-def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
+def _remesh(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
     import numpy as np
     import trimesh
     from fast_simplification import simplify
@@ -161,15 +161,15 @@ def _even(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) 
     size = float((vertices.max(axis=0) - low).max())
     # A surface with edges keeps them; on one without, what simplification makes look like an edge is none.
     bends = trimesh.Trimesh(vertices, faces, process=False).face_adjacency_angles
-    feature = EDGE_DEG if np.mean(bends > np.radians(EDGE_DEG)) > EDGES else 180.0
-    for many, finer in TRIES:
+    feature = SHARP_EDGE_DEG if np.mean(bends > np.radians(SHARP_EDGE_DEG)) > SHARP_EDGE_SHARE else 180.0
+    for many, finer in ATTEMPTS:
         points, net = (vertices - low) / size, faces
         if len(faces) > many * count / finer**2:
             few = max(round(many / 2 * count / finer**2), 200)
             points, net, *_ = simplify(points.astype(np.float32), net.astype(np.int32), target_count=few)
         points, net = _remeshed(points.astype(float), net, finer * edge / size, feature)
         made = trimesh.Trimesh(points * size + low, net, process=False)
-        if made.is_volume and abs(made.volume / _volume(vertices, faces) - 1) < KEPT:
+        if made.is_volume and abs(made.volume / _volume(vertices, faces) - 1) < MAX_VOLUME_LOSS:
             return np.asarray(made.vertices), np.asarray(made.faces)
     return vertices, faces
 
@@ -239,17 +239,17 @@ class FileVertices:
 def _read_places(
     path: Path, root: Path, _mtime: int, _size: int, rows: FileVertices
 ) -> "tuple[np.ndarray | None, int]":
-    if path.suffix.lower() not in WHOLE:
-        return confined(_find_places, path, root, rows.vertices)
+    if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
+        return call_confined(_find_places, path, root, rows.vertices)
     import numpy as np
 
     def ask() -> dict[str, Any]:
-        uvs, seams = confined(_find_places, path, root, rows.vertices)
+        uvs, seams = call_confined(_find_places, path, root, rows.vertices)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
-    found = cached((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
+    found = cached_answer((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
     uvs = unpacked(found["uvs"], "f8", 2)
     return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
 
@@ -263,7 +263,7 @@ def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.nd
     except AssetError:
         return None, 0
     try:
-        with foreign():
+        with named_errors():
             uvs = getattr(mesh.visual, "uv", None)
             sound = uvs is not None and len(uvs) == len(mesh.vertices) and bool(np.isfinite(uvs).all())
     except AssetError:

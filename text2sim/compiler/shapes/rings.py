@@ -14,11 +14,11 @@ from text2sim.compiler.shapes.piece import wall_radii
 if TYPE_CHECKING:
     import numpy as np
 
-SIDES = 20
+MIN_SIDES_WIDEST = 20
 """Least number of points around the widest ring: a polygon with so many corners lacks 1.6 % of its circle."""
-LEAST = 5
+MIN_SIDES = 5
 """Least number of points around any ring."""
-ROW = math.sqrt(3) / 2
+ROW_HEIGHT = math.sqrt(3) / 2
 """Distance of rows over the edge in a lattice of equal triangles."""
 
 Point = tuple[float, float]
@@ -56,8 +56,8 @@ class Arc:
         run = [0.0]
         for a, b in zip(spots, spots[1:], strict=False):
             run.append(run[-1] + math.dist(a, b))
-        least = math.ceil(SIDES * abs(self.end - self.start) / (2 * math.pi) - 1e-9)
-        rows = max(round(run[-1] / (edge * ROW)), least, 1)
+        least = math.ceil(MIN_SIDES_WIDEST * abs(self.end - self.start) / (2 * math.pi) - 1e-9)
+        rows = max(round(run[-1] / (edge * ROW_HEIGHT)), least, 1)
         found, k = [spots[0]], 0
         for row in range(1, rows):
             goal = run[-1] * row / rows
@@ -70,7 +70,7 @@ class Arc:
 
 def _straight(a: Point, b: Point, edge: float) -> list[Point]:
     """Return points from `a` to `b`, both included: one for each row of triangles with this edge [m]."""
-    rows = max(round(math.dist(a, b) / (edge * ROW)), 1)
+    rows = max(round(math.dist(a, b) / (edge * ROW_HEIGHT)), 1)
     return [*((a[0] + (b[0] - a[0]) * k / rows, a[1] + (b[1] - a[1]) * k / rows) for k in range(rows)), b]
 
 
@@ -136,7 +136,11 @@ def turned(
     vertices, first, counts, shifts = [], [], [], []
     total = 0
     for row, (r, z) in enumerate(rings):
-        n = 1 if r == 0.0 else max(round(2 * math.pi * r * stretch / edge), math.ceil(SIDES * r / widest), LEAST)
+        n = (
+            1
+            if r == 0.0
+            else max(round(2 * math.pi * r * stretch / edge), math.ceil(MIN_SIDES_WIDEST * r / widest), MIN_SIDES)
+        )
         shift = 0.5 * (row % 2) / n  # rows of triangles, not of squares
         angles = 2 * math.pi * (np.arange(n) / n + shift)
         vertices.append(np.stack([r * np.cos(angles), r * np.sin(angles), np.full(n, z)], axis=1))
@@ -145,13 +149,13 @@ def turned(
         shifts.append(shift)
         total += n
     faces = [
-        _between(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
+        _bridge_rings(first[k], counts[k], shifts[k], first[j], counts[j], shifts[j])
         for k, j in ((k, (k + 1) % len(rings)) for k in range(len(rings) if closed else len(rings) - 1))
     ]
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def _between(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
+def _bridge_rings(a: int, n: int, shift_a: float, b: int, m: int, shift_b: float) -> "np.ndarray":
     """Return triangles between two rings: one from each edge of either ring to a point of the other."""
     import numpy as np
 

@@ -9,17 +9,17 @@ from text2sim.compiler.shapes.rotation import Vec, quat_from_axis_angle
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Sheet
 
-SHEET = 1e-3
+SHEET_THICKNESS = 1e-3
 """Thickness [m] of a sheet when bodies are placed and compared; its solver has its own."""
-BOXES = 12
+SHEET_BOXES = 12
 """Flat pieces that stand for a bent sheet."""
-STEPS = 400
+CURVE_STEPS = 400
 """Pieces into which a curve is cut to find points along it: lengths are right to 1e-5 of them."""
 A_FOLD = 40
 """The same of each fold, at least."""
 
 
-def arc(span: float, sag: float) -> float:
+def parabola_length(span: float, sag: float) -> float:
     """Return the length [m] of a parabola `z = -sag (1 - (2 x / span)^2)` between its ends."""
     slope = 4 * sag / span
     return span / 2 * (sqrt(1 + slope**2) + (asinh(slope) / slope if slope > 1e-6 else 1.0))
@@ -32,18 +32,20 @@ def span_of(sheet: Sheet) -> float:
         return length
     for _ in range(60):
         middle = (low + high) / 2
-        low, high = (middle, high) if (arc(middle, sheet.sag) if middle > 0 else -inf) < length else (low, middle)
+        low, high = (
+            (middle, high) if (parabola_length(middle, sheet.sag) if middle > 0 else -inf) < length else (low, middle)
+        )
     return high
 
 
 @lru_cache(maxsize=64)
 def steepness(fullness: float) -> float:
     """Return the largest slope of a sine wave that is `fullness` times as long as the width that it takes up."""
-    turns = [cos(pi / 2 * (k + 0.5) / STEPS) for k in range(STEPS)]
+    turns = [cos(pi / 2 * (k + 0.5) / CURVE_STEPS) for k in range(CURVE_STEPS)]
     low, high = 0.0, 2 * pi * fullness  # a slope s makes it longer than 2 s / pi
     for _ in range(60):
         slope = (low + high) / 2
-        longer = sum(sqrt(1 + (slope * c) ** 2) for c in turns) / STEPS > fullness
+        longer = sum(sqrt(1 + (slope * c) ** 2) for c in turns) / CURVE_STEPS > fullness
         low, high = (low, slope) if longer else (slope, high)
     return high
 
@@ -56,21 +58,21 @@ def fold_radius(sheet: Sheet) -> float:
 def _curve(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] of a bent sheet, from its left edge to its right one."""
     if sheet.folds:
-        width, steps = sheet.size[0] / sheet.fullness, max(STEPS, A_FOLD * sheet.folds)
+        width, steps = sheet.size[0] / sheet.fullness, max(CURVE_STEPS, A_FOLD * sheet.folds)
         turn = 2 * pi * sheet.folds / width
         xs = [(k / steps - 0.5) * width for k in range(steps + 1)]
         return [(x, steepness(sheet.fullness) / turn * sin(turn * (x + width / 2))) for x in xs]
     if sheet.over is None:
         span = span_of(sheet)
-        xs = [(k / STEPS - 0.5) * span for k in range(STEPS + 1)]
+        xs = [(k / CURVE_STEPS - 0.5) * span for k in range(CURVE_STEPS + 1)]
         return [(x, -sheet.sag * (1 - (2 * x / span) ** 2)) for x in xs]
     r, fold = sheet.over, pi / 2 * sheet.over
     left, right = (part * sheet.size[0] - fold for part in (sheet.over_at, 1 - sheet.over_at))
-    turn = [(-r * cos(pi * k / STEPS), r * sin(pi * k / STEPS)) for k in range(STEPS + 1)]
+    turn = [(-r * cos(pi * k / CURVE_STEPS), r * sin(pi * k / CURVE_STEPS)) for k in range(CURVE_STEPS + 1)]
     return [(-r, -left), *turn, (r, -right)]
 
 
-def along(sheet: Sheet, count: int) -> list[tuple[float, float]]:
+def points_along_sheet(sheet: Sheet, count: int) -> list[tuple[float, float]]:
     """Return `count + 1` points (x, z) [m], evenly spaced along the sheet from its left edge to its right one."""
     if not is_bent(sheet):
         return [((k / count - 0.5) * sheet.size[0], 0.0) for k in range(count + 1)]
@@ -97,19 +99,19 @@ def is_bent(sheet: Sheet) -> bool:
 def _outline(sheet: Sheet) -> list[tuple[float, float]]:
     """Return points (x, z) [m] between which a sheet is nearly straight."""
     if sheet.over is None:
-        return along(sheet, 8 * sheet.folds or (BOXES if sheet.sag else 1))
+        return points_along_sheet(sheet, 8 * sheet.folds or (SHEET_BOXES if sheet.sag else 1))
     first, *turn, last = _curve(sheet)
-    return [first, *turn[:: STEPS // BOXES], turn[-1], last]
+    return [first, *turn[:: CURVE_STEPS // SHEET_BOXES], turn[-1], last]
 
 
 def sheet_pieces(sheet: Sheet) -> list[Piece]:
     """Return the boxes that stand for a sheet when bodies are placed and compared."""
     if not is_bent(sheet):
-        return [Piece("box", size=(*sheet.size, SHEET))]
+        return [Piece("box", size=(*sheet.size, SHEET_THICKNESS))]
     points = _outline(sheet)
     found = []
     for (a, b), (c, d) in zip(points, points[1:], strict=False):
-        box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET))
+        box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET_THICKNESS))
         lean = quat_from_axis_angle((0.0, 1.0, 0.0), -atan2(d - b, c - a))
         found.append(box.at(((a + c) / 2, 0.0, (b + d) / 2), lean))
     return found
@@ -118,7 +120,7 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
 def sheet_reach(sheet: Sheet, u: Vec) -> float:
     """Return how far [m] a sheet reaches in a direction from its frame."""
     farthest = max(x * u[0] + z * u[2] for x, z in _outline(sheet))
-    return farthest + (sheet.size[1] * abs(u[1]) + SHEET * abs(u[2])) / 2
+    return farthest + (sheet.size[1] * abs(u[1]) + SHEET_THICKNESS * abs(u[2])) / 2
 
 
 def end_region(shape: Any, region: BodyRegion, within: float) -> BodyRegion:

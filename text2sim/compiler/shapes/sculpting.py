@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, meets, packed, unpacked
+from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
 from text2sim.compiler.shapes.meshfile import obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
@@ -18,7 +18,7 @@ from text2sim.spec_schema.models.sculpts import Sculpt
 if TYPE_CHECKING:
     import numpy as np
 
-MARK = "sculpt:"
+DIGEST_PREFIX = "sculpt:"
 """Prefix of the digest of a shape that a piece names as its file."""
 _MEMORY = 64
 _KNOWN: "OrderedDict[str, Sculpted]" = OrderedDict()
@@ -116,7 +116,7 @@ def sculpted(shape: Sculpt) -> Sculpted:
 
 def sculpted_obj(file: str) -> str:
     """Return the .obj text of the surface that a piece names as its file."""
-    return _BY_DIGEST[file.removeprefix(MARK)].obj()
+    return _BY_DIGEST[file.removeprefix(DIGEST_PREFIX)].obj()
 
 
 def pieces_of(shape: Sculpt) -> list[Piece]:
@@ -131,7 +131,7 @@ def pieces_of(shape: Sculpt) -> list[Piece]:
         vertices = tuple((x, y, z) for x, y, z in corners.tolist())
         faces = tuple((a, b, c) for a, b, c in net.tolist())
         if shape.collision == "decompose":
-            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=MARK + made.digest,
+            piece = Piece("mesh", size=(1.0,), vertices=vertices, faces=faces, file=DIGEST_PREFIX + made.digest,
                           enclosed=made.volume, collision="decompose")  # fmt: skip
         else:
             piece = Piece("hull", vertices=vertices, faces=faces)
@@ -171,7 +171,7 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
         texts = (made.vertices, made.faces, made.normals, made.looks, *map(np.concatenate, hulls))
         return dict(zip(members, (*map(packed, texts), *ends), strict=True))
 
-    found = cached(question, members, ask)
+    found = cached_answer(question, members, ask)
     made = _unpacked(found, tuple(shape.parts))
     if made is None:  # the cache is damaged
         made = _unpacked(ask(), tuple(shape.parts))
@@ -189,7 +189,7 @@ def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
     vertices, faces, normals, looks, corners, nets = arrays
     if vertices is None or faces is None or normals is None or looks is None or corners is None or nets is None:
         return None
-    if not meets(faces, vertices) or len(normals) != len(vertices) or len(looks) != len(faces):
+    if not are_valid_rows(faces, vertices) or len(normals) != len(vertices) or len(looks) != len(faces):
         return None
     split = []
     for rows, ends in ((corners, found["corner_ends"]), (nets, found["net_ends"])):
@@ -197,7 +197,7 @@ def _unpacked(found: dict[str, Any], names: tuple[str, ...]) -> Sculpted | None:
             return None
         split.append(np.split(rows, ends[:-1]))
     hulls = list(zip(*split, strict=False))
-    if len(split[0]) != len(split[1]) or not all(meets(net, table) for table, net in hulls):
+    if len(split[0]) != len(split[1]) or not all(are_valid_rows(net, table) for table, net in hulls):
         return None
     if looks.min() < -1 or looks.max() >= len(names):
         return None

@@ -6,36 +6,36 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.assets.answer_cache import cached, packed, unpacked
-from text2sim.assets.confined import confined
+from text2sim.assets.answer_cache import cached_answer, packed, unpacked
+from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.lettering import areas
-from text2sim.compiler.shapes.pictures import ENOUGH, open_picture, picture_path, pixels_of
+from text2sim.compiler.shapes.pictures import MAX_USEFUL_SIDE, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
     import numpy as np
     from shapely import Polygon
 
-LARGER = 4.0
+MAX_ENLARGEMENT = 4.0
 """Greatest factor by which a picture is enlarged before forms are traced."""
-BLUR = 0.8
+BLUR_WIDTH = 0.8
 """Width [pixels of the picture] over which grain and steps are smoothed."""
-SIMPLE = 0.3
+OUTLINE_TOLERANCE = 0.3
 """How far [pixels of the picture] an outline may be from the traced one."""
-CONTRAST = 24
+MIN_CONTRAST = 24
 """Least difference of grey, of 255 levels, between ink and paper."""
 MOST_INK = 0.9
 """Part of the picture that may be ink."""
-SPECK = 1e-3
+MAX_SPECK = 1e-3
 """Pieces smaller than this part of the largest one are specks of dirt."""
 MAX_PIECES = 500
 MAX_POINTS = 400_000
 """Most points of all traced outlines."""
-LARGE = 1_000_000
+MAX_LOCAL_PIXELS = 1_000_000
 """Pictures with more pixels than this are traced in a process of their own."""
-SEEN = 4
+TRACED_PIECES_FACTOR = 4
 """How many times as many pieces may be traced, since most of them may be dirt."""
-PACKED = ("points", "rings", "forms", "places")
+CACHED_FIELDS = ("points", "rings", "forms", "places")
 """What the cache keeps of strokes: points, where rings and forms begin among them, row and column of each."""
 
 
@@ -70,9 +70,11 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
         digest = file_digest(stream, "sha256").digest()
 
     def ask() -> dict[str, Any]:
-        return _packed(confined(trace, path, large=pixels_of(path) > LARGE))
+        return _packed(call_confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS))
 
-    found = _unpacked(cached((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(PACKED, str), ask))
+    found = _unpacked(
+        cached_answer((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(CACHED_FIELDS, str), ask)
+    )
     if found is None:  # the cache is damaged
         found = _unpacked(ask())
     assert found is not None
@@ -85,7 +87,7 @@ def _packed(found: tuple[Stroke, ...]) -> dict[str, str]:
 
     _, points, (rings, forms) = shapely.to_ragged_array([stroke.form for stroke in found])
     places = np.array([(stroke.row, stroke.column) for stroke in found])
-    return dict(zip(PACKED, map(packed, (points, rings, forms, places)), strict=True))
+    return dict(zip(CACHED_FIELDS, map(packed, (points, rings, forms, places)), strict=True))
 
 
 def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
@@ -93,7 +95,7 @@ def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
     import shapely
 
     columns = {"points": ("f8", 2), "rings": ("i8", 1), "forms": ("i8", 1), "places": ("i8", 2)}
-    points, rings, forms, places = (unpacked(kept[name], *columns[name]) for name in PACKED)
+    points, rings, forms, places = (unpacked(kept[name], *columns[name]) for name in CACHED_FIELDS)
     if points is None or rings is None or forms is None or places is None:
         return None
     if not _splits(rings, len(points)) or not _splits(forms, len(rings) - 1) or len(forms) != len(places) + 1:
@@ -149,12 +151,12 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     from shapely import Polygon, make_valid
 
     tall, wide = gray.shape
-    factor = min(ENOUGH / max(tall, wide), LARGER)
-    gray = cv2.GaussianBlur(gray, (0, 0), BLUR * max(1.0, 1 / factor))
+    factor = min(MAX_USEFUL_SIDE / max(tall, wide), MAX_ENLARGEMENT)
+    gray = cv2.GaussianBlur(gray, (0, 0), BLUR_WIDTH * max(1.0, 1 / factor))
     size = (max(round(wide * factor), 2), max(round(tall * factor), 2))
     big = cv2.resize(gray, size, interpolation=cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA)
     big = np.clip(big, 0, 255)
-    if float(big.max() - big.min()) < CONTRAST:
+    if float(big.max() - big.min()) < MIN_CONTRAST:
         raise AssetError("has nothing in it: it is equally dark everywhere; draw dark on light")
     level, _ = cv2.threshold(big.astype(np.uint8), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     ink = float((big <= level).mean())
@@ -163,13 +165,13 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
     # White all around closes what touches the border of the picture.
     big = np.pad(big, 1, constant_values=255.0)
     filled: Any = contour_generator(z=255.0 - big, fill_type=FillType.OuterOffset).filled(254.5 - level, 1e6)
-    if len(filled[0]) > SEEN * MAX_PIECES:
+    if len(filled[0]) > TRACED_PIECES_FACTOR * MAX_PIECES:
         raise AssetError(f"has {len(filled[0])} pieces; at most {MAX_PIECES} are possible")
     rings, corners = sum(len(row) - 1 for row in filled[1]), sum(map(len, filled[0]))
-    if rings > SEEN * MAX_PIECES or corners > MAX_POINTS:
+    if rings > TRACED_PIECES_FACTOR * MAX_PIECES or corners > MAX_POINTS:
         raise AssetError(
-            f"has outlines of {corners:,} points in {rings:,} rings; at most {MAX_POINTS:,} in {SEEN * MAX_PIECES:,} "
-            "are possible: draw with fewer and thicker strokes"
+            f"has outlines of {corners:,} points in {rings:,} rings; at most {MAX_POINTS:,} in "
+            f"{TRACED_PIECES_FACTOR * MAX_PIECES:,} are possible: draw with fewer and thicker strokes"
         )
     found = []
     for points, offsets in zip(*filled, strict=True):
@@ -178,10 +180,10 @@ def _pieces(gray: "np.ndarray") -> "list[Polygon]":
         if len(rings[0]) < 3:
             continue
         form = Polygon(rings[0], [ring for ring in rings[1:] if len(ring) > 2])
-        form = areas(make_valid(form.simplify(SIMPLE)))
+        form = areas(make_valid(form.simplify(OUTLINE_TOLERANCE)))
         found.append(max(getattr(form, "geoms", [form]), key=lambda part: part.area))
     largest = max((form.area for form in found), default=0.0)
-    kept = [_without_pinholes(form) for form in found if form.area >= max(SPECK * largest, 6.0)]
+    kept = [_without_pinholes(form) for form in found if form.area >= max(MAX_SPECK * largest, 6.0)]
     if not kept:
         raise AssetError("has nothing in it larger than a speck: draw dark on light, with thick strokes")
     if len(kept) > MAX_PIECES:
@@ -194,7 +196,7 @@ def _without_pinholes(form: "Polygon") -> "Polygon":
     from shapely import Polygon
 
     return Polygon(
-        form.exterior, [hole for hole in form.interiors if Polygon(hole).area >= max(SPECK * form.area, 6.0)]
+        form.exterior, [hole for hole in form.interiors if Polygon(hole).area >= max(MAX_SPECK * form.area, 6.0)]
     )
 
 

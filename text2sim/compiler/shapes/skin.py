@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SIDES = 64
 RINGS = 32
-FINENESS = 24
+POINTS_ALONG = 24
 """About how many points lie along the longest side of a body."""
 
 _BOX = (
@@ -43,7 +43,7 @@ class SurfaceSkin:
         import numpy as np
 
         low, high = self.bounds
-        spacing = float((high - low).max()) / FINENESS
+        spacing = float((high - low).max()) / POINTS_ALONG
         sides = np.linalg.norm(self.triangles - np.roll(self.triangles, 1, axis=1), axis=2).max(1)
         steps = np.maximum(np.ceil(sides / spacing - 1e-9), 1).astype(int)
         a, b, c = (self.triangles[:, k] for k in range(3))
@@ -60,7 +60,7 @@ class SurfaceSkin:
         """Return the point [m] of the surface that is nearest to another, and its distance [m]."""
         import numpy as np
 
-        found = _nearest(self.triangles, np.array(point, float))
+        found = _nearest_points(self.triangles, np.array(point, float))
         apart = np.linalg.norm(found - point, axis=1)
         best = int(apart.argmin())
         return found[best], float(apart[best])
@@ -90,7 +90,7 @@ def _triangles(piece: Piece) -> "np.ndarray":
         return corners[np.array(_BOX)]
     if piece.kind == "cylinder":
         half = size[1] / 2
-        return _turned([(0.0, -half), (size[0], -half), (size[0], half), (0.0, half)])
+        return _revolve([(0.0, -half), (size[0], -half), (size[0], half), (0.0, half)])
     angles = [math.pi * k / RINGS - math.pi / 2 for k in range(RINGS + 1)]
     half = size[1] / 2 if piece.kind == "capsule" else 0.0
     radius = 1.0 if piece.kind == "ellipsoid" else size[0]
@@ -98,10 +98,10 @@ def _triangles(piece: Piece) -> "np.ndarray":
     if half:
         profile.insert(RINGS // 2, (radius, -half))
     profile[0], profile[-1] = (0.0, profile[0][1]), (0.0, profile[-1][1])
-    return _turned(profile) * (np.array(size) if piece.kind == "ellipsoid" else 1.0)
+    return _revolve(profile) * (np.array(size) if piece.kind == "ellipsoid" else 1.0)
 
 
-def _turned(profile: list[tuple[float, float]]) -> "np.ndarray":
+def _revolve(profile: list[tuple[float, float]]) -> "np.ndarray":
     """Return triangles of a profile (radius, height) turned about z."""
     import numpy as np
 
@@ -119,7 +119,7 @@ def _turned(profile: list[tuple[float, float]]) -> "np.ndarray":
     return np.concatenate(found)
 
 
-def _nearest(triangles: "np.ndarray", p: "np.ndarray") -> "np.ndarray":
+def _nearest_points(triangles: "np.ndarray", p: "np.ndarray") -> "np.ndarray":
     """Return the point of every triangle that is nearest to `p`: inside it, or on one of its sides."""
     import numpy as np
 

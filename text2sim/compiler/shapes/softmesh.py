@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
-from text2sim.compiler.shapes.sagging import along
+from text2sim.compiler.shapes.sagging import points_along_sheet
 from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -32,9 +32,9 @@ DIGITS = 8
 _MEMORY = 64
 _KNOWN: dict[Any, "SoftMesh"] = {}
 """Surfaces by shape, shared by copies and by all who only read them."""
-FINE = 40
+UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-ROWS, ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
 
@@ -83,17 +83,17 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Mesh):
         from text2sim.compiler.shapes.remesh import file_surface
 
-        return _made(*file_surface(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
+        return _build(*file_surface(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
     if isinstance(shape, Sculpt | Compound | Polyhedron):
-        return _made(*_joined(shape, folder, edge, coarsen=coarsen, most=MAX_TRIANGLES))
-    rows = ROWS.get(type(shape), ROUND)
+        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
+    rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
-        return _made(*_sheet(shape, edge))
+        return _build(*_sheet(shape, edge))
     if isinstance(shape, Box):
-        return _made(*_box(shape.size, edge))
+        return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
-        return _made(*_ellipsoid(shape, edge))
+        return _build(*_ellipsoid(shape, edge))
     if shape.kind in ("text", "sketch"):
         from text2sim.compiler.shapes.extrude import extruded
         from text2sim.compiler.shapes.glyphs import whole
@@ -101,14 +101,14 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         form = whole(shape, folder)
         own = Path(__file__).with_name("extrude.py").read_bytes()
         question = (b"extruded", own, form.wkb, np.array([shape.depth, edge]).tobytes())
-        return _made(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
+        return _build(*cached_net(question, lambda: extruded(form, shape.depth, edge)))
     parts, closed = profile(shape)
     vertices, faces = turned(profile_of(parts, edge), edge, closed=closed)
-    return _made(np.asarray(vertices), faces)
+    return _build(np.asarray(vertices), faces)
 
 
-def _joined(
-    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, most: int
+def _mesh_union(
+    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
 
@@ -117,14 +117,14 @@ def _joined(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether triangles that are smaller are merged.
-        most: How many triangles there may be.
+        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if parts of a compound do not touch, or there would be too many triangles.
     """
     import numpy as np
 
-    from text2sim.compiler.shapes.remesh import divided, evened
+    from text2sim.compiler.shapes.remesh import remesh_evenly, split_long_edges
     from text2sim.compiler.shapes.sculpting import sculpted
 
     if isinstance(shape, Sculpt):
@@ -138,10 +138,12 @@ def _joined(
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     refuse_many(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2), edge)
     if coarsen:
-        vertices, faces = evened(vertices, faces, edge)
-    vertices, faces, _ = divided(vertices, faces, edge)
-    if len(faces) > most:
-        raise AssetError(f"makes {len(faces):,} triangles; at most {most:,} are possible: take a larger `cell`")
+        vertices, faces = remesh_evenly(vertices, faces, edge)
+    vertices, faces, _ = split_long_edges(vertices, faces, edge)
+    if len(faces) > max_triangles:
+        raise AssetError(
+            f"makes {len(faces):,} triangles; at most {max_triangles:,} are possible: take a larger `cell`"
+        )
     return vertices, faces.astype(np.int32)
 
 
@@ -162,7 +164,7 @@ def union(shape: Compound, folder: Path) -> "Manifold":
     for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
         size = max(b - a for a, b in zip(low, high, strict=True))
-        made = soft_surface(part.shape, folder, size / FINE, coarsen=not isinstance(part.shape, Mesh))
+        made = soft_surface(part.shape, folder, size / UNION_EDGES, coarsen=not isinstance(part.shape, Mesh))
         turn = np.array(quat_to_rows(quat_of(part.pose))).T
         solid = Manifold(Mesh64(made.vertices @ turn + np.array(part.pose.pos), made.faces.astype(np.uint64)))
         if solid.is_empty():
@@ -183,7 +185,7 @@ def solid_volume(shape: Any, folder: Path) -> float:
     return float(union(shape, folder).volume()) if isinstance(shape, Compound) else volume(shape, folder)
 
 
-def _made(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
+def _build(vertices: "np.ndarray", faces: "np.ndarray", uvs: "np.ndarray | None" = None, seams: int = 0) -> SoftMesh:
     import numpy as np
 
     # Rounded as in a file, since tetgen reacts to every digit; read-only, since the arrays are shared.
@@ -237,7 +239,7 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
     nx, ny = (max(1, round(side / edge)) for side in sheet.size)
     u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
     uvs = np.stack([u.ravel(), v.ravel()], axis=1)
-    curve = np.tile(along(sheet, nx), (ny + 1, 1))
+    curve = np.tile(points_along_sheet(sheet, nx), (ny + 1, 1))
     vertices = np.column_stack([curve[:, 0], (uvs[:, 1] - 0.5) * sheet.size[1], curve[:, 1]])
     return vertices, grid_faces(nx, ny), uvs
 

@@ -77,8 +77,8 @@ class Solid:
         self.center = (x + a, y + b, z + c)
         inner = turned.support
 
-        def support(way: Vec) -> Vec:
-            u, v, w = inner(way)
+        def support(direction: Vec) -> Vec:
+            u, v, w = inner(direction)
             return (x + u, y + v, z + w)
 
         self.support = support
@@ -108,8 +108,8 @@ def shrunk(whole: Solid, factor: float) -> Solid:
     x, y, z = center
     solid._turned, solid.pos, solid.center, solid.ball = None, center, center, whole.ball
 
-    def smaller(way: Vec) -> Vec:
-        a, b, c = support(way)
+    def smaller(direction: Vec) -> Vec:
+        a, b, c = support(direction)
         return (x + factor * (a - x), y + factor * (b - y), z + factor * (c - z))
 
     solid.support, solid.rounding = smaller, factor * whole.rounding
@@ -167,8 +167,8 @@ def _primitive(piece: Piece, p: Vec, rows: tuple[Vec, Vec, Vec]) -> Support:
             return (0.0, 0.0, math.copysign(size[1] / 2, z))
         return (size[0] * x / across, size[0] * y / across, math.copysign(size[1] / 2, z))
 
-    def support(way: Vec) -> Vec:
-        u, v, w = way
+    def support(direction: Vec) -> Vec:
+        u, v, w = direction
         x, y, z = local(a * u + d * v + g * w, b * u + e * v + h * w, c * u + f * v + i * w)
         return (px + a * x + b * y + c * z, py + d * x + e * y + f * z, pz + g * x + h * y + i * z)
 

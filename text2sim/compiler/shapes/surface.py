@@ -144,7 +144,7 @@ class LazyMesh(VisualMesh):
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     """Give surfaces that are not yet made their digests from the cache, if it has them."""
-    from text2sim.assets.answer_cache import cached
+    from text2sim.assets.answer_cache import cached_answer
 
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
@@ -154,7 +154,7 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
         return {"digests": [mesh.digest for mesh in lazy]}
 
     question = (b"surfaces", Path(__file__).read_bytes(), *(mesh.key.encode() for mesh in lazy))
-    found = cached(question, {"digests": list}, ask)["digests"]
+    found = cached_answer(question, {"digests": list}, ask)["digests"]
     if len(found) == len(lazy) and all(isinstance(one, str) and _DIGEST.fullmatch(one) for one in found):
         for mesh, digest in zip(lazy, found, strict=True):
             mesh.__dict__["digest"] = digest

@@ -16,10 +16,10 @@ from text2sim.compiler.shapes.solid import Solid, solids
 __all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids", "sweep"]
 
 ORIGIN: Vec = (0.0, 0.0, 0.0)
-_STEPS = 100
-_FEW = 1000
+_MAX_STEPS = 100
+_MAX_LOOPED_PAIRS = 1000
 """With no more pairs than this, a loop is faster than importing numpy."""
-_ROWS = 64
+_MOVERS_AT_ONCE = 64
 """Movers that are compared at once, if there are many."""
 
 Bounds = tuple[float, float, float, float, float, float]
@@ -45,7 +45,7 @@ def sweep(
     """
     best = math.inf
     frame = _frame(direction)
-    mine = [_moved(_bounds(solid, frame), frame, start) for solid in movers]
+    mine = [_move_bounds(_bounds(solid, frame), frame, start) for solid in movers]
     theirs = [_bounds(solid, frame) for solid in others]
     for pairs in _on_the_way(mine, theirs, gap):
         for nearest, m, o in sorted(pair for pair in pairs if pair[0] < best):
@@ -71,7 +71,7 @@ def least_distance(
     best = enough
     theirs = [_bounds(solid, _WORLD) for solid in others]
     for m, mover in enumerate(movers):
-        for nearest, o in sorted(_near(_moved(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
+        for nearest, o in sorted(_nearby(_move_bounds(_bounds(mover, _WORLD), _WORLD, start), theirs, best)):
             if nearest >= best:
                 break
             best = min(best, distance(movers[m], others[o], start))
@@ -98,7 +98,7 @@ def _bounds(solid: Solid, frame: tuple[Vec, Vec, Vec]) -> Bounds:
     return (*solid.span(a), *solid.span(b), *solid.span(c))
 
 
-def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
+def _move_bounds(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
     a, b, c = (axis[0] * by[0] + axis[1] * by[1] + axis[2] * by[2] for axis in frame)
     low, high, left, right, front, back = bounds
     return (low + a, high + a, left + b, right + b, front + c, back + c)
@@ -106,7 +106,7 @@ def _moved(bounds: Bounds, frame: tuple[Vec, Vec, Vec], by: Vec) -> Bounds:
 
 def _on_the_way(mine: list[Bounds], theirs: list[Bounds], gap: float) -> Iterator[list[Pair]]:
     """Yield pairs that may meet, with a lower bound [m] of the way to go: the gap between them along it."""
-    if len(mine) * len(theirs) > _FEW:
+    if len(mine) * len(theirs) > _MAX_LOOPED_PAIRS:
         yield from _on_the_way_of_many(mine, theirs, gap)
         return
     found = []
@@ -128,8 +128,8 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
     first, order = np.argsort(movers[:, k]), np.argsort(others[:, k])
     movers, others = movers[first], others[order]
     widest = float((others[:, k + 1] - others[:, k]).max())
-    for start in range(0, len(movers), _ROWS):
-        part = movers[start : start + _ROWS]
+    for start in range(0, len(movers), _MOVERS_AT_ONCE):
+        part = movers[start : start + _MOVERS_AT_ONCE]
         from_ = np.searchsorted(others[:, k], part[0, k] - widest - gap, "left")
         to = np.searchsorted(others[:, k], part[:, k + 1].max() + gap, "right")
         strip = others[from_:to]
@@ -142,9 +142,9 @@ def _on_the_way_of_many(mine: list[Bounds], theirs: list[Bounds], gap: float) ->
         yield list(zip(ways, first[m + start].tolist(), order[o + from_].tolist(), strict=True))
 
 
-def _near(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
+def _nearby(mine: Bounds, theirs: list[Bounds], enough: float) -> list[tuple[float, int]]:
     """Return the others that are nearer than `enough`, by the gap between boxes along the axes."""
-    if len(theirs) > _FEW:
+    if len(theirs) > _MAX_LOOPED_PAIRS:
         import numpy as np
 
         table = np.array(theirs)
@@ -163,7 +163,7 @@ def _advance(mover: Solid, other: Solid, m: Vec, gap: float, limit: float, start
     rounding = mover.rounding + other.rounding + gap
     x, y, z = start
     way, n = 0.0, None
-    for _ in range(_STEPS):
+    for _ in range(_MAX_STEPS):
         apart, n = separation(mover, other, (x + way * m[0], y + way * m[1], z + way * m[2]), n)
         left = apart - rounding
         if left <= TOLERANCE:

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-REGULAR = 1 / (6 * math.sqrt(2))
+REGULAR_VOLUME = 1 / (6 * math.sqrt(2))
 """Volume of a regular tetrahedron of edge 1."""
 
 
@@ -13,4 +13,4 @@ def tet_options(edge: float) -> dict[str, Any]:
     The surface already has such edges (`soft_surface`) and stays as it is, which gives better tetrahedra than when
     tetgen divides it too. Most are smaller than the limit; their mean edge is 0.8 to 1 of the wanted one.
     """
-    return {"maxvolume": float(f"{REGULAR * edge**3:.4g}"), "nobisect": True}
+    return {"maxvolume": float(f"{REGULAR_VOLUME * edge**3:.4g}"), "nobisect": True}

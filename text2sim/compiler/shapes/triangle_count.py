@@ -3,7 +3,7 @@
 import math
 
 from text2sim.compiler.shapes.distance_field import rounded_up
-from text2sim.compiler.shapes.rings import ROW
+from text2sim.compiler.shapes.rings import ROW_HEIGHT
 from text2sim.spec_schema.errors import AssetError
 
 MAX_TRIANGLES = 400_000
@@ -21,9 +21,9 @@ def refuse_many(area: float, edge: float, along: float = 0.0) -> None:
     Raises:
         AssetError: if it would; the message says which edge is possible.
     """
-    expected = max(area / (ROW / 2 * edge**2), along / edge)
+    expected = max(area / (ROW_HEIGHT / 2 * edge**2), along / edge)
     if expected > MAX_TRIANGLES:
-        least = max(math.sqrt(area / (ROW / 2 * MAX_TRIANGLES)), along / MAX_TRIANGLES)
+        least = max(math.sqrt(area / (ROW_HEIGHT / 2 * MAX_TRIANGLES)), along / MAX_TRIANGLES)
         raise AssetError(
             f"with elements of {edge:g} m its surface would have about {expected:,.0f} triangles; at most "
             f"{MAX_TRIANGLES:,} are possible: take a `cell` of {rounded_up(least):g} m or more"

@@ -30,8 +30,8 @@ def check_solvers(loaded: LoadedCase) -> list[Problem]:
         solver = solver_of(body, case.scene)
         if case.scene.contact.model == "ipc" or solver == "ipc":
             message = (
-                f"{_said(control.kind)} does not reach bodies of contact model ipc: its solver holds and moves their "
-                "points itself; let rigid bodies push and clamp them"
+                f"{_control_in_words(control.kind)} does not reach bodies of contact model ipc: its solver holds and "
+                "moves their points itself; let rigid bodies push and clamp them"
             )
             found.append(loaded.problem((*where, "kind"), message, rule="not-in-ipc"))
         elif isinstance(control, Attach) and control.stiffness is not None and solver == "pbd":
@@ -40,7 +40,7 @@ def check_solvers(loaded: LoadedCase) -> list[Problem]:
     return found
 
 
-def _said(kind: str) -> str:
+def _control_in_words(kind: str) -> str:
     return {"initial_velocity": "a start velocity", "attach": "an attachment", "impulse": "an impulse"}.get(
         kind, f"a {kind}"
     )

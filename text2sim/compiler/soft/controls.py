@@ -23,7 +23,7 @@ from text2sim.spec_schema.models.scene import Scene
 
 WORLD = "world"
 """Value of `to` that holds a body where it is."""
-FOREVER = 1e9
+NEVER_REACHED = 1e9
 """Time [s] that no run reaches."""
 ANY_FIELD = Wind | Drag | Attraction | Vortex | Turbulence
 
@@ -65,7 +65,7 @@ class SoftControls:
             to=tuple(holder.name for holder in held.by),
             link=held.part,
             stiffness=attach.stiffness,
-            both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_feels, held.by)),
+            both_ways=solver_of(copy.model, self.scene) == "pbd" and bool(held.by) and all(map(_can_be_moved, held.by)),
             start=attach.at,
             until=tuple(until),
             line=line,
@@ -86,7 +86,7 @@ class SoftControls:
             assert not isinstance(control.point, tuple)
             region = self.finder(copy, control.point)
             return Push(copy.name, pose, region, control.impulse, None, 0.0, control.at, control.at, line, name)
-        start, end = span_of(control.during, FOREVER)
+        start, end = span_of(control.during, NEVER_REACHED)
         scale = None if control.scale == 1.0 else constructor(control.scale)
         region = self.finder(copy, control.region)
         return Push(copy.name, pose, region, control.force, scale, control.drag, start, end, line, name)
@@ -104,7 +104,7 @@ class Held:
     """The link that holds it."""
 
 
-def _feels(holder: Copy) -> bool:
+def _can_be_moved(holder: Copy) -> bool:
     """Return whether what hangs on a body can move it: no mount, motor or prescribed motion decides where it is."""
     model = holder.model
     if isinstance(model, Rigid):
@@ -154,7 +154,7 @@ def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:
         line: Line of the case, for the program.
         name: Name of the control.
     """
-    start, end = span_of(control.during, FOREVER)
+    start, end = span_of(control.during, NEVER_REACHED)
     scale = None if control.scale == 1.0 else constructor(control.scale)
     drift = control.drift if isinstance(control, Turbulence) and any(control.drift) else None
     made = _make(control)

@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.soft_bodies import Cloth
 
 PART_OF_EDGE = 0.1
 """Distance of contact, as a part of the shortest edge of cloth and soft bodies."""
-NEAREST, FARTHEST = 5e-4, 5e-3
+MIN_DISTANCE, MAX_DISTANCE = 5e-4, 5e-3
 """Limits of this distance [m]: a smaller one needs more iterations, a larger one shows."""
 YOUNG, POISSON, BENDING = 1e6, 0.3, 10.0
 """Defaults of a cloth [Pa, 1, the engine's unit]."""
@@ -31,7 +31,7 @@ def settings(scene: Scene, edges: dict[str, float], why: dict[str, str]) -> IpcS
     """
     reach = scene.ipc.contact_distance
     if reach is None:
-        reach = min(max(PART_OF_EDGE * min(edges.values(), default=0.01), NEAREST), FARTHEST)
+        reach = min(max(PART_OF_EDGE * min(edges.values(), default=0.01), MIN_DISTANCE), MAX_DISTANCE)
         reach = float(f"{reach:.2g}")
         why["contact_distance"] = "a tenth of the shortest edge, so that gaps are small against folds"
     return IpcSettings(reach, scene.ipc.contact_resistance, scene.ipc.friction)

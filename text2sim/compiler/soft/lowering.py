@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
-from text2sim.compiler.soft.scales import SOFTNESS, Scales
+from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
 from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.trees.tree import Tree
@@ -95,8 +95,8 @@ class SoftLowering:
             options["needs_coup"] = False
         elif self.model in ("particle", "sap"):
             options["coup_friction"] = material.friction
-            reach = material.soft_reach or self.scales.reach or SOFTNESS
-            if reach != SOFTNESS:
+            reach = material.soft_reach or self.scales.reach or CONTACT_REACH
+            if reach != CONTACT_REACH:
                 options["coup_softness"] = float(f"{reach:.3g}")
         return replace(entity, material_options=entity.material_options | options)
 

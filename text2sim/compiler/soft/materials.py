@@ -74,7 +74,7 @@ def _ipc_soft(model: Soft) -> Made:
     return "FEM.Elastic", values
 
 
-def _given(value: float | None, default: float) -> float:
+def _or_default(value: float | None, default: float) -> float:
     return default if value is None else value
 
 
@@ -84,9 +84,9 @@ def _pbd_cloth(model: Cloth) -> Made:
         "rho": material.area_density,
         "static_friction": material.friction,
         "kinetic_friction": material.friction,
-        "stretch_compliance": _given(material.stretch_compliance, STRETCH),
-        "bending_compliance": _given(material.bending_compliance, BENDING),
-        "air_resistance": _given(material.air_resistance, AIR),
+        "stretch_compliance": _or_default(material.stretch_compliance, STRETCH),
+        "bending_compliance": _or_default(material.bending_compliance, BENDING),
+        "air_resistance": _or_default(material.air_resistance, AIR),
     }
 
 

@@ -4,10 +4,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from text2sim.compiler.digests import REGIONS
+from text2sim.compiler.digests import LOOKS_SUFFIX
 from text2sim.compiler.files import Files
 from text2sim.compiler.shapes.part_looks import part_looks
-from text2sim.compiler.shapes.pictures import PREVIEW, picture_path, thumbnail
+from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, picture_path, thumbnail
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion
 from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
 
@@ -62,9 +62,9 @@ class MeshFiles:
             AssetError: if the surface cannot be made.
         """
         made_of = (shape, edge, coarsen)
-        path = f"models/{body}{REGIONS}"
+        path = f"models/{body}{LOOKS_SUFFIX}"
         if self._parted.setdefault(path, made_of) != made_of:
-            path = f"models/{body}_{sha256(repr(made_of).encode()).hexdigest()[:8]}{REGIONS}"
+            path = f"models/{body}_{sha256(repr(made_of).encode()).hexdigest()[:8]}{LOOKS_SUFFIX}"
         if path not in self.files:
             mesh = soft_surface(shape, self.folder, edge, coarsen=coarsen)
             self.files.later(path, part_looks(shape, mesh, self.folder, edge))
@@ -76,7 +76,7 @@ class MeshFiles:
         Raises:
             AssetError: if there is no such picture in the case's folder, or it cannot be read.
         """
-        thumbnail(file, self.folder, PREVIEW)  # reports a picture that cannot be read now, before the engine does
+        thumbnail(file, self.folder, PREVIEW_SIDE)  # reports a picture that cannot be read now, before the engine does
         source = picture_path(file, self.folder)
         content = source.read_bytes()
         path = f"models/{source.stem}_{sha256(content).hexdigest()[:8]}{source.suffix.lower()}"

@@ -8,12 +8,12 @@ from typing import Any
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.regions import FLAT, RegionError, empty
+from text2sim.compiler.shapes.regions import FLATNESS, RegionError, empty_region_message
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.sagging import end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
-LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
+SIDE_LAYER = {"mpm": 1.0, "pbd": 0.5, "fem": 0.5, "ipc": 0.5}
 """Depth of a side in distances of points: particles fill a body almost at random, vertices lie on its sides."""
 
 
@@ -34,13 +34,13 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     if region is None:
         return Code("everything")
     low, high = extents(shape, IDENTITY, folder)
-    region = end_region(shape, region, LAYER[solver] * spacing)
+    region = end_region(shape, region, SIDE_LAYER[solver] * spacing)
     if region.sides:
         if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)
         _check_flat(region, low, high)
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)
-        return Code(f"sides({sides}, within={literal(LAYER[solver] * spacing)})")
+        return Code(f"sides({sides}, within={literal(SIDE_LAYER[solver] * spacing)})")
     if region.box is not None:
         _check_reach(region.box.min, region.box.max, 0.0, low, high)
         return Code(f"box({literal(tuple(region.box.min))}, {literal(tuple(region.box.max))})")
@@ -55,8 +55,8 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
 def _check_flat(region: BodyRegion, low: Vec, high: Vec) -> None:
     size = [b - a for a, b in zip(low, high, strict=True)]
     for side in region.sides:
-        if region.face is None and size[SIDES[side][0]] <= FLAT * max(size):
-            there = [name for name, (k, _) in SIDES.items() if size[k] > FLAT * max(size)]
+        if region.face is None and size[SIDES[side][0]] <= FLATNESS * max(size):
+            there = [name for name, (k, _) in SIDES.items() if size[k] > FLATNESS * max(size)]
             raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
 
 
@@ -65,4 +65,4 @@ def _check_reach(first: Vec, last: Vec, radius: float, low: Vec, high: Vec) -> N
     gaps = [max(a - d, c - b, 0.0) for a, b, c, d in zip(first, last, low, high, strict=True)]
     away = sum(gap * gap for gap in gaps) ** 0.5 - radius
     if away > 0.0:
-        raise RegionError(empty(away))
+        raise RegionError(empty_region_message(away))

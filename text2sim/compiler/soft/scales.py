@@ -12,16 +12,16 @@ from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
 
-PARTICLE = 0.64
+PARTICLE_CELLS = 0.64
 """Distance of mpm particles in cells of the grid, as the engine chooses it."""
 MPM_THROUGH, FLOW_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 40
 """Cells through the thinnest part of a soft body and of one that flows, elements through a fem body, particles across
 the shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
-SOFTNESS, CELLS_OF_SOFTNESS = 0.002, 8
+CONTACT_REACH, REACH_CELLS = 0.002, 8
 """How far [m] the contact of a rigid body reaches by default in the engine, and how many such reaches make a cell."""
-STROKE = 1 / 6
+STROKE_SHARE = 1 / 6
 """Thickness of the strokes of a bold letter, as a part of its height."""
 
 
@@ -44,7 +44,7 @@ class Scales:
         """Return the distance [m] between neighbouring points of a body at rest."""
         if solver == "mpm":
             assert self.mpm_cell is not None
-            return PARTICLE * self.mpm_cell
+            return PARTICLE_CELLS * self.mpm_cell
         if solver == "pbd":
             assert self.pbd_size is not None
             return self.pbd_size
@@ -95,7 +95,7 @@ def thickness(shape: Any, folder: Path) -> float:
         AssetError: if a file of a shape cannot be used.
     """
     if shape.kind in ("text", "sketch"):
-        return min(shape.depth, STROKE * shape.height)
+        return min(shape.depth, STROKE_SHARE * shape.height)
     if shape.kind == "sculpt":
         from text2sim.compiler.shapes.distances import form_of
 
@@ -116,7 +116,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     return short, long
 
 
-def _given(copies: list[Copy]) -> float | None:
+def _smallest_given_cell(copies: list[Copy]) -> float | None:
     """Return the smallest `cell` that bodies have; None if none has one."""
     return min((copy.model.cell for copy in copies if copy.model.cell is not None), default=None)
 
@@ -124,14 +124,14 @@ def _given(copies: list[Copy]) -> float | None:
 def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
     if scene.mpm.cell is not None:
         return scene.mpm.cell
-    given = _given(copies)
+    given = _smallest_given_cell(copies)
     if given is not None:
         why["mpm_cell"] = "the smallest cell of its bodies"
         return given
     through = {copy.body: MPM_THROUGH if copy.model.kind == "soft" else FLOW_THROUGH for copy in copies}
     thin = [(thickness(copy.shape, folder) / through[copy.body], copy.body) for copy in copies]
     volume = sum(solid_volume(copy.shape, folder) for copy in copies)
-    (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE
+    (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE_CELLS
     if fine >= coarse:
         why["mpm_cell"] = f"{through[body]} cells through the thinnest part of `{body}`"
         return _rounded(fine)
@@ -143,13 +143,13 @@ def _reach(cell: float, copies: list[Copy], why: dict[str, str]) -> float:
     if any(copy.model.kind == "liquid" for copy in copies):
         why["soft_reach"] = "half a cell: a liquid runs through walls that reach less far"
         return cell / 2
-    return min(cell / CELLS_OF_SOFTNESS, SOFTNESS)
+    return min(cell / REACH_CELLS, CONTACT_REACH)
 
 
 def _pbd_size(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str]) -> float:
     if scene.pbd.particle_size is not None:
         return scene.pbd.particle_size
-    given = _given(copies)
+    given = _smallest_given_cell(copies)
     if given is not None:
         why["pbd_size"] = "the smallest cell of its bodies"
         return given

@@ -10,14 +10,14 @@ from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales, copies_by_solver
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
-from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, floor_height, surroundings
+from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, find_surroundings, floor_height
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
 
-PADDING = 3
+PADDING_CELLS = 3
 """Cells at each side of the grid in which the engine stops everything."""
-COURANT = 0.5
+MAX_COURANT = 0.5
 """Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
 GRID_STEP = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
@@ -27,7 +27,7 @@ HASH_CELL, HASH_CELLS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis. The hash
 repeats in space, and every substep clears all of it: `python -m benchmarks.cloth_hash` measures 5.1 ms a substep, and
 13.8 ms with the engine's default, which covers the whole space."""
-HARDENING = exp(10 * 0.1)
+SNOW_HARDENING = exp(10 * 0.1)
 """Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
 PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
@@ -66,7 +66,7 @@ def derive_soft(
             "sap": "fem bodies touch rigid bodies and each other in this model alone",
             "ipc": "cloth with solver ipc needs it",
         }[model]
-    around = surroundings(placed, travel, folder)
+    around = find_surroundings(placed, travel, folder)
     substeps: list[tuple[float, str]] = []
     mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:
@@ -97,7 +97,7 @@ def wave_speed(material: Any, model: Any) -> float:
         return sqrt(material.stiffness * (4.0 if material.viscous else 1.0) / material.density)
     young, nu = material.youngs_modulus, material.poisson_ratio
     if isinstance(model, Snow):
-        young *= HARDENING
+        young *= SNOW_HARDENING
     return sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * material.density))
 
 
@@ -118,11 +118,11 @@ def _mpm(
     if scene.mpm.bounds is not None:
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
-        margin = (PADDING + 1) * cell
+        margin = (PADDING_CELLS + 1) * cell
         most = MPM_CELLS * cell**3
-        low, high = _whole(domain_box(copies, around, scene, travel, folder, margin, most), cell)
+        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
-            f"where its bodies can come to, and {PADDING + 1} cells more: three of them are a wall of the grid"
+            f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
         )
     return MpmSettings(cell, float(f"{1 / cell:.6g}"), low, high)
 
@@ -131,7 +131,10 @@ def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
     fastest = max(wave_speed(copy.model.material, copy.model) for copy in copies)
     return [
         (GRID_STEP * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
-        (COURANT * cell / fastest, f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step"),
+        (
+            MAX_COURANT * cell / fastest,
+            f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step",
+        ),
     ]
 
 
@@ -150,7 +153,7 @@ def _pbd(
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
         most = PBD_CELLS * (HASH_CELL * size) ** 3
-        low, high = _whole(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
+        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:
@@ -177,7 +180,7 @@ def _fem(scene: Scene, copies: list[Copy], placed: dict[str, list[Copy]], why: d
     return FemSettings(newton, alpha, beta, max(floors, default=None))
 
 
-def _whole(box: Bounds, cell: float) -> Bounds:
+def _to_whole_cells(box: Bounds, cell: float) -> Bounds:
     """Return a box enlarged to whole cells."""
     low, high = box
     a, b, c = (round(floor(x / cell) * cell, 6) for x in low)

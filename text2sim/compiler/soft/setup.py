@@ -87,12 +87,12 @@ class SoftSettings:
         """Return settings as text, by the names that `why` uses."""
         found = {"model": self.model, "precision": self.precision, "max_speed": f"{self.max_speed:g} m/s"}
         if self.mpm is not None:
-            found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _words(self.mpm.low, self.mpm.high)}
+            found |= {"mpm_cell": f"{self.mpm.cell:g} m", "mpm_bounds": _bounds_in_words(self.mpm.low, self.mpm.high)}
             found["soft_reach"] = f"{self.mpm.cell / 2:g} m"  # its derived value
         if self.pbd is not None:
             found |= {
                 "pbd_size": f"{self.pbd.particle_size:g} m",
-                "pbd_bounds": _words(self.pbd.low, self.pbd.high),
+                "pbd_bounds": _bounds_in_words(self.pbd.low, self.pbd.high),
                 "stretch_iterations": str(self.pbd.stretch_iterations),
                 "bending_iterations": str(self.pbd.bending_iterations),
             }
@@ -108,5 +108,5 @@ class SoftSettings:
         return found
 
 
-def _words(low: Vec, high: Vec) -> str:
+def _bounds_in_words(low: Vec, high: Vec) -> str:
     return " to ".join("[" + ", ".join(f"{x:g}" for x in corner) + "]" for corner in (low, high))

@@ -12,18 +12,18 @@ from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.compiler.soft.travel import FARTHEST, Travel
+from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.scene import Scene
 
 FLUID_SPREAD = 1.5
 """How far a liquid spreads on the floor, over the height that it falls from."""
-FLAT, TALL, IMPACT = 1.24, 1.6, 0.25
+RUNOUT_FLAT, RUNOUT_TALL, RUNOUT_IMPACT = 1.24, 1.6, 0.25
 """How far a column of sand runs out when released: over its height if that is less than 1.7 radii, over the root of
 height times radius if more (Lube et al. 2004, J. Fluid Mech. 508); and over the height of its fall."""
-NEAR = 0.01
+MAX_RESTING_GAP = 0.01
 """Largest gap [m] between a solid and what lies on it."""
-UPRIGHT = 1.0 - 1e-6
+MIN_UPRIGHT_COSINE = 1.0 - 1e-6
 """Cosine of the angle between a floor's normal and the vertical."""
 
 
@@ -56,10 +56,10 @@ def floor_height(copy: Copy) -> float | None:
     """Return the height [m] of a horizontal plane; None for everything else."""
     if copy.shape is None or copy.shape.kind != "plane":
         return None
-    return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > UPRIGHT else None
+    return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > MIN_UPRIGHT_COSINE else None
 
 
-def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
+def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
     """Return what stands around deformable bodies.
 
     Args:
@@ -91,7 +91,13 @@ def surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) ->
 
 
 def domain_box(
-    copies: list[Copy], there: Surroundings, scene: Scene, travel: Travel, folder: Path, margin: float, volume: float
+    copies: list[Copy],
+    surroundings: Surroundings,
+    scene: Scene,
+    travel: Travel,
+    folder: Path,
+    margin: float,
+    volume: float,
 ) -> Bounds:
     """Return a box [m] that deformable bodies stay in.
 
@@ -99,7 +105,7 @@ def domain_box(
 
     Args:
         copies: The bodies.
-        there: What stands around them.
+        surroundings: What stands around them.
         scene: Gravity and duration.
         travel: How far bodies are moved.
         folder: The case's folder.
@@ -111,21 +117,24 @@ def domain_box(
     """
     own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
-    reach = max(_spread(c.model.kind, box, _fall(*box, there, scene)[2]) for c, box in zip(copies, boxes, strict=True))
+    reach = max(
+        _sideways_reach(c.model.kind, box, _fall(*box, surroundings, scene)[2])
+        for c, box in zip(copies, boxes, strict=True)
+    )
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
-        box = _domain_box(copies, own, there, scene, travel, margin, length, part * reach)
+        box = _domain_box(copies, own, surroundings, scene, travel, margin, length, part * reach)
         if prod(b - a for a, b in zip(*box, strict=True)) <= volume:
             break
     return box
 
 
-def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
+def way_of(copy: Copy, surroundings: Surroundings, scene: Scene, travel: Travel, folder: Path) -> Bounds:
     """Return the box [m] of where a body gets when it is held, thrown, pushed and carried, and falls.
 
     Args:
         copy: The body.
-        there: What stands around it.
+        surroundings: What stands around it.
         scene: Gravity and duration.
         travel: How far bodies are moved.
         folder: The case's folder.
@@ -134,36 +143,46 @@ def way_of(copy: Copy, there: Surroundings, scene: Scene, travel: Travel, folder
         AssetError: if a file of a shape cannot be used.
     """
     box = swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE))
-    x, y, z = _fall(*box, there, scene, math.inf)
+    x, y, z = _fall(*box, surroundings, scene, math.inf)
     middle = (box[0][0] + box[1][0]) / 2, (box[0][1] + box[1][1]) / 2
-    below = [b[2] for a, b in there.solids if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + NEAR]
-    z = max(z, min(max(below, default=-FARTHEST) - box[0][2], 0.0)) if z < 0.0 else z
-    return _flown(copy, box, (x, y, z), there, scene, travel, math.inf)
+    below = [
+        b[2]
+        for a, b in surroundings.solids
+        if all(a[k] < middle[k] < b[k] for k in (0, 1)) and b[2] <= box[0][2] + MAX_RESTING_GAP
+    ]
+    z = max(z, min(max(below, default=-MAX_FOLLOWED_DISTANCE) - box[0][2], 0.0)) if z < 0.0 else z
+    return _flown(copy, box, (x, y, z), surroundings, scene, travel, math.inf)
 
 
 def _flown(
-    copy: Copy, box: Bounds, fall: Vec, there: Surroundings, scene: Scene, travel: Travel, farthest: float = FARTHEST
+    copy: Copy,
+    box: Bounds,
+    fall: Vec,
+    surroundings: Surroundings,
+    scene: Scene,
+    travel: Travel,
+    farthest: float = MAX_FOLLOWED_DISTANCE,
 ) -> Bounds:
-    floors = [floor for floor in there.floors if floor <= box[0][2] + NEAR]
+    floors = [floor for floor in surroundings.floors if floor <= box[0][2] + MAX_RESTING_GAP]
     box = swept(box, _box(travel.flights.get(copy.name)))
     box = swept(box, _box(_thrown(travel.starts.get(copy.name), fall, scene, farthest)))
     fallen = swept(box, _box(fall))
-    for start, ways in there.moved:
-        if not apart(grown(swept(start, ways), NEAR), fallen):
-            fallen = around([*fallen, *_taken(copy.model.kind, fallen, start, ways)])
+    for start, ways in surroundings.moved:
+        if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
+            fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
 
 
-def _taken(kind: str, box: Bounds, start: Bounds, ways: Bounds) -> Bounds:
+def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds) -> Bounds:
     """Return where a moving solid takes what lies on it or in its way."""
-    taken = swept(box, ways)
-    if start[1][2] <= box[0][2] + NEAR:
+    taken = swept(box, displacements)
+    if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
         return taken  # it carries it
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
     size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
-    front = grown(swept(start, ways), size)
-    return _pick(max, taken[0], front[0]), _pick(min, taken[1], front[1])
+    front = grown(swept(start, displacements), size)
+    return _componentwise(max, taken[0], front[0]), _componentwise(min, taken[1], front[1])
 
 
 def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
@@ -173,7 +192,7 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         return None
     x, y, z = velocity
     if size == 0.0:
-        return _shorter((x * scene.duration, y * scene.duration, z * scene.duration), farthest)
+        return _limit_length((x * scene.duration, y * scene.duration, z * scene.duration), farthest)
     if z > 0.0 > scene.gravity[2]:
         up = min(z * z / (2 * size), z * scene.duration)
         time = z / size + sqrt(2 * (abs(fall[2]) + up) / size)
@@ -181,22 +200,24 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         up, time = 0.0, sqrt(2 * dist(fall, (0.0, 0.0, 0.0)) / size)
     # With a friction of 0.5 it then slides for v^2 / g.
     time = min(time + dist((x, y), (0.0, 0.0)) / size, scene.duration)
-    return _shorter((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
+    return _limit_length((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
 
 
-def _shorter(way: Vec, farthest: float) -> Vec:
+def _limit_length(way: Vec, farthest: float) -> Vec:
     part = min(1.0, farthest / max(dist(way, (0.0, 0.0, 0.0)), 1e-12))
     return way[0] * part, way[1] * part, way[2] * part
 
 
-def _spread(kind: str, box: Bounds, fall: float) -> float:
+def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
     """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
     x, y, tall = (b - a for a, b in zip(*box, strict=True))
     if kind == "liquid":
         return FLUID_SPREAD * (tall + abs(fall))
     if kind in ("granular", "snow"):
         radius = max(x, y) / 2
-        return (FLAT * tall if tall < 1.7 * radius else TALL * sqrt(tall * radius)) + IMPACT * abs(fall)
+        return (RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)) + RUNOUT_IMPACT * abs(
+            fall
+        )
     # A cloth swings out to half its length.
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 
@@ -204,7 +225,7 @@ def _spread(kind: str, box: Bounds, fall: float) -> float:
 def _domain_box(
     copies: list[Copy],
     own: list[Bounds],
-    there: Surroundings,
+    surroundings: Surroundings,
     scene: Scene,
     travel: Travel,
     margin: float,
@@ -212,12 +233,12 @@ def _domain_box(
     reach: float,
 ) -> Bounds:
     whole = around(corner for box in own for corner in box)
-    fall = _fall(*whole, there, scene)
-    flown = [_flown(c, box, fall, there, scene, travel) for c, box in zip(copies, own, strict=True)]
+    fall = _fall(*whole, surroundings, scene)
+    flown = [_flown(c, box, fall, surroundings, scene, travel) for c, box in zip(copies, own, strict=True)]
     low, high = around(corner for box in flown for corner in box)
     box = (low[0] - reach, low[1] - reach, low[2]), (high[0] + reach, high[1] + reach, high[2])
-    box = around([*box, *(corner for near in _near(box, there, reach) for corner in near)])
-    floors = [floor for floor in there.floors if floor <= whole[0][2] + margin]
+    box = around([*box, *(corner for near in _nearby(box, surroundings, reach) for corner in near)])
+    floors = [floor for floor in surroundings.floors if floor <= whole[0][2] + margin]
     low, high = box
     # A cloth may hang lower than anything that stands elsewhere.
     hanging = [
@@ -230,7 +251,9 @@ def _domain_box(
     return (low[0] - margin, low[1] - margin, bottom - margin), (high[0] + margin, high[1] + margin, top + margin)
 
 
-def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: float = FARTHEST) -> Vec:
+def _fall(
+    low: Vec, high: Vec, surroundings: Surroundings, scene: Scene, farthest: float = MAX_FOLLOWED_DISTANCE
+) -> Vec:
     """Return how far [m] gravity takes bodies: to the floor, to what stands lowest, or as far as they are followed."""
     size = sum(g * g for g in scene.gravity) ** 0.5
     if size == 0.0:
@@ -238,20 +261,20 @@ def _fall(low: Vec, high: Vec, there: Surroundings, scene: Scene, farthest: floa
     free = min(0.5 * size * scene.duration**2, farthest)
     x, y, z = (free * g / size for g in scene.gravity)
     if z < 0.0:
-        floors = [floor for floor in there.floors if floor < high[2]]
-        below = [a[2] for a, _ in there.solids if a[2] < low[2]]
+        floors = [floor for floor in surroundings.floors if floor < high[2]]
+        below = [a[2] for a, _ in surroundings.solids if a[2] < low[2]]
         if floors or below:
             # All the way to a floor, even if the time is too short to get there.
             z = min((max(floors) if floors else min(below)) - low[2], 0.0)
     return (x, y, z)
 
 
-def _near(box: Bounds, there: Surroundings, reach: float) -> list[Bounds]:
+def _nearby(box: Bounds, surroundings: Surroundings, reach: float) -> list[Bounds]:
     """Return what stands in a box, clipped at `reach` around it."""
     far = grown(box, reach)
     return [
-        (_pick(max, a, far[0]), _pick(min, b, far[1]))
-        for a, b in there.solids
+        (_componentwise(max, a, far[0]), _componentwise(min, b, far[1]))
+        for a, b in surroundings.solids
         if all(a[k] < box[1][k] and b[k] > box[0][k] for k in range(3))
     ]
 
@@ -261,5 +284,5 @@ def _box(way: Vec | None) -> Bounds:
     return around([(0.0, 0.0, 0.0), way or (0.0, 0.0, 0.0)])
 
 
-def _pick(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
+def _componentwise(choose: Callable[[float, float], float], a: Vec, b: Vec) -> Vec:
     return (choose(a[0], b[0]), choose(a[1], b[1]), choose(a[2], b[2]))

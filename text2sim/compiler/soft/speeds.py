@@ -21,12 +21,12 @@ from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vor
 from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene
 
-TIMES, ALWAYS = 5.0, 10.0
+SPEED_FACTOR, SPEED_MARGIN = 5.0, 10.0
 """The limit is this many times the sum of all speeds, plus this [m/s]: corners of cloth whip, drops splash, and heavy
 bodies throw light ones at twice their speed."""
-MOTORS = 20.0
+MOTOR_SPEED = 20.0
 """Speed [m/s] that any motor is assumed to cause, since a stiff one jumps to its target."""
-PART = 4.0
+PART_SPEED_FACTOR = 4.0
 """Speed that a force gives the part of a body on which it acts, over that of the whole body."""
 
 
@@ -57,16 +57,18 @@ def speed_limit(
     given = {
         "falling": _fall(scene, placed, folder),
         "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
-        "motors": MOTORS if rows.targets else 0.0,
+        "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
         "fields": sum(_field(control, time) for control in controls) * time,
     }
-    most = TIMES * sum(given.values()) + ALWAYS
+    most = SPEED_FACTOR * sum(given.values()) + SPEED_MARGIN
     if most >= MAX_SPEED:
         return MAX_SPEED, "as in every scene"
-    said = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
-    return float(f"{most:.2g}"), f"{TIMES:g} times what the scene gives ({said or 'nothing'} m/s), and {ALWAYS:g} m/s"
+    listed = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
+    return float(
+        f"{most:.2g}"
+    ), f"{SPEED_FACTOR:g} times what the scene gives ({listed or 'nothing'} m/s), and {SPEED_MARGIN:g} m/s"
 
 
 def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:
@@ -105,7 +107,7 @@ def _push(push: Any, masses: dict[str, float], duration: float) -> float:
     if push.scale is not None:
         return MAX_SPEED  # its scale may have any value
     span = min(push.end, duration) - push.start
-    speed = PART * force / mass * (span if push.end > push.start else 1.0)
+    speed = PART_SPEED_FACTOR * force / mass * (span if push.end > push.start else 1.0)
     return min(speed, force / push.drag) if push.drag else speed
 
 

@@ -17,9 +17,9 @@ from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
 
-LOOKS = 200
+SCHEDULE_SAMPLES = 200
 """Times at which a schedule is sampled."""
-FARTHEST = 2.0
+MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""
 
 
@@ -87,7 +87,7 @@ def travel(
             way = force / mass * (min(duration, 2 * force / mass / gravity) if gravity else duration)
         elif push.drag:
             way = min(way, force / push.drag * span)
-        _fly(flights, push.entity, push.force, min(way, FARTHEST) / force)
+        _fly(flights, push.entity, push.force, min(way, MAX_FOLLOWED_DISTANCE) / force)
     for control in controls:
         for name in masses:
             _carry(flights, control, copies[name], duration)
@@ -107,17 +107,31 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
     start, end = span_of(field.during, duration)
     square = largest(field.scale, duration) * max(min(end, duration) - start, 0.0) ** 2 / 2
     if isinstance(field, Wind):
-        _fly(flights, copy.name, vector_unit(field.direction), min(field.acceleration * square, FARTHEST / 2))
+        _fly(
+            flights,
+            copy.name,
+            vector_unit(field.direction),
+            min(field.acceleration * square, MAX_FOLLOWED_DISTANCE / 2),
+        )
         return
     x, y, z = (c - p for c, p in zip(field.center, copy.pos, strict=True))
     if isinstance(field, Attraction):
         size = dist((x, y, z), (0.0, 0.0, 0.0))
-        way = min(field.strength * square, 2 * size) if field.strength > 0 else -min(-field.strength * square, FARTHEST)
+        way = (
+            min(field.strength * square, 2 * size)
+            if field.strength > 0
+            else -min(-field.strength * square, MAX_FOLLOWED_DISTANCE)
+        )
         _fly(flights, copy.name, (x, y, z), way / size if size else 0.0)
         return
     size = dist((x, y), (0.0, 0.0))
     sign = 1.0 if field.swirl > 0 else -1.0
-    _fly(flights, copy.name, (y * sign, -x * sign, 0.0), min(abs(field.swirl) * square, FARTHEST) / size if size else 0)
+    _fly(
+        flights,
+        copy.name,
+        (y * sign, -x * sign, 0.0),
+        min(abs(field.swirl) * square, MAX_FOLLOWED_DISTANCE) / size if size else 0,
+    )
 
 
 def _slider(copy: Copy, joint: str) -> Vec | None:
@@ -131,7 +145,7 @@ def _slider(copy: Copy, joint: str) -> Vec | None:
 
 def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float, float]:
     """Return the lowest and highest position [m] that drives of a slider ask for."""
-    times = [duration * k / LOOKS for k in range(LOOKS + 1)]
+    times = [duration * k / SCHEDULE_SAMPLES for k in range(SCHEDULE_SAMPLES + 1)]
     values = [0.0]
     for mode, schedule in targets:
         if mode == "position":
@@ -141,4 +155,4 @@ def _reach(targets: list[tuple[str, Schedule]], duration: float) -> tuple[float,
             for a, b in pairwise(times):
                 position += value_at(schedule, (a + b) / 2) * (b - a)
                 values.append(position)
-    return max(min(values), -FARTHEST), min(max(values), FARTHEST)
+    return max(min(values), -MAX_FOLLOWED_DISTANCE), min(max(values), MAX_FOLLOWED_DISTANCE)

@@ -65,13 +65,14 @@ def _walk(link: TreeLink, pos: Vec, quat: Quaternion, found: list[CarriedLink]) 
         found.append(
             CarriedLink(
                 link, pivot, sum(lump.mass for lump in own), sum(lump.mass for lump in lumps),
-                _about(own, pivot) + armature, _about(lumps, pivot) + armature, 0.0 if reach == math.inf else reach,
+                _inertia_about(own, pivot) + armature, _inertia_about(lumps, pivot) + armature,
+                0.0 if reach == math.inf else reach,
             )
         )  # fmt: skip
     return lumps, pivot
 
 
-def _about(lumps: list[_Lump], pivot: Vec) -> float:
+def _inertia_about(lumps: list[_Lump], pivot: Vec) -> float:
     return sum(lump.spin + lump.mass * math.dist(lump.center, pivot) ** 2 for lump in lumps)
 
 

@@ -169,7 +169,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
     bar = capsule_bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
-    start, turns = _along(rope, direction)
+    start, turns = _rope_poses(rope, direction)
     link: TreeLink | None = None
     for index in reversed(range(rope.segments)):
         first = index == 0
@@ -185,7 +185,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     return Tree((link,), self_collision=rope.self_collision)
 
 
-def _along(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
+def _rope_poses(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
     """Where a rope begins [m], and how each link is turned: the first in the body's frame, others in the one before."""
     if rope.along is None:
         return (0.0, 0.0, 0.0), [quat_between((0.0, 0.0, -1.0), direction), *[IDENTITY] * (rope.segments - 1)]

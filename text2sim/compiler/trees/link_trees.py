@@ -11,7 +11,7 @@ from text2sim.compiler.selection import SELECTOR
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
-from text2sim.compiler.trees.filebody import mechanism_parts
+from text2sim.compiler.trees.file_bodies import mechanism_parts
 from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
 from text2sim.spec_schema.errors import AssetError, Problem
@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Rope
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.name_table import Parts
 
-KEPT = 16
+MAX_RECENT_TREES = 16
 _RECENT: list[tuple[Any, Path, Tree]] = []
 """Recent trees, since placing asks for the same ones repeatedly. Every load makes new models, so none is stale."""
 
@@ -37,7 +37,7 @@ def tree_of(model: Any, folder: Path) -> Tree:
     lowering = Lowering(folder)
     lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
     _RECENT.append((model, folder, lowering.trees["body"]))
-    del _RECENT[:-KEPT]
+    del _RECENT[:-MAX_RECENT_TREES]
     return lowering.trees["body"]
 
 

@@ -118,7 +118,7 @@ class _Writer:
                 asset["scale"] = _row(piece.size * 3)
             ET.SubElement(self.asset, "mesh", asset)
         else:
-            attributes |= {"type": piece.kind, "size": _row(_half(piece.kind, piece.size))}
+            attributes |= {"type": piece.kind, "size": _row(_half_sizes(piece.kind, piece.size))}
         if any(piece.pos):
             attributes["pos"] = _row(piece.pos)
         if tuple(piece.quat) != IDENTITY:
@@ -163,7 +163,7 @@ class _Writer:
         return name
 
 
-def _half(kind: str, size: tuple[float, ...]) -> tuple[float, ...]:
+def _half_sizes(kind: str, size: tuple[float, ...]) -> tuple[float, ...]:
     """Return MuJoCo's sizes: half lengths of boxes, half heights of cylinders and capsules."""
     if kind == "box":
         return tuple(s / 2 for s in size)

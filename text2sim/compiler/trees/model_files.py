@@ -13,7 +13,7 @@ from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.distance_field import LEAST_NODES, DistanceField
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.compiler.shapes.sculpting import MARK, sculpted_obj
+from text2sim.compiler.shapes.sculpting import DIGEST_PREFIX, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
 from text2sim.compiler.trees.mjcf import write_mjcf
 from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
@@ -136,8 +136,8 @@ class ModelFiles:
 
     def _mesh(self, file: str) -> str:
         """Put the surface of a mesh file or sculpt beside the models, for contact and mass; return its name."""
-        if file.startswith(MARK):
-            return self._add(f"{file.removeprefix(MARK)[:12]}_whole.obj", lambda: sculpted_obj(file))
+        if file.startswith(DIGEST_PREFIX):
+            return self._add(f"{file.removeprefix(DIGEST_PREFIX)[:12]}_whole.obj", lambda: sculpted_obj(file))
         mesh = load_mesh(file, self.folder)
         if mesh.flat:
             raise AssetError(f"mesh file `{file}` is flat: a body of links needs thickness")

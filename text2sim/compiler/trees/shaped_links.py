@@ -34,15 +34,16 @@ def shaped_link(shape: Any, material: Material, look: Look, copy: Copy, name: st
     made = TreeLink(name, geoms=geoms, inertia=_inertia(shape, geoms))
     visuals = geometry.visual_mesh(shape, folder)
     if not look.visible:
-        return replace(made, geoms=tuple(_hidden(g) for g in geoms))
+        return replace(made, geoms=tuple(_hide(g) for g in geoms))
     if not visuals:
         return made
     parts: dict[Any, Any] = shape.parts if isinstance(shape, Compound | Sculpt) else {}
     drawn = tuple(
-        _drawn(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy) for mesh in visuals
+        _own_colored_surface(mesh, (parts[mesh.part].look if mesh.part in parts else None) or look, copy)
+        for mesh in visuals
     )
     meshed = {mesh.part for mesh in visuals} | ({None} if isinstance(shape, Sculpt) else set())
-    shown = tuple(_hidden(g) if g.piece.part in meshed else g for g in geoms)
+    shown = tuple(_hide(g) if g.piece.part in meshed else g for g in geoms)
     return replace(made, geoms=shown, visuals=drawn)
 
 
@@ -110,7 +111,7 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertial | None:
     return Inertial(mass, made.center, (xx, yy, zz, xy, xz, yz))
 
 
-def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
+def _own_colored_surface(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
     """Return a surface in its own colours, if it has any and the case gives none."""
     if look.color is None and (mesh.picture is not None or mesh.rgba is not None):
         return TreeVisual(mesh, mesh.rgba)
@@ -118,5 +119,5 @@ def _drawn(mesh: VisualMesh, look: Look, copy: Copy) -> TreeVisual:
     return TreeVisual(plain, rgba_of(look, copy))
 
 
-def _hidden(geom: TreeGeom) -> TreeGeom:
+def _hide(geom: TreeGeom) -> TreeGeom:
     return replace(geom, drawn=False)

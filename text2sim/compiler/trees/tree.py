@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.piece import Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
@@ -89,7 +89,7 @@ class TreeLink:
         """Mass, centre of mass and inertia of this link alone, in its frame; nothing for a link from a file."""
         if self.inertia is not None:
             return self.inertia
-        return together(piece_inertial(geom.piece, geom.density) for geom in self.geoms if geom.density > 0.0)
+        return combined_inertial(piece_inertial(geom.piece, geom.density) for geom in self.geoms if geom.density > 0.0)
 
 
 @dataclass(frozen=True)

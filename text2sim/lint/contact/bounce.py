@@ -8,8 +8,8 @@ restitution is accurate to 0.05, so messages ask for that. See `compiler.setting
 from collections.abc import Iterator
 from math import ceil, pi
 
-from text2sim.compiler.contact_materials import bounces
-from text2sim.compiler.settings import CRISPNESS
+from text2sim.compiler.contact_materials import restitutions
+from text2sim.compiler.settings import CONTACT_PHASE
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
@@ -27,8 +27,8 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
     time, step, dt = facts.settings.bounce_time, facts.substep, facts.case.scene.dt
     if not time:
         return
-    restitutions = [row for group in facts.placed.values() for row in bounces(group[:1]).items()]
-    name, largest = max(restitutions, key=lambda row: (row[1], row[0]))
+    rows = [row for group in facts.placed.values() for row in restitutions(group[:1]).items()]
+    name, largest = max(rows, key=lambda row: (row[1], row[0]))
     body, _, link = name.partition(".")
     inside = () if not link else (link,) if link == "payload" else ("links", link)
     where = facts.where(body_of(body), *inside, "material", "restitution")
@@ -41,7 +41,7 @@ def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
             )
             yield facts.problem(rule, where, text)
     elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
-        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CRISPNESS))
+        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CONTACT_PHASE))
         text = f"bouncing contacts last {pi * time:.2g} s and look soft; use scene.substeps of {needed} or more"
         yield facts.problem(rule, where, text)
 

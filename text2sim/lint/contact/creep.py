@@ -7,11 +7,11 @@ from itertools import combinations, islice
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_cross, vector_dot
-from text2sim.compiler.slopes import tilted
+from text2sim.compiler.slopes import tilted_copies
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.sliding import friction_between
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import RESTING
+from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import length, more_copies
@@ -24,13 +24,13 @@ MIN_CREEP = 1e-3
 """Shortest distance [m] over the run that is reported."""
 MIN_SLOPE = 0.0087
 """Smallest slope [rad]."""
-FLUSH = 0.0175
+MAX_FLUSH_ANGLE = 0.0175
 """Largest angle [rad] between faces that lie flat on each other."""
-POINTS = 4
+CONTACTS_PER_FACE = 4
 """Contacts of a face."""
 NOSLIP, NOSLIP_SHARE = 10, 0.5
 """Noslip iterations that stop the creep of bodies that use less than this share of their friction."""
-SOFT = (1 - 0.9) / 0.9 * 0.95 / 2
+CONTACT_SOFTNESS = (1 - 0.9) / 0.9 * 0.95 / 2
 """(1 - dmin) / dmin * dmax / 2 of the engine's contact parameters."""
 
 
@@ -45,7 +45,9 @@ def creep_speed(pull: float, slope: float, friction: float, timeconst: float) ->
     """
     used = math.tan(slope) / friction
     share = used if used < 0.5 else 3 * used - 1
-    return share * friction * (1 + friction**2) * pull * math.cos(slope) / POINTS * SOFT * timeconst
+    return (
+        share * friction * (1 + friction**2) * pull * math.cos(slope) / CONTACTS_PER_FACE * CONTACT_SOFTNESS * timeconst
+    )
 
 
 def _creeping(facts: Facts) -> Iterator[Problem]:
@@ -78,10 +80,10 @@ def _leaning(facts: Facts) -> Iterator[Problem]:
     if facts.settings.cone != "pyramidal":
         return
     free = (copy for copy in facts.copies.values() if not is_soft(copy.model) and facts.free(copy))
-    leaning = list(islice(tilted(free, facts.case.scene.gravity), MAX_BODIES))
+    leaning = list(islice(tilted_copies(free, facts.case.scene.gravity), MAX_BODIES))
     gaps = Gaps(facts)
     for a, b in combinations(leaning, 2):
-        if gaps.between(a, b, RESTING) < RESTING:
+        if gaps.between(a, b, MAX_RESTING_GAP) < MAX_RESTING_GAP:
             text = (
                 f"`{a.name}` and `{b.name}` lean on each other and slide apart with the pyramidal friction cone (two "
                 "cards of 90 mm at 20 deg: 2 mm in 2 s); set `friction_cone: elliptic` in scene.contact"
@@ -120,17 +122,17 @@ def _lies_on(facts: Facts, copy: Copy, other: Copy, normal: Vec) -> bool:
     """Return whether a face of a copy lies flat on a slope."""
     kind = getattr(copy.shape, "kind", "")
     axes = ("x", "y", "z") if kind == "box" else ("z",) if kind in ("cylinder", "cup", "tube") else ()
-    if not any(math.hypot(*vector_cross(quat_rotate(copy.quat, AXES[a]), normal)) < FLUSH for a in axes):
+    if not any(math.hypot(*vector_cross(quat_rotate(copy.quat, AXES[a]), normal)) < MAX_FLUSH_ANGLE for a in axes):
         return False
     low = min(part.lowest(normal) for part in facts.parts(copy))
     for ground in facts.planes:
         if ground.copy is other:
-            return abs(low - ground.level) < RESTING and ground.beside(copy.pos) < 0
+            return abs(low - ground.level) < MAX_RESTING_GAP and ground.beside(copy.pos) < 0
     box, its = facts.box(copy), facts.box(other)
-    if box is None or its is None or apart(box, its, -RESTING):
+    if box is None or its is None or apart(box, its, -MAX_RESTING_GAP):
         return False
     top = -min(part.lowest((-normal[0], -normal[1], -normal[2])) for part in facts.parts(other))
-    return abs(low - top) < RESTING
+    return abs(low - top) < MAX_RESTING_GAP
 
 
 _RAMP = """\
@@ -153,13 +155,13 @@ RULES = (
         title="A body that friction holds on a slope creeps.",
         reason=f"""\
 Contacts are regularised: static friction needs a little sliding, and with the pyramidal cone it is visible. A slope of
-angle s uses the share u = tan(s) / m of the friction m. A face, which has {POINTS} contacts, creeps at
-`k m (1 + m^2) g cos(s) / {POINTS}`, times u up to one half and 3 u - 1 above, with k = {SOFT:.3g} timeconst (measured
-to 15 %, friction 0.45 to 2, slopes of 5 and 20 deg; above u = 0.9 it slips now and then, up to six times as fast). With
-the elliptic cone the creep is a hundredth of that. Scenes of free bodies with slopes get the elliptic cone by default;
-trees of links, piles with cg, and bouncing bodies do not. Cards that lean on each other touch with one contact and
-slide apart by 1.9 mm in 2 s with the pyramidal cone; with the elliptic one they stay within 10 micrometres
-(`tests/physics/test_friction.py`).""",
+angle s uses the share u = tan(s) / m of the friction m. A face, which has {CONTACTS_PER_FACE} contacts, creeps at
+`k m (1 + m^2) g cos(s) / {CONTACTS_PER_FACE}`, times u up to one half and 3 u - 1 above, with k =
+{CONTACT_SOFTNESS:.3g} timeconst (measured to 15 %, friction 0.45 to 2, slopes of 5 and 20 deg; above u = 0.9 it slips
+now and then, up to six times as fast). With the elliptic cone the creep is a hundredth of that. Scenes of free bodies
+with slopes get the elliptic cone by default; trees of links, piles with cg, and bouncing bodies do not. Cards that lean
+on each other touch with one contact and slide apart by 1.9 mm in 2 s with the pyramidal cone; with the elliptic one
+they stay within 10 micrometres (`tests/physics/test_friction.py`).""",
         remedy="""\
 Set `scene.contact.friction_cone: elliptic`. Otherwise set `solver: {noslip_iterations: 10}`, which stops bodies that
 use less than half of their friction, or use more substeps: the creep is proportional to the time constant.""",

@@ -24,20 +24,20 @@ from text2sim.spec_schema.models.bodies import Driven
 
 MAX_COPIES = 8
 """Most copies of a driven body that are checked."""
-SLACK, SLACK_SHARE = 0.002, 0.05
+CLOSE_FIT, CLOSE_FIT_SHARE = 0.002, 0.05
 """Depth that counts as a close fit: in metres, and as a share of the thickness of a piece."""
-EFFORT = 4000
+MAX_DISTANCE_TESTS = 4000
 """Budget of distance tests for a case."""
 
 
 def _driven_through(facts: Facts) -> Iterator[Problem]:
-    effort = Effort(EFFORT)
+    effort = Effort(MAX_DISTANCE_TESTS)
     for name, body in facts.case.bodies.items():
         if not isinstance(body, Driven):
             continue
         seen: set[str] = set()
         for copy in facts.placed[name][:MAX_COPIES]:
-            for other, t, depth in _struck(facts, copy, effort):
+            for other, t, depth in _entered_copies(facts, copy, effort):
                 if other.body in seen:
                     continue
                 seen.add(other.body)
@@ -48,7 +48,7 @@ def _driven_through(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("driven-through", facts.where(name, "motion"), text)
 
 
-def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
+def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, float, float]]:
     """Yield the fixed copies that a driven copy enters, with the time [s] of the largest depth, and that depth [m]."""
     parts = facts.parts(copy)
     if not parts:
@@ -57,14 +57,14 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
     path = list(moments(copy.model.motion, facts.case.scene.duration, stride))
     if not path:
         return
-    allowed = max(SLACK, SLACK_SHARE * min(part.thickness for part in parts))
+    allowed = max(CLOSE_FIT, CLOSE_FIT_SHARE * min(part.thickness for part in parts))
     for ground in facts.planes:
-        depths = [(max(ground.depth(part) for part in _moved(copy, parts, moment)), -moment[0]) for moment in path]
+        depths = [(max(ground.depth(part) for part in _parts_at(copy, parts, moment)), -moment[0]) for moment in path]
         depth, t = max(depths)
         under = max(ground.depth(part) for part in parts)
         if depth > allowed and under <= allowed and ground.beside(copy.pos) < 0.0:
             yield ground.copy, -t, depth
-    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _moved(copy, parts, moment))
+    way = union(part.box for moment in path[:: max(1, len(path) // 12)] for part in _parts_at(copy, parts, moment))
     for other in facts.copies.values():
         box = facts.box(other)
         if other is copy or facts.mount(other) not in ("static", "fixed"):
@@ -82,14 +82,14 @@ def _struck(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[Copy, fl
 
 def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[StandingPart], effort: Effort) -> float:
     """Return how deep [m] a copy is in another at a moment."""
-    moved = _moved(copy, parts, moment)
+    moved = _parts_at(copy, parts, moment)
     pairs = [(a, b) for a in moved for b in others if inside(a, b)]
     if not pairs or effort.left < 0:
         return 0.0
     return overlap_of(moved, others, pairs[:4], effort).depth
 
 
-def _moved(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
+def _parts_at(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
     """Return the pieces of a copy at a moment."""
     _, (x, y, z), turn = moment
     found = []
@@ -120,7 +120,7 @@ RULES = (
         reason=f"""\
 A driven body follows its motion and pushes movable bodies out of the way. The ground, statics and bodies with a fixed
 mount cannot move, so it passes through them: there is no contact between them. The rule reports a body that starts
-outside and gets deeper than {SLACK * 1e3:g} mm and {SLACK_SHARE:.0%} of its thinnest piece.""",
+outside and gets deeper than {CLOSE_FIT * 1e3:g} mm and {CLOSE_FIT_SHARE:.0%} of its thinnest piece.""",
         remedy="End the motion earlier, start it farther away, or use a motor, which can be stopped.",
         example=_STAMP % "-0.6",
         fix=_STAMP % "-0.44",

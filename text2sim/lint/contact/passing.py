@@ -22,7 +22,7 @@ class Pass(NamedTuple):
     where: Path
 
 
-def grip(facts: Facts) -> float:
+def stopping_time(facts: Facts) -> float:
     """Return the time [s] that a contact needs to stop a body.
 
     It is detected a substep late at worst, and then yields for its timeconst over e.

@@ -11,14 +11,14 @@ from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import RESTING
+from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
-SPHERE = 3.5
+BALL_INVERSE_MASS_RATIO = 3.5
 """Tangential inverse mass at the surface of a ball over that at its centre: 1 + m r2 / I."""
-HOP_SHARE, HOP = 0.02, 0.001
+MIN_HOP_SHARE, MIN_HOP = 0.02, 0.001
 """Smallest hop that is reported: as a share of the body's size, and in metres."""
 
 
@@ -46,7 +46,7 @@ def _sliding(facts: Facts) -> Iterator[Problem]:
         if slide is not None:
             box = facts.box(slide.copy)
             size = min(high - low for low, high in zip(*box, strict=True)) if box is not None else 0.0
-            if slide.lift**2 / (2 * pull) > max(HOP_SHARE * size, HOP):
+            if slide.lift**2 / (2 * pull) > max(MIN_HOP_SHARE * size, MIN_HOP):
                 found.setdefault(row.control, []).append(slide)
     for control, slides in found.items():
         slide = max(slides, key=lambda slide: slide.lift)
@@ -84,7 +84,7 @@ def _slide(facts: Facts, row: StartVelocity, up: Vec) -> _Slide | None:
         return None
     slip = math.hypot(*(v - rising * n for v, n in zip(velocity, normal, strict=True)))
     friction = friction_between(facts, copy, support)
-    ease = SPHERE if getattr(copy.shape, "kind", None) == "sphere" else 1.0
+    ease = BALL_INVERSE_MASS_RATIO if getattr(copy.shape, "kind", None) == "sphere" else 1.0
     return _Slide(copy, support, row, slip, friction, friction * slip / (1 + ease * friction**2))
 
 
@@ -108,15 +108,15 @@ def _support(facts: Facts, copy: Copy, up: Vec) -> tuple[Copy | None, Vec]:
     """Return the support of a copy, and the normal of its surface."""
     parts, box = facts.parts(copy), facts.box(copy)
     for ground in facts.planes:
-        if any(-RESTING < ground.depth(part) for part in parts) and ground.beside(copy.pos) < 0:
+        if any(-MAX_RESTING_GAP < ground.depth(part) for part in parts) and ground.beside(copy.pos) < 0:
             return ground.copy, ground.up
     for other in facts.copies.values():
         its = facts.box(other)
-        if other is copy or is_soft(other.model) or its is None or box is None or apart(box, its, -RESTING):
+        if other is copy or is_soft(other.model) or its is None or box is None or apart(box, its, -MAX_RESTING_GAP):
             continue
         down = (-up[0], -up[1], -up[2])
         way = sweep([part.solid for part in parts], [part.solid for part in facts.parts(other)], down)
-        if way is not None and way < RESTING:
+        if way is not None and way < MAX_RESTING_GAP:
             return other, up
     return None, up
 

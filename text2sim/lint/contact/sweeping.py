@@ -8,7 +8,7 @@ from text2sim.compiler.prescribed import strokes
 from text2sim.compiler.schedules import extremes
 from text2sim.compiler.shapes.boxes import Bounds, apart, grown, swept
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_times, vector_unit
-from text2sim.lint.contact.passing import Pass, grip, hardest
+from text2sim.lint.contact.passing import Pass, hardest, stopping_time
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.models.bodies import Driven
@@ -34,7 +34,7 @@ def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
     for part in facts.parts(copy):
         for velocity, around in _motions(copy, part):
             quick = math.hypot(*velocity)
-            if quick * grip(facts) <= part.thickness / 2:
+            if quick * stopping_time(facts) <= part.thickness / 2:
                 continue
             for other in free:
                 box = facts.box(other)
@@ -42,7 +42,7 @@ def _sweeping(facts: Facts, copy: Copy, free: list[Copy]) -> Iterator[Pass]:
                     continue
                 for piece in facts.parts(other):
                     speed, room = hardest([part], piece, velocity)
-                    if speed * grip(facts) > room:
+                    if speed * stopping_time(facts) > room:
                         yield Pass(copy, other, speed, room, facts.where(copy.body, "motion"))
                         break
 

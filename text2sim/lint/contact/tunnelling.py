@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.contact.passing import Pass, grip, hardest, width
+from text2sim.lint.contact.passing import Pass, hardest, stopping_time, width
 from text2sim.lint.contact.sweeping import sweeping
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
@@ -34,7 +34,7 @@ def _text(facts: Facts, row: Pass, count: int) -> str:
     h = facts.substep
     text = (
         f"`{row.mover.name}` meets `{row.other.name}` at {row.speed:.3g} m/s{more_copies(count)} and moves "
-        f"{length(row.speed * grip(facts))} before the contact holds it (substep {h:.3g} s, timeconst "
+        f"{length(row.speed * stopping_time(facts))} before the contact holds it (substep {h:.3g} s, timeconst "
         f"{settings.timeconst:.3g} s), but is past its middle after {length(row.room)}: it may pass through; "
     )
     # Substeps of this length, and a timeconst of two of them, stop it in time.
@@ -63,13 +63,13 @@ def _flying(facts: Facts) -> Iterator[Pass]:
             room = width(parts, ground.up)
         else:
             speed, room = hardest(parts, meeting.part, meeting.velocity)
-        if speed * grip(facts) > room:
+        if speed * stopping_time(facts) > room:
             yield Pass(copy, other, speed, room, _blame(facts, copy))
 
 
 def _fastest(facts: Facts) -> list[Copy]:
     """Return the free bodies that may become fast enough to pass anything, the fastest first."""
-    gravity, tau, scene = facts.case.scene.gravity, grip(facts), facts.case.scene
+    gravity, tau, scene = facts.case.scene.gravity, stopping_time(facts), facts.case.scene
     pull = math.hypot(*gravity)
     lowest = _lowest(facts)
     found = []
@@ -78,14 +78,14 @@ def _fastest(facts: Facts) -> list[Copy]:
             if not facts.free(copy):
                 continue
             start = math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0)))
-            fall = max(_along(gravity, copy.pos) - lowest, 0.0) if pull else 0.0
+            fall = max(_height_of(gravity, copy.pos) - lowest, 0.0) if pull else 0.0
             speed = min(math.sqrt(start**2 + 2 * pull * fall), start + pull * scene.duration)
             if speed * tau > facts.thinnest(copy) / 2:
                 found.append((speed, len(found), copy))
     return [copy for _, _, copy in sorted(found, reverse=True)[:MAX_BODIES]]
 
 
-def _along(gravity: Vec, point: Vec) -> float:
+def _height_of(gravity: Vec, point: Vec) -> float:
     """Return the height [m] of a point against gravity."""
     return -vector_dot(gravity, point) / (math.hypot(*gravity) or 1.0)
 
@@ -93,15 +93,17 @@ def _along(gravity: Vec, point: Vec) -> float:
 def _lowest(facts: Facts) -> float:
     """Return the height [m] against gravity below which there is nothing to meet."""
     gravity = facts.case.scene.gravity
-    heights = [_along(gravity, ground.copy.pos) for ground in facts.planes]
+    heights = [_height_of(gravity, ground.copy.pos) for ground in facts.planes]
     boxes = (box for copy in facts.copies.values() if (box := facts.box(copy)) is not None)
-    return min([*heights, *(min(_along(gravity, low), _along(gravity, high)) for low, high in boxes)], default=0.0)
+    return min(
+        [*heights, *(min(_height_of(gravity, low), _height_of(gravity, high)) for low, high in boxes)], default=0.0
+    )
 
 
 def _blame(facts: Facts, copy: Copy) -> Path:
     """Return the path of the control that gives a body its speed; else of the pose that puts it so high."""
     rows = [row for row in facts.rows.velocities if row.entity == copy.name]
-    return ("actions", "controls", rows[0].control) if rows else facts.first_said(copy.body, "pose", "place", "repeat")
+    return ("actions", "controls", rows[0].control) if rows else facts.first_given(copy.body, "pose", "place", "repeat")
 
 
 RULES = (

@@ -14,7 +14,7 @@ Offset = Callable[[str, float], Vec]
 """Displacement [m] of a copy from its start at a time [s], as far as known."""
 
 
-def _still(name: str, t: float) -> Vec:
+def _no_displacement(name: str, t: float) -> Vec:
     return (0.0, 0.0, 0.0)
 
 
@@ -74,7 +74,7 @@ class ShotView:
         return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tall))
 
 
-def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
+def shots(facts: Facts, t: float, offset: Offset = _no_displacement) -> list[ShotView]:
     """Return all cameras at a time [s] of the simulation.
 
     Args:
@@ -85,12 +85,12 @@ def shots(facts: Facts, t: float, offset: Offset = _still) -> list[ShotView]:
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
-def taken(facts: Facts) -> dict[str, list[Frame]]:
+def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
-    return facts.once(_taken)
+    return facts.once(_pictures_by_camera)
 
 
-def _taken(facts: Facts) -> dict[str, list[Frame]]:
+def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
     render = facts.plan.render
     found: dict[str, list[Frame]] = {name: [] for name in facts.case.render.cameras}
     for reel in reels(render).values() if found else ():
@@ -99,13 +99,17 @@ def _taken(facts: Facts) -> dict[str, list[Frame]]:
     return found
 
 
-def some(pictures: list[Frame], most: int) -> list[Frame]:
+def spread_evenly(pictures: list[Frame], max_pictures: int) -> list[Frame]:
     """Return pictures spread evenly from the first to the last."""
     last = len(pictures) - 1
-    return [pictures[round(k * last / max(most - 1, 1))] for k in range(most)] if last >= most else pictures
+    return (
+        [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
+        if last >= max_pictures
+        else pictures
+    )
 
 
-def films(facts: Facts, name: str, t: float) -> bool:
+def films_at(facts: Facts, name: str, t: float) -> bool:
     """Return whether a camera takes pictures around a time [s].
 
     Args:
@@ -114,11 +118,11 @@ def films(facts: Facts, name: str, t: float) -> bool:
         t: Time of the simulation [s].
     """
     step = facts.plan.render["speed"] / facts.plan.render["fps"]
-    times = [frame.t for frame in taken(facts)[name]]
+    times = [frame.t for frame in pictures_taken(facts)[name]]
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset = _still, part: float | None = None) -> ShotView:
+def shot(facts: Facts, name: str, t: float, offset: Offset = _no_displacement, part: float | None = None) -> ShotView:
     """Return a camera of the plan at a time [s].
 
     Args:

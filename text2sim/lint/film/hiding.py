@@ -10,7 +10,7 @@ from text2sim.lint.film.case_cameras import ShotView
 from text2sim.lint.film.subjects import Balls
 from text2sim.spec_schema.models.shapes import Compound
 
-RAYS = 6
+TESTED_POINTS = 6
 """Points of a subject that are tested."""
 
 
@@ -23,14 +23,15 @@ def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
         name: Name of the subject.
         balls: Balls around its parts: centre [m], radius [m].
     """
-    step = max(len(balls) // RAYS, 1)
+    step = max(len(balls) // TESTED_POINTS, 1)
     others = [
         (copy, box) for copy in facts.copies.values() if copy.body != name and (box := facts.box(copy)) is not None
     ]
 
     def between(center: Vec) -> bool:
         return any(
-            _meets(box, shot.pos, center) and any(_meets(part, shot.pos, center) for part in _boxes(facts, copy, box))
+            _crosses(box, shot.pos, center)
+            and any(_crosses(part, shot.pos, center) for part in _boxes(facts, copy, box))
             for copy, box in others
         )
 
@@ -46,7 +47,7 @@ def _boxes(facts: Facts, copy: Copy, whole: Bounds) -> list[Bounds]:
     return [part.box for part in facts.parts(copy) if part.piece.part not in clear]
 
 
-def _meets(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
+def _crosses(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
     """Return whether a line segment passes through a box."""
     first, last = 0.0, 1.0
     for a, b, low, high in zip(start, end, *box, strict=True):

@@ -6,10 +6,10 @@ from itertools import dropwhile
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
+from text2sim.lint.film.body_paths import SAMPLED_MOMENTS, offset_of, way_seen
 from text2sim.lint.film.case_cameras import shots
 from text2sim.lint.film.subjects import drawn, subjects
-from text2sim.lint.film.unseen_subjects import blamed
-from text2sim.lint.film.ways import MOMENTS, offset_of, way_seen
+from text2sim.lint.film.unseen_subjects import camera_to_blame
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import vector
@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
-GONE = 0.5
+MAX_SHARE_OUTSIDE = 0.5
 """Share of its path that a body may be out of the picture if it comes back."""
 
 
@@ -32,11 +32,11 @@ def _leaves(facts: Facts) -> Iterator[Problem]:
         if name in facts.meant_to_leave or name in framed or not drawn(facts, name):
             continue
         for copy in facts.placed[name][:1]:
-            if (found := _lost(facts, copy)) is not None:
+            if (found := _when_lost(facts, copy)) is not None:
                 yield _leaving(facts, copy, *found)
 
 
-def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
+def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     """Return when [s] and where a copy leaves every camera's picture, if for a large part of its path."""
     render = facts.plan.render
     start, end = render["start"], min(whereabouts(facts).known_until(copy), render["end"])
@@ -50,23 +50,23 @@ def _lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
         return None
     # It probably stays where it comes down.
     stays = not seen[-1][2] and not isinstance(copy.model, Driven)
-    if not stays and len(lost) <= GONE * MOMENTS:
+    if not stays and len(lost) <= MAX_SHARE_OUTSIDE * SAMPLED_MOMENTS:
         return None
     return lost[0]
 
 
-def _leaving(facts: Facts, copy: Copy, t: float, there: Vec) -> Problem:
+def _leaving(facts: Facts, copy: Copy, t: float, landing: Vec) -> Problem:
     driven = isinstance(copy.model, Driven)
     word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
     views = shots(facts, t, offset_of(facts))
-    needed = [angle for shot in views if (angle := shot.needed(there)) is not None]
+    needed = [angle for shot in views if (angle := shot.needed(landing)) is not None]
     text = (
         f"`{copy.name}`, a subject of the script, {word} out of every camera's picture after {t:.2g} s, at "
-        f"{vector(tuple(round(c, 2) for c in there))}; use a camera of kind `follow`"
+        f"{vector(tuple(round(c, 2) for c in landing))}; use a camera of kind `follow`"
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
-    return facts.problem("leaves-picture", blamed(facts, views), text, key=True)
+    return facts.problem("leaves-picture", camera_to_blame(facts, views), text, key=True)
 
 
 RULES = (
@@ -76,9 +76,9 @@ RULES = (
         title="A subject of the script will probably leave every picture.",
         reason=f"""\
 Its path is known up to the first body it meets: a throw or a fall under gravity, or the motion of a driven body. After
-it has been in a picture, it is in none where it comes down, or for more than {GONE:.0%} of that path. The rule does not
-predict later motion; the report of a run says what its cameras saw. It skips derived cameras, and cameras with a
-`frame` that names the body, which show everything that was recorded.""",
+it has been in a picture, it is in none where it comes down, or for more than {MAX_SHARE_OUTSIDE:.0%} of that path. The
+rule does not predict later motion; the report of a run says what its cameras saw. It skips derived cameras, and cameras
+with a `frame` that names the body, which show everything that was recorded.""",
         remedy="Use a camera of kind `follow`, a wider field of view, or a camera that looks at where it comes down.",
         example="""\
 bodies:

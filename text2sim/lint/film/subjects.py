@@ -11,7 +11,21 @@ Balls = list[tuple[Vec, float]]
 """Centres and radii [m]."""
 
 _NAME = re.compile(r"[A-Za-z]\w*")
-WANTED = ("body", "joint", "of", "by", "between", "from", "to", "measure", "event", "before", "after", "on", "attach")
+NAMING_KEYS = (
+    "body",
+    "joint",
+    "of",
+    "by",
+    "between",
+    "from",
+    "to",
+    "measure",
+    "event",
+    "before",
+    "after",
+    "on",
+    "attach",
+)
 """Keys under which the script names bodies, or measures, events and controls that name them."""
 
 
@@ -41,7 +55,7 @@ def _names(value: Any, key: str = "") -> Iterator[str]:
     elif isinstance(value, list):
         for item in value:
             yield from _names(item, key)
-    elif isinstance(value, str) and key in WANTED and (found := _NAME.match(value)):
+    elif isinstance(value, str) and key in NAMING_KEYS and (found := _NAME.match(value)):
         yield found[0]
 
 

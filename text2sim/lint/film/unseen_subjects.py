@@ -4,28 +4,32 @@ import math
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import ShotView, shot, taken
+from text2sim.lint.film.body_paths import comes_in
+from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
-from text2sim.lint.film.ways import comes_in
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
-SMALL = 0.001
+MIN_PICTURE_SHARE = 0.001
 """Share of the picture below which a subject is not recognisable: 30 x 30 pixels of 1280 x 720."""
 MIN_APPROACH = 0.2
 """Share of a camera's distance; nearer than that it shows a different picture."""
-CUT = 0.5
+MIN_SHARE_INSIDE = 0.5
 """Share of a subject, by the area of its balls, that has to be in the picture."""
-EARLY = 0.1
+MAX_FILM_START = 0.1
 """Latest start [s] of a film that shows bodies where they start."""
 
 
 def _views(facts: Facts) -> list[ShotView]:
     """Return the author's cameras that film the start; none if the camera is derived."""
-    return [shot(facts, name, 0.0) for name, pictures in taken(facts).items() if pictures and pictures[0].t <= EARLY]
+    return [
+        shot(facts, name, 0.0)
+        for name, pictures in pictures_taken(facts).items()
+        if pictures and pictures[0].t <= MAX_FILM_START
+    ]
 
 
 def _share_inside(shot: ShotView, balls: Balls) -> float:
@@ -34,12 +38,12 @@ def _share_inside(shot: ShotView, balls: Balls) -> float:
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
 
-def blamed(facts: Facts, views: list[ShotView]) -> Path:
+def camera_to_blame(facts: Facts, views: list[ShotView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
 
-def _none(views: list[ShotView]) -> str:
+def _who_does_not_see(views: list[ShotView]) -> str:
     return f"camera `{views[0].name}` does not see" if len(views) == 1 else "no camera sees"
 
 
@@ -56,8 +60,8 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
         elif all(maybe_hidden(facts, view, name, balls) for view in seeing):
             why = hidden_behind(facts, seeing, name)
         if why:
-            text = f"{_none(views)} `{name}`, a subject of the script, at the start: {why}"
-            yield facts.problem("unseen-subject", blamed(facts, views), text, key=True)
+            text = f"{_who_does_not_see(views)} `{name}`, a subject of the script, at the start: {why}"
+            yield facts.problem("unseen-subject", camera_to_blame(facts, views), text, key=True)
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:
@@ -81,9 +85,9 @@ def _small(facts: Facts) -> Iterator[Problem]:
         if not seeing:
             continue
         share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
-        if share < SMALL:
+        if share < MIN_PICTURE_SHARE:
             view = seeing[-best]
-            away, nearer = math.dist(view.pos, center_of(balls)), math.sqrt(share / (4 * SMALL))
+            away, nearer = math.dist(view.pos, center_of(balls)), math.sqrt(share / (4 * MIN_PICTURE_SHARE))
             text = (
                 f"`{name}`, a subject of the script, fills less than {100 * share:.1g} % of the picture at the "
                 f"start: camera `{view.name}` is {length(away)} away; "
@@ -102,7 +106,7 @@ def _cut_off(facts: Facts) -> Iterator[Problem]:
         if not balls or not any(view.shows(*ball) for view in views for ball in balls):
             continue
         share, best = max((_share_inside(view, balls), -index) for index, view in enumerate(views))
-        if share < CUT:
+        if share < MIN_SHARE_INSIDE:
             view = views[-best]
             text = (
                 f"only {share:.0%} of `{name}`, a subject of the script, is in the picture of camera `{view.name}` "
@@ -131,8 +135,8 @@ RULES = (
 Subjects are the bodies that controls act on and that expectations, their measures and events name. One of them is not
 in any camera's picture at the start, or something hides it in all of them; invisible bodies do not count. Viewers of
 the film cannot see what is expected. Driven bodies, and bodies whose start velocity probably brings them into a
-picture, may come in later. The rule skips films that begin later than {EARLY:g} s and derived cameras, which are placed
-to see everything that moves.""",
+picture, may come in later. The rule skips films that begin later than {MAX_FILM_START:g} s and derived cameras, which
+are placed to see everything that moves.""",
         remedy="Let a camera look at it, widen the field of view, or move the camera around the obstacle.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}
@@ -152,8 +156,8 @@ render:
         severity="warning",
         title="A subject of the script is tiny in every picture.",
         reason=f"""\
-It fills less than {SMALL:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of 1280 by 720.
-Viewers cannot recognise what happens to it.""",
+It fills less than {MIN_PICTURE_SHARE:.1%} of the picture of every camera at the start, less than 30 by 30 pixels of
+1280 by 720. Viewers cannot recognise what happens to it.""",
         remedy="Move the camera nearer, as the message says, or narrow its field of view.",
         example="""\
 scene: {statics: {wall: {shape: {kind: box, size: [2, 0.1, 1]}, place: {on: floor}}}}

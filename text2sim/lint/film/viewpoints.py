@@ -7,55 +7,57 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, vector_dot
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import ShotView, shot, some, taken
-from text2sim.lint.film.unseen_subjects import EARLY
+from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot, spread_evenly
+from text2sim.lint.film.unseen_subjects import MAX_FILM_START
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import inside
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
-MOVING = ("orbit", "dolly", "keyframed")
-MOMENTS = 13
+MOVING_KINDS = ("orbit", "dolly", "keyframed")
+SAMPLED_MOMENTS = 13
 """Moments at which the rules sample the path of a moving camera."""
 
 
 def _sampled(facts: Facts) -> Iterator[tuple[float, ShotView]]:
     """Yield the author's cameras at sampled times [s] of the simulation."""
-    for name, pictures in taken(facts).items():
-        moving = facts.plan.render["cameras"][name]["kind"] in MOVING
-        for frame in some(pictures, MOMENTS if moving else 1):
+    for name, pictures in pictures_taken(facts).items():
+        moving = facts.plan.render["cameras"][name]["kind"] in MOVING_KINDS
+        for frame in spread_evenly(pictures, SAMPLED_MOMENTS if moving else 1):
             yield frame.t, shot(facts, name, frame.t, part=frame.part)
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
-    told = set()
+    reported = set()
     for t, view in _sampled(facts):
-        if view.name in told:
+        if view.name in reported:
             continue
         where = ("render", "cameras", view.name)
         eye = StandingPart(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
         for ground in facts.planes:
             below = ground.level - vector_dot(ground.up, view.pos)
             if below > 0 and ground.beside(view.pos) < 0:
-                text = f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_when(t)} and sees its underside"
+                text = (
+                    f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_time_text(t)} and sees its underside"
+                )
                 yield facts.problem("camera-inside", where, f"{text}; raise it", key=True)
-                told.add(view.name)
+                reported.add(view.name)
         for copy in facts.copies.values():
             box = facts.box(copy)
             look = copy.model.look
             if box is None or not look.visible or look.opacity < 0.5 or apart(box, eye.box):
                 continue
-            if facts.moves(copy) and t > EARLY:
+            if facts.moves(copy) and t > MAX_FILM_START:
                 continue
             if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
-                text = f"`{view.name}` is inside `{copy.name}`{_when(t)} and sees nothing else; move it out"
+                text = f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
                 yield facts.problem("camera-inside", where, text, key=True)
-                told.add(view.name)
+                reported.add(view.name)
 
 
-def _when(t: float) -> str:
-    return f" after {t:.2g} s" if t > EARLY else " at the start"
+def _time_text(t: float) -> str:
+    return f" after {t:.2g} s" if t > MAX_FILM_START else " at the start"
 
 
 def _solid(part: StandingPart) -> bool:

@@ -22,9 +22,9 @@ from text2sim.spec_schema.text.document import Path
 
 MIN_DEGREES = 10.0
 """Smallest value [rad] that may look like degrees."""
-HEAP, MIN_HEAP = "friction_angle_deg", 1.4
+HEAP_ANGLE_FIELD, MIN_HEAP_ANGLE = "friction_angle_deg", 1.4
 """Field of a friction angle, and its smallest plausible value [deg]: a flatter heap is a liquid; 1.4 rad are 80 deg."""
-DIVISORS = (12, 8, 6, 5, 4, 3, 2.4, 2, 1.5, 4 / 3, 1.2, 1, 2 / 3, 0.5)
+COMMON_DIVISORS = (12, 8, 6, 5, 4, 3, 2.4, 2, 1.5, 4 / 3, 1.2, 1, 2 / 3, 0.5)
 """Divisors of pi that give common angles: 15, 22.5, 30, 36 … 360 degrees."""
 
 
@@ -38,7 +38,7 @@ def in_radians(value: float) -> bool:
     digits = next((d for d in range(2, 8) if round(value, d) == value), 7)
     if digits == 2:
         return abs(value) in (1.57, 3.14, 4.71, 6.28)
-    return any(round(pi / divisor, digits) == round(abs(value), digits) for divisor in DIVISORS)
+    return any(round(pi / divisor, digits) == round(abs(value), digits) for divisor in COMMON_DIVISORS)
 
 
 def _radians(facts: Facts) -> Iterator[Problem]:
@@ -47,7 +47,7 @@ def _radians(facts: Facts) -> Iterator[Problem]:
         for where, value in _in_degrees(facts.value_at((section,)), (section,)):
             numbers = value if isinstance(value, list) else [value]
             found = [n for n in numbers if isinstance(n, int | float) and not isinstance(n, bool)]
-            found = [n for n in found if in_radians(n) or (where[-1] == HEAP and n < MIN_HEAP)]
+            found = [n for n in found if in_radians(n) or (where[-1] == HEAP_ANGLE_FIELD and n < MIN_HEAP_ANGLE)]
             if found:
                 text = (
                     f"`{where[-1]}` is in degrees, and {found[0]:g} looks like radians; write "
@@ -102,7 +102,7 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
             continue
         key, bound = found
         why = ""
-        if _hangs(facts, said.measure):
+        if _is_free_hinge_angle(facts, said.measure):
             why = f"{bound:g} rad are {abs(bound) / 6.2832:.2g} turns of a joint that only hangs and swings"
         elif where[1] == "expect" and (most := _driven_to(facts, said.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
@@ -126,7 +126,7 @@ def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     return rows if len(hinges) == len(targets) else []
 
 
-def _hangs(facts: Facts, measure: str) -> bool:
+def _is_free_hinge_angle(facts: Facts, measure: str) -> bool:
     """Return whether a measure is the angle of hinges that only gravity turns."""
     hinges = _hinges(facts, measure)
     return bool(hinges) and all(

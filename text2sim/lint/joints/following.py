@@ -16,15 +16,15 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
-LATE = 1.5
+MAX_SLOWNESS = 1.5
 """A motor is slow if a change takes this many times as long as the target's."""
 MIN_RATIO = 0.05
 """Damping ratio below which a servo oscillates more than three times before it loses nine tenths of its amplitude."""
-SHORT = 0.1
+MIN_MISSING_SPEED = 0.1
 """Missing share of the speed of a velocity motor that is reported."""
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_motors(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         if motor.limit == inf or motor.swing.closed:
             continue
@@ -38,7 +38,7 @@ def _slow(facts: Facts) -> Iterator[Problem]:
                 needed = inertia * demand.acceleration + load
                 ratio = inertia * demand.acceleration / max(motor.limit - load, 1e-3 * needed, 1e-12)
                 longer = sqrt(ratio) if span.mode == "position" else ratio
-                if needed > motor.limit and longer >= LATE:
+                if needed > motor.limit and longer >= MAX_SLOWNESS:
                     found.append((longer, needed, load, demand, span))
         if not found:
             continue
@@ -70,7 +70,7 @@ def _load(motor: Powered, demand: Demand, mode: str) -> float:
     return max(0.0, load)
 
 
-def _short(facts: Facts) -> Iterator[Problem]:
+def _short_of_speed(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         joint = motor.swing.joint
         for span in motor.spans:
@@ -84,7 +84,7 @@ def _short(facts: Facts) -> Iterator[Problem]:
             if joint.damping > 0.0 and (motor.limit - load) / joint.damping < reached:
                 reached = (motor.limit - load) / joint.damping
                 key, better = "max_force", 1.2 * (load + joint.damping * abs(wanted))
-            missing = min([SHORT * abs(wanted), *motor.tolerances("joint_velocity")])
+            missing = min([MIN_MISSING_SPEED * abs(wanted), *motor.tolerances("joint_velocity")])
             if not 0.0 < reached < abs(wanted) - missing:
                 continue
             unit, force = motor.swing.units
@@ -140,7 +140,7 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
         remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        run=lambda facts: one_per_place(_slow(facts)),
+        run=lambda facts: one_per_place(_slow_motors(facts)),
     ),
     Rule(
         id="short-speed",
@@ -153,7 +153,7 @@ more than the tolerance of an expectation of the joint's velocity.""",
         remedy="Raise the actuator's `damping` to fifty times the resistance at full speed, over that speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
-        run=lambda facts: one_per_place(_short(facts)),
+        run=lambda facts: one_per_place(_short_of_speed(facts)),
     ),
     Rule(
         id="swinging-servo",

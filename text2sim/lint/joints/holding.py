@@ -17,24 +17,24 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
-MARGIN = 1.05
+MIN_OVERLOAD = 1.05
 """A motor is weak if its load exceeds its limit by this factor: masses of hollow shapes are slightly inaccurate."""
-DROOP = 0.05
+MIN_DROOP = 0.05
 """Static error of a servo that is reported, as a share of the travel."""
 DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
 """Static error of a joint that only holds its position [rad, m] that is reported."""
 
 
-def _worst(motor: Powered, span: Span) -> tuple[float, float]:
+def _largest_load(motor: Powered, span: Span) -> tuple[float, float]:
     """Return the position within the targets of a span at which the load is largest, and that load."""
     low, high = span.extremes()
     if span.mode == "velocity":
-        low, high = _turned(motor, low, high, span.end - span.start)
+        low, high = _reached_positions(motor, low, high, span.end - span.start)
     middle, _ = motor.swing.heaviest(low, high)
     return max(((q, motor.load(q)) for q in (low, high, middle)), key=lambda pair: abs(pair[1]))
 
 
-def _turned(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
+def _reached_positions(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
     """Return the range of positions that a velocity motor reaches within a time, at most a turn."""
     swing = motor.swing
     if not swing.hinge:
@@ -49,7 +49,7 @@ def _weak(facts: Facts) -> Iterator[Problem]:
         if not motor.alone:
             continue
         for span in motor.spans:
-            problem = _stuck(facts, motor, span) if span.mode == "force" else _sinks(facts, motor, span)
+            problem = _stuck_motor(facts, motor, span) if span.mode == "force" else _sinks(facts, motor, span)
             if problem is not None:
                 yield problem
                 break
@@ -67,9 +67,9 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
             return None
         if motor.damping * fastest < motor.limit:
             most, key = motor.damping * fastest, "damping"
-    q, load = _worst(motor, span)
+    q, load = _largest_load(motor, span)
     needed = abs(load) - swing.joint.friction
-    if needed <= most * MARGIN:
+    if needed <= most * MIN_OVERLOAD:
         return None
     unit, force = swing.units
     at = f" at {q:.3g} {unit}" if swing.hinge and any(swing.pull) else ""
@@ -86,7 +86,7 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
     return facts.problem("weak-motor", motor.where(key), text)
 
 
-def _stuck(facts: Facts, motor: Powered, span: Span) -> Problem | None:
+def _stuck_motor(facts: Facts, motor: Powered, span: Span) -> Problem | None:
     swing, force = motor.swing, motor.swing.units[1]
     most = min(max(map(abs, span.extremes())), motor.limit)
     _, pull = swing.heaviest(swing.start, swing.start)
@@ -107,14 +107,14 @@ def _droops(facts: Facts) -> Iterator[Problem]:
             continue
         extremes = [span.extremes() for span in positions]
         travel = max(high for _, high in extremes) - min(low for low, _ in extremes)
-        allowed = max(DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
+        allowed = max(MIN_DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
         if travel == 0.0:
             allowed = DROOP_HELD[swing.joint.kind]
         allowed = min([allowed, *motor.tolerances("joint_position")])
-        q, load = max((_worst(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
+        q, load = max((_largest_load(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
         carried = max(0.0, abs(load) - swing.joint.friction)
         droop = carried / (motor.stiffness + swing.joint.spring)
-        if droop <= allowed or carried > motor.limit * MARGIN:  # that is a weak motor
+        if droop <= allowed or carried > motor.limit * MIN_OVERLOAD:  # that is a weak motor
             continue
         unit, force = swing.units
         of = f", {droop / travel:.0%} of its travel," if travel > 0.0 else ""

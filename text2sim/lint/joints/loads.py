@@ -12,7 +12,7 @@ from math import cos, inf, sin
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Weld
-from text2sim.compiler.shapes.inertials import Inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
@@ -21,7 +21,7 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint, pull_of
 from text2sim.lint.joints.motors import Powered
 from text2sim.lint.motion.whereabouts import whereabouts
 
-MOVED = 1e-6
+MIN_TARGET_CHANGE = 1e-6
 """Smallest change of a target [rad or m]."""
 
 
@@ -53,7 +53,7 @@ def lifts(motor: Powered) -> Iterator[Lift]:
             holder = link or tree.roots[0].name
             if not any(one.link.name == holder for one in beyond):
                 continue
-            inertial = together(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
+            inertial = combined_inertial(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
             joint = next(one for one in beyond if any(name == swing.name for name, _ in one.link.all_joints()))
             yield from _lifts(motor, joint, inertial, weld, min(until, facts.case.scene.duration), other)
 
@@ -66,14 +66,14 @@ def _lifts(
     anchor = frame_apply(joint.pos, joint.quat, swing.joint.anchor)
     pull = pull_of(swing.joint.kind, axis, anchor, inertial, gravity)
     if swing.hinge:
-        pull = _turned(pull, _position(motor, weld.at) - swing.start)
+        pull = _turned_pull(pull, _position(motor, weld.at) - swing.start)
     for span in motor.spans:
         start, end = max(span.start, weld.at), min(span.end, until)
         if span.mode == "force" or span.anytime or end <= start or (swing.hinge and span.mode != "position"):
             continue
         own = replace(swing, pull=pull)
         part = replace(span, start=start, end=end)
-        if not _against(own, part):
+        if not _opposes(own, part):
             continue
         both = (swing.pull[0] + pull[0], swing.pull[1] + pull[1])
         loaded = replace(swing, pull=both, mass=swing.mass + inertial.mass)
@@ -137,15 +137,17 @@ def _position(motor: Powered, t: float) -> float:
     return values[-1] if values else motor.swing.start
 
 
-def _turned(pull: tuple[float, float], turn: float) -> tuple[float, float]:
+def _turned_pull(pull: tuple[float, float], turn: float) -> tuple[float, float]:
     """Return a pull as in `LoadedJoint.pull`, given for the angle `turn` from the start, converted to the start."""
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 
-def _against(swing: LoadedJoint, span: Span) -> bool:
+def _opposes(swing: LoadedJoint, span: Span) -> bool:
     """Return whether a drive moves against a pull."""
     corners = span.corners()
     if span.mode == "velocity":
         return any(value * swing.pull[0] < 0.0 for _, value in corners)
     steps = zip(corners, corners[1:], strict=False)
-    return any(abs(q - p) > MOVED and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps)
+    return any(
+        abs(q - p) > MIN_TARGET_CHANGE and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps
+    )

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.inertials import Inertial, piece_inertial, together
+from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
@@ -19,7 +19,7 @@ from text2sim.spec_schema.names.selectors import keys_for
 from text2sim.spec_schema.text.document import Path
 
 ONE_DOF = ("hinge", "slider")
-_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
+_MOTION_FIELDS = ("shape", "material", "mount", "links", "loops", "initial", "file", "joints", "base")
 """Fields of a body that determine the motion of its joints."""
 
 
@@ -41,7 +41,7 @@ class Mechanics:
             if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
                 continue
             for copy in group:
-                if self.facts.mount(copy) in ("free", "fixed", "ball") or self._twin(copy) is not copy:
+                if self.facts.mount(copy) in ("free", "fixed", "ball") or self._equivalent_copy(copy) is not copy:
                     continue
                 tree = self.facts.tree(copy)
                 for link in tree.links() if tree is not None else ():
@@ -53,7 +53,7 @@ class Mechanics:
         """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
         key = (copy.name, name)
         if key not in self._swings:
-            twin = self._twin(copy)
+            twin = self._equivalent_copy(copy)
             self._swings[key] = self._make(copy, name) if twin is copy else self.swing(twin, name)
         return self._swings[key]
 
@@ -65,8 +65,8 @@ class Mechanics:
         if getattr(model, "links", None) is not None and not isinstance(model.links, int):
             return ("bodies", body, "links", swing.name, "joint", *keys)
         if getattr(model, "file", None) is not None:
-            said = keys_for(swing.name, model.joints)
-            return ("bodies", body, "joints", said[-1], *keys) if said else ("bodies", body)
+            joint_keys = keys_for(swing.name, model.joints)
+            return ("bodies", body, "joints", joint_keys[-1], *keys) if joint_keys else ("bodies", body)
         return ("bodies", body)
 
     def label(self, swing: LoadedJoint) -> str:
@@ -102,7 +102,7 @@ class Mechanics:
         closed: set[str] = set()
         for weld in self.facts.rows.welds:
             ends = [(name, link or "") for name, link in ((weld.a, weld.a_link), (weld.b, weld.b_link))]
-            held = [self._held(name) for name, _ in ends]
+            held = [self._is_held(name) for name, _ in ends]
             if not weld.on:
                 continue
             if weld.at > 0.0:
@@ -112,7 +112,7 @@ class Mechanics:
             groups |= {end: group for end in group}
         carried: dict[tuple[str, str], list[Inertial]] = {}
         for group in {id(group): group for group in groups.values()}.values():
-            held_ends = sorted(end for end in group if self._held(end[0]))
+            held_ends = sorted(end for end in group if self._is_held(end[0]))
             if len(held_ends) == 1:
                 loads = [
                     self.inertial(self.facts.copies[name]) for name, _ in sorted(group) if (name, _) != held_ends[0]
@@ -127,10 +127,10 @@ class Mechanics:
         """Copies to which something is welded later; see `loads`."""
         return {name for weld in self.facts.rows.welds if weld.at > 0.0 for name in (weld.a, weld.b)}
 
-    def _held(self, name: str) -> bool:
+    def _is_held(self, name: str) -> bool:
         return not self.facts.free(self.facts.copies[name])
 
-    def _twin(self, copy: Copy) -> Copy:
+    def _equivalent_copy(self, copy: Copy) -> Copy:
         """Return the first copy with the same orientation and load; the copy itself if there is none."""
         if copy.name not in self._twins:
             carried, closed = self._carried
@@ -146,10 +146,10 @@ class Mechanics:
         """Return whether two copies of a body differ only in pose and look."""
         if a.body not in self._uniform:
             varies = self.facts.loaded.varies
-            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _FIELDS)
+            self._uniform[a.body] = not any(varies(("bodies", a.body, field)) for field in _MOTION_FIELDS)
         if self._uniform[a.body]:
             return getattr(a.model.repeat, "kind", None) != "running_bond" or a.shape == b.shape  # half boxes differ
-        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _FIELDS]
+        fields = [(getattr(a.model, field, None), getattr(b.model, field, None)) for field in _MOTION_FIELDS]
         return a.shape == b.shape and all(x == y for x, y in fields)
 
     def _make(self, copy: Copy, name: str) -> LoadedJoint | None:
@@ -170,7 +170,7 @@ class Mechanics:
             if other == copy.name and (link or main) in beyond
             for inertial in masses
         ]
-        inertial = together([links.totals[standing.link.name], *loads])
+        inertial = combined_inertial([links.totals[standing.link.name], *loads])
         axis = quat_rotate(standing.quat, joint.axis)
         anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
         inertia = 0.0
@@ -213,7 +213,7 @@ class _Links:
             self.standing, self.of_joint, self.totals = {}, {}, {}
             rho = self.rho or 0.0
             parts = self.facts.parts(copy) if rho else []
-            self.whole = together(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
+            self.whole = combined_inertial(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
             return
         found = tree_links(tree, copy.pos, copy.quat)
         self.standing = {one.link.name: one for one in found}
@@ -221,8 +221,8 @@ class _Links:
         self.totals = {}
         for link in reversed(tree.links()):  # children first
             own = link.inertial.at(self.standing[link.name].pos, self.standing[link.name].quat)
-            self.totals[link.name] = together([own, *(self.totals[child.name] for child in link.children)])
-        self.whole = together(self.totals[root.name] for root in tree.roots)
+            self.totals[link.name] = combined_inertial([own, *(self.totals[child.name] for child in link.children)])
+        self.whole = combined_inertial(self.totals[root.name] for root in tree.roots)
 
     def beyond(self, name: str) -> set[str]:
         """Return the names of a link and of all links beyond it."""

@@ -83,7 +83,7 @@ def powered(facts: Facts) -> list[Powered]:
 
 def _powered(facts: Facts) -> list[Powered]:
     groups: dict[int, list[Powered]] = {}
-    for motor in _every(facts):
+    for motor in _all_powered(facts):
         groups.setdefault(id(motor.swing), []).append(motor)
     found = []
     for group in groups.values():
@@ -92,7 +92,7 @@ def _powered(facts: Facts) -> list[Powered]:
     return found
 
 
-def _every(facts: Facts) -> Iterator[Powered]:
+def _all_powered(facts: Facts) -> Iterator[Powered]:
     mechanics, seen = mechanics_of(facts), set()
     for (entity, name), spans in spans_of(facts).items():
         swing = mechanics.swing(facts.copies[entity], name)

@@ -14,7 +14,7 @@ from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount
 from text2sim.spec_schema.errors import Problem
 
-BEYOND = 0.02
+MAX_BEYOND_RANGE = 0.02
 """Share of the range by which a target may exceed it, as for a clamp that presses."""
 FAR_ANCHOR = 50.0
 """Largest distance of an anchor in lengths of the body: a bob of 4 cm may hang on 2 m."""
@@ -27,7 +27,7 @@ def _range(facts: Facts) -> Iterator[Problem]:
         if swing is None or swing.joint.range is None:
             continue
         low, high = swing.joint.range
-        slack = BEYOND * (high - low)
+        slack = MAX_BEYOND_RANGE * (high - low)
         if (stuck := _against_end(spans, low - swing.start, high - swing.start)) is not None:
             end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
             unit = swing.units[0]

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.compiler.rope_frequencies import SWING, taut_frequencies
+from text2sim.compiler.rope_frequencies import TENSION_FACTOR, taut_frequencies
 from text2sim.compiler.settings import TAUT_STEP
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 
-PHASE = 1.4
+MAX_PHASE = 1.4
 """Largest substep times angular frequency at which a taut rope holds (measured)."""
 MAX_SUBSTEPS = 200
 """Largest number of substeps that is recommended."""
@@ -20,7 +20,7 @@ def _shaken(facts: Facts) -> Iterator[Problem]:
     taut = taut_frequencies(facts.lowering, facts.plan.bodies, facts.moving, facts.rows, scene.gravity)
     for name, frequency in sorted(taut.items(), key=lambda row: -row[1]):
         body = facts.copies[name].body
-        if frequency * facts.substep <= PHASE or body in seen:
+        if frequency * facts.substep <= MAX_PHASE or body in seen:
             continue
         seen.add(body)
         wanted = math.ceil(scene.dt * frequency / TAUT_STEP)
@@ -52,9 +52,9 @@ RULES = (
         reason=f"""\
 Links of mass m and length l under the tension T vibrate transversely at up to 2 sqrt(T / (m l)), and the engine
 integrates this explicitly: with 2 to 40 kg on links of 2.5 g a struck rope diverged at substeps of 1.5 over this
-frequency and more, and held at {PHASE:g}. The rule takes T as {SWING:g} times the weight of the rope, its payload and
-attached bodies. Passive links in a row of an articulated body count as a chain, and armature as mass. Derived
-substeps are short enough, but there are at most 50 in a step.""",
+frequency and more, and held at {MAX_PHASE:g}. The rule takes T as {TENSION_FACTOR:g} times the weight of the rope, its
+payload and attached bodies. Passive links in a row of an articulated body count as a chain, and armature as mass.
+Derived substeps are short enough, but there are at most 50 in a step.""",
         remedy="""\
 Leave `scene.substeps` out or use more; use a shorter `dt`, fewer links, a heavier rope or a lighter load.""",
         example=_ROPE % 1,

@@ -26,7 +26,7 @@ from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Force, Impulse
 from text2sim.spec_schema.models.motion import Sine, Steps
 
-LEVER = 4.0
+LEVER_FACTOR = 4.0
 """Largest speed of the far end of a body over that of its centre after a push off centre."""
 
 Cause = tuple[float, str, "MotionCause | None"]
@@ -58,7 +58,7 @@ class Causes:
     def __post_init__(self) -> None:
         found: list[Cause] = [(0.0, "", None)] if self._restless() else []
         found += [(0.0, rows[0].control, None) for rows in self.facts.rows.later.values()]  # at any time
-        found += [*self._starts(), *self._wrenches(), *self._others()]
+        found += [*self._starts(), *self._wrenches(), *self._other_causes()]
         self.pushes = [push for _, _, push in found if push is not None]
         self.unknown = min((time for time, _, push in found if push is None), default=inf)
         self.onset, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
@@ -132,7 +132,7 @@ class Causes:
             if not known:
                 yield row.start, row.control, None
                 continue
-            lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER
+            lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER_FACTOR
             gain = lever * hypot(*row.force) / mass
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)
@@ -141,7 +141,7 @@ class Causes:
             else:
                 yield row.start, row.control, MotionCause(row.start, row.start, gain)
 
-    def _others(self) -> Iterator[Cause]:
+    def _other_causes(self) -> Iterator[Cause]:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():

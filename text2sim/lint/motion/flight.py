@@ -15,13 +15,13 @@ from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, StandingPart
 
-RESTING = 0.002
+MAX_RESTING_GAP = 0.002
 """Largest gap [m] below a body at rest."""
-SWEEPS = 4000
+MAX_SWEEPS = 4000
 """Most sweeps in a case, which take half a second; the paths of further bodies are unknown."""
 ARRAYS_FROM = 200
 """Number of copies from which arrays are used for the search."""
-LEGS = (8, 40)
+PATH_LEGS = (8, 40)
 """Fewest and most straight legs of a path."""
 
 
@@ -53,7 +53,7 @@ class Flight:
 
     def offset(self, t: float) -> Vec:
         """Return its displacement [m] at a time [s]."""
-        return _at(self.velocity, self.pull, t)
+        return _displacement_at(self.velocity, self.pull, t)
 
     @property
     def moves(self) -> bool:
@@ -73,7 +73,7 @@ class _Flights:
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
         self.known: dict[str, Flight | None] = {}
-        self.left = SWEEPS
+        self.left = MAX_SWEEPS
         self.sides: Any = None
         """Sorted corners (n, 6) of many other copies, with the order, the axis and the longest side along it."""
         self.others = [(copy, box) for copy in facts.copies.values() if (box := facts.box(copy)) is not None]
@@ -87,11 +87,11 @@ class _Flights:
         g = facts.case.scene.gravity
         duration = facts.case.scene.duration
         welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
-        near = self._along(copy, box, v, g, duration)
-        resting = any(g) and vector_dot(v, g) >= 0 and self._rests(copy, near, g)
+        near = self._copies_along(copy, box, v, g, duration)
+        resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, near, g)
         if resting or copy.name in welded:
             g = (0.0, 0.0, 0.0)
-            near = self._along(copy, box, v, g, duration)
+            near = self._copies_along(copy, box, v, g, duration)
         if not any(v) and not any(g):
             return Flight(copy, v, g, duration, None)
         meeting = self._first(copy, box, near, v, g, duration)
@@ -99,15 +99,15 @@ class _Flights:
             return None
         return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
 
-    def _along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
+    def _copies_along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
-        low, high = union(moved(box, _at(v, g, t)) for t in times) or box
-        room: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
-        return [(other, its) for other, its in self._about(room) if other is not copy and not apart(its, room)]
+        low, high = union(moved(box, _displacement_at(v, g, t)) for t in times) or box
+        room: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
+        return [(other, its) for other, its in self._copies_around(room) if other is not copy and not apart(its, room)]
 
-    def _about(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
+    def _copies_around(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
         """Return the copies that a box may meet, and few others; for many copies, arrays are a hundred times faster."""
         if len(self.others) < ARRAYS_FROM:
             return self.others
@@ -126,20 +126,20 @@ class _Flights:
         met = ((some[:, 3:] > room[0]) & (some[:, :3] < room[1])).all(axis=1)
         return [self.others[k] for k in np.sort(order[first:last][met]).tolist()]
 
-    def _rests(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
+    def _is_supported(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
         """Return whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
         for ground in self.facts.planes:
-            if any(ground.depth(part) > -RESTING and ground.beside(part.solid.center) < 0.0 for part in parts):
+            if any(ground.depth(part) > -MAX_RESTING_GAP and ground.beside(part.solid.center) < 0.0 for part in parts):
                 return True
         size = math.hypot(*g)
         down: Vec = (g[0] / size, g[1] / size, g[2] / size)
         low, high = self.facts.box(copy) or ((0, 0, 0), (0, 0, 0))
-        reach: Bounds = tuple(c - RESTING for c in low), tuple(c + RESTING for c in high)  # type: ignore[assignment]
+        reach: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
         for other, box in near:
             if not apart(reach, box):
                 way = sweep([p.solid for p in parts], [p.solid for p in self.facts.parts(other)], down)
-                if way is not None and way < RESTING:
+                if way is not None and way < MAX_RESTING_GAP:
                     return True
         return False
 
@@ -150,11 +150,11 @@ class _Flights:
         landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
         landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
         end = landing.time if landing is not None else duration
-        touching = {other.name for other, its in near if not apart(box, its, -RESTING)}
+        touching = {other.name for other, its in near if not apart(box, its, -MAX_RESTING_GAP)}
         size = max(min(high - low for low, high in zip(*box, strict=True)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
         count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
-        count = min(max(count, LEGS[0] if near else 1), LEGS[1])
+        count = min(max(count, PATH_LEGS[0] if near else 1), PATH_LEGS[1])
         for k in range(count if near else 0):
             meeting = self._leg(parts, box, near, touching, v, g, end * k / count, end * (k + 1) / count)
             if meeting is not None:
@@ -172,7 +172,7 @@ class _Flights:
         start: float,
         end: float,
     ) -> Meeting | None:
-        a, b = _at(v, g, start), _at(v, g, end)
+        a, b = _displacement_at(v, g, start), _displacement_at(v, g, end)
         step = tuple(q - p for p, q in zip(a, b, strict=True))
         length = math.hypot(*step)
         if length < 1e-12:
@@ -191,7 +191,7 @@ class _Flights:
                 # It slides along, or leaves, a body that it touches at the start.
                 if way is None or way > length or (best is not None and way >= best[0]):
                     continue
-                if other.name in touching and start == 0.0 and way < RESTING:
+                if other.name in touching and start == 0.0 and way < MAX_RESTING_GAP:
                     continue
                 best = way, other, part
         if best is None:
@@ -204,10 +204,10 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: V
     """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
     fall, rise = vector_dot(g, ground.up) / 2, vector_dot(v, ground.up)
-    if height < -RESTING:
+    if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there: Vec = tuple(p + q for p, q in zip(copy.pos, _at(v, g, t), strict=True))  # type: ignore[assignment]
+        there: Vec = tuple(p + q for p, q in zip(copy.pos, _displacement_at(v, g, t), strict=True))  # type: ignore[assignment]
         if 0 <= t <= duration and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
             return Meeting(ground.copy, None, t, _velocity(v, g, t))
     return None
@@ -224,7 +224,7 @@ def _roots(a: float, b: float, c: float) -> Iterator[float]:
         yield from sorted(((-b - root) / (2 * a), (-b + root) / (2 * a)))
 
 
-def _at(v: Vec, g: Vec, t: float) -> Vec:
+def _displacement_at(v: Vec, g: Vec, t: float) -> Vec:
     return (v[0] * t + g[0] * t * t / 2, v[1] * t + g[1] * t * t / 2, v[2] * t + g[2] * t * t / 2)
 
 

@@ -13,19 +13,19 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.lint.motion.flight import RESTING
+from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.start.escape import upright
 
 MAX_BODIES = 300
 """Most bodies that are tested."""
-HINT = 1e-4
+SEARCH_SLOPE = 1e-4
 """Slope of the directions in which the corners of an underside are searched."""
-FLAT = 1e-4
+MAX_CORNER_HEIGHT = 1e-4
 """Largest height [m] of a corner of an underside above the lowest point."""
-SLIP = 1e-3
+MAX_OVERHANG = 1e-3
 """Largest distance [m] of a centre of mass from its support: a ball stands on a point."""
-DROOP = {"hinge": 0.01, "slider": 0.001}
+MAX_HOLDING_ERROR = {"hinge": 0.01, "slider": 0.001}
 """Largest error [rad, m] of a motor that holds a joint against gravity."""
 _DIRECTIONS = tuple((x, y) for x in (-1, 0, 1) for y in (-1, 0, 1))
 
@@ -35,10 +35,10 @@ Rectangle = tuple[float, float, float, float]
 
 def all_still(facts: Facts) -> bool:
     """Return whether everything is at rest until the script acts."""
-    return facts.once(_still)
+    return facts.once(_is_at_rest)
 
 
-def _still(facts: Facts) -> bool:
+def _is_at_rest(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
@@ -52,7 +52,7 @@ def _still(facts: Facts) -> bool:
         elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
             return False
     swings = mechanics_of(facts).swings()
-    return all(_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
+    return all(_is_joint_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
 
 
 def _joints_only(facts: Facts, copy: Copy) -> bool:
@@ -63,7 +63,7 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
     return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
 
 
-def _held(facts: Facts, swing: LoadedJoint) -> bool:
+def _is_joint_held(facts: Facts, swing: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
     if swing.closed or swing.floating or swing.joint.spring and swing.start:
         return False
@@ -75,7 +75,7 @@ def _held(facts: Facts, swing: LoadedJoint) -> bool:
     if motor is None or not spans or spans[0].mode != "position":
         return False
     strong = motor.max_force is None or motor.max_force > pull
-    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < DROOP[swing.joint.kind]
+    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < MAX_HOLDING_ERROR[swing.joint.kind]
 
 
 def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
@@ -94,35 +94,37 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
     if not parts or any(part.mesh is not None for part in parts):
         return False
     low = min(part.box[0][2] for part in parts)
-    corners = [point for part in parts if part.box[0][2] <= low + FLAT for point in _corners(part)]
-    sole = _around([(x, y) for x, y, z in corners if z <= low + FLAT])
+    corners = [point for part in parts if part.box[0][2] <= low + MAX_CORNER_HEIGHT for point in _corners(part)]
+    sole = _rectangle_around([(x, y) for x, y, z in corners if z <= low + MAX_CORNER_HEIGHT])
     cx, cy, _ = mechanics_of(facts).inertial(copy).center
     for ground in facts.planes:
-        if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < RESTING and ground.beside((cx, cy, low)) < 0.0:
-            return _holds(sole, cx, cy)
+        if ground.up[2] > 1 - 1e-9 and abs(low - ground.level) < MAX_RESTING_GAP and ground.beside((cx, cy, low)) < 0.0:
+            return _contains(sole, cx, cy)
     carried = []
     for part in tops:
         (a, b, _), (c, d, top) = part.box
         here = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
-        if abs(low - top) < RESTING and here[0] <= here[1] and here[2] <= here[3]:
+        if abs(low - top) < MAX_RESTING_GAP and here[0] <= here[1] and here[2] <= here[3]:
             carried += [(here[0], here[2]), (here[1], here[3])]
-    return bool(carried) and _holds(_around(carried), cx, cy)
+    return bool(carried) and _contains(_rectangle_around(carried), cx, cy)
 
 
 def _corners(part: StandingPart) -> list[tuple[float, float, float]]:
     """Return the points of a piece that are lowest if it leans slightly to any side."""
     found = []
     for x, y in _DIRECTIONS:
-        size = hypot(1.0, HINT * x, HINT * y)
-        a, b, c = part.solid.support((HINT * x / size, HINT * y / size, -1.0 / size))
+        size = hypot(1.0, SEARCH_SLOPE * x, SEARCH_SLOPE * y)
+        a, b, c = part.solid.support((SEARCH_SLOPE * x / size, SEARCH_SLOPE * y / size, -1.0 / size))
         found.append((a, b, c - part.solid.rounding))
     return found
 
 
-def _around(points: list[tuple[float, float]]) -> Rectangle:
+def _rectangle_around(points: list[tuple[float, float]]) -> Rectangle:
     xs, ys = [x for x, _ in points], [y for _, y in points]
     return min(xs), max(xs), min(ys), max(ys)
 
 
-def _holds(sole: Rectangle, x: float, y: float) -> bool:
-    return sole[0] - SLIP <= x <= sole[1] + SLIP and sole[2] - SLIP <= y <= sole[3] + SLIP
+def _contains(sole: Rectangle, x: float, y: float) -> bool:
+    return (
+        sole[0] - MAX_OVERHANG <= x <= sole[1] + MAX_OVERHANG and sole[2] - MAX_OVERHANG <= y <= sole[3] + MAX_OVERHANG
+    )

@@ -14,7 +14,7 @@ from text2sim.lint.facts import Facts
 
 Ball = tuple[Vec, float]
 """Centre and radius [m]."""
-SOFT = 1.05
+COMPLIANCE_FACTOR = 1.05
 """Factor for the compliance of joints and limits."""
 
 
@@ -104,8 +104,8 @@ def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, 
             continue
         center, reach, anchor = state
         far = max((dist(anchor, p) + r for p, r in points), default=0.0)
-        body = SOFT * (reach + far) if points else 0.0
-        found[link.name] = ((center, body), (center, SOFT * (reach + dist(anchor, pos)) + 1e-3))
+        body = COMPLIANCE_FACTOR * (reach + far) if points else 0.0
+        found[link.name] = ((center, body), (center, COMPLIANCE_FACTOR * (reach + dist(anchor, pos)) + 1e-3))
     return found
 
 

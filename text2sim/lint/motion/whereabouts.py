@@ -16,7 +16,7 @@ from text2sim.spec_schema.names.selectors import body_of
 
 MAX_DISTANCE = 1e4
 """Largest predicted distance [m]."""
-HELD = 2.0
+HELD_REACH = 2.0
 """Reach of a held body in multiples of its size, if its joints do not give it."""
 
 
@@ -70,12 +70,12 @@ class Whereabouts:
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):
             balls = reach_of(self.facts).body(copy)
-            return _around_balls(balls) if balls else grown(box, HELD * size)
-        low, high = swept(grown(box, size / 2), self._way(copy))
+            return _around_balls(balls) if balls else grown(box, HELD_REACH * size)
+        low, high = swept(grown(box, size / 2), self._displacement_box(copy))
         floor = self._floor() - size if self.facts.case.scene.gravity[2] < 0 else -math.inf
         return (low[0], low[1], max(low[2], floor)), high
 
-    def _way(self, copy: Copy) -> Bounds:
+    def _displacement_box(self, copy: Copy) -> Bounds:
         """Return the box [m] of displacements by start velocity, gravity and forces."""
         t, pull = self.facts.case.scene.duration, self.facts.case.scene.gravity
         thrown = _scaled(self.facts.velocities.get(copy.name, (0.0, 0.0, 0.0)), t)

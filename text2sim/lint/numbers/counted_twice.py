@@ -13,9 +13,9 @@ from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.materials import DENSITY
 
-SHARE = 0.05
+MIN_SHARED_MASS = 0.05
 """Smallest share of a body's mass that is reported."""
-LATTICE = 8
+LATTICE_POINTS = 8
 """Sample points along each side of the intersection of two boxes."""
 MAX_PAIRS = 150
 """Most pairs of pieces that are tested in a body."""
@@ -45,7 +45,7 @@ def _counted_twice(facts: Facts) -> Iterator[Problem]:
             extra = min(weights[part] for part in pair) * _common(a, b, low, high)
             shared[pair] = shared.get(pair, 0.0) + extra
         total = sum(shared.values())
-        if whole <= 0.0 or total < SHARE * whole:
+        if whole <= 0.0 or total < MIN_SHARED_MASS * whole:
             continue
         worst = max(shared, key=lambda pair: shared[pair])
         text = (
@@ -64,10 +64,13 @@ def _box(piece: Piece) -> tuple[Any, Any]:
 
 def _common(a: Piece, b: Piece, low: Any, high: Any) -> float:
     """Return the volume [m3] that two pieces share within a box, sampled on a lattice; accurate to about a tenth."""
-    sides = [[p + (q - p) * (k + 0.5) / LATTICE for k in range(LATTICE)] for p, q in zip(low, high, strict=True)]
+    sides = [
+        [p + (q - p) * (k + 0.5) / LATTICE_POINTS for k in range(LATTICE_POINTS)]
+        for p, q in zip(low, high, strict=True)
+    ]
     inside_a, inside_b = _inside(a), _inside(b)
     hits = sum(1 for point in product(*sides) if inside_a(point) and inside_b(point))
-    return prod(q - p for p, q in zip(low, high, strict=True)) * hits / LATTICE**3
+    return prod(q - p for p, q in zip(low, high, strict=True)) * hits / LATTICE_POINTS**3
 
 
 def _inside(piece: Piece) -> Any:

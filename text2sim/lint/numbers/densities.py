@@ -11,11 +11,11 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.text.document import Path
 
-SOLID = (20.0, 23_000.0)
+SOLID_DENSITIES = (20.0, 23_000.0)
 """Densities [kg/m3] of solids: from styrofoam to osmium (22,600). In g/cm3 no solid has more than 23."""
-MATTER = (0.05, 30_000.0)
+MASS_DENSITIES = (0.05, 30_000.0)
 """Densities [kg/m3] that a `mass` may give, with a margin for approximate shapes."""
-DEFORMING = {
+SOFT_DENSITIES = {
     "soft": (5.0, 23_000.0, "solid (rubber has 1100, foam 20 or more)"),
     "granular": (20.0, 23_000.0, "heap (sand has 1600)"),
     "liquid": (50.0, 20_000.0, "liquid (petrol has 700, water 1000, mercury 13,500)"),
@@ -23,9 +23,9 @@ DEFORMING = {
     "cloth": (0.002, 30.0, "cloth (a shirt has 0.15, canvas 0.5, a carpet 3)"),
 }
 """Densities of deformable bodies [kg/m3], of cloth [kg/m2], and materials that have them."""
-GAS = 1.5
+MAX_GAS_DENSITY = 1.5
 """Largest density [kg/m3] of a part that represents air."""
-PACKED = 1e5
+MAX_MASS_DENSITY = 1e5
 """Largest density [kg/m3] from a `mass`: a small body may represent a heavy one."""
 
 
@@ -38,16 +38,16 @@ def _density(facts: Facts) -> Iterator[Problem]:
             continue
         where: Path = ("bodies", name)
         for place, density in _densities(facts.value_at(where), where):
-            low = MATTER[0] if "parts" in place and density <= GAS else SOLID[0]
-            if not low <= density <= SOLID[1]:
-                yield _unlikely(facts, place, density)
+            low = MASS_DENSITIES[0] if "parts" in place and density <= MAX_GAS_DENSITY else SOLID_DENSITIES[0]
+            if not low <= density <= SOLID_DENSITIES[1]:
+                yield _unlikely_density(facts, place, density)
 
 
 def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
     """Check the density of a deformable body, or the area density of a cloth."""
     key, unit, power = ("area_density", "kg/m2", 2) if body.kind == "cloth" else ("density", "kg/m3", 3)
     where = facts.where(name, "material", key)
-    value, (low, high, known) = getattr(body.material, key), DEFORMING[body.kind]
+    value, (low, high, known) = getattr(body.material, key), SOFT_DENSITIES[body.kind]
     if low <= value <= high or facts.value_at(where) is None:
         return
     text = f"no {known} has {'an area density' if power == 2 else 'a density'} of {value:g} {unit}"
@@ -59,12 +59,12 @@ def _deforming(facts: Facts, name: str, body: Any) -> Iterator[Problem]:
         yield facts.problem("implausible-density", where, text, hint=f"{meant:g}")
 
 
-def _unlikely(facts: Facts, where: Path, density: float) -> Problem:
+def _unlikely_density(facts: Facts, where: Path, density: float) -> Problem:
     """Return the problem, with the probable density if the value looks like g/cm3 or g/m3."""
     text = f"no solid has a density of {density:g} kg/m3"
-    meant, unit = (1000 * density, "g/cm3") if density < SOLID[0] else (density / 1000, "g/m3")
-    known = "styrofoam has 20" if density < SOLID[0] else "osmium, the densest, has 22,600"
-    if SOLID[0] <= meant <= SOLID[1]:
+    meant, unit = (1000 * density, "g/cm3") if density < SOLID_DENSITIES[0] else (density / 1000, "g/m3")
+    known = "styrofoam has 20" if density < SOLID_DENSITIES[0] else "osmium, the densest, has 22,600"
+    if SOLID_DENSITIES[0] <= meant <= SOLID_DENSITIES[1]:
         return facts.problem(
             "implausible-density", where, f"{text} ({known}): {density:g} {unit} are {meant:g} kg/m3", hint=f"{meant:g}"
         )
@@ -96,7 +96,7 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
 
 def _mass_text(name: str, mass: float, volume: float) -> str:
     """Say why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
-    if volume <= 0.0 or MATTER[0] <= mass / volume <= PACKED:
+    if volume <= 0.0 or MASS_DENSITIES[0] <= mass / volume <= MAX_MASS_DENSITY:
         return ""
     density = mass / volume
     shown = f"{float(f'{density:.3g}'):,.0f}" if 1e3 <= density < 1e12 else f"{density:.3g}"
@@ -104,7 +104,7 @@ def _mass_text(name: str, mass: float, volume: float) -> str:
         f"{mass:g} kg in the {_litres(volume)} of `{name}` are {shown} kg/m3, which no material has (steel has 7800); "
         "masses are in kilograms, lengths in metres"
     )
-    if density > PACKED and density / 1000 <= MATTER[1]:
+    if density > MAX_MASS_DENSITY and density / 1000 <= MASS_DENSITIES[1]:
         text += f": {mass:g} g are {mass / 1000:g} kg"
     return text
 
@@ -133,10 +133,11 @@ RULES = (
         title="A density is implausible: it may be in g/cm3.",
         reason=f"""\
 Densities are in kg/m3: styrofoam has 20, wood 600, water 1000, steel 7800, osmium 22,600. A rigid body below
-{SOLID[0]:g} or above {SOLID[1]:g} probably has a wrong unit: 7.8 for steel is in g/cm3, and such a ball moves nothing
-that it hits. A part of a compound may have up to {GAS:g} if it represents the air in a bottle. A `mass` over the volume
-of the shape may give {MATTER[0]:g} to {PACKED:g} kg/m3: balloons are hollow, and a small body may represent a heavy
-one. Deformable bodies have bounds of their own; for cloth it is the mass per area, which shops give in g/m2.""",
+{SOLID_DENSITIES[0]:g} or above {SOLID_DENSITIES[1]:g} probably has a wrong unit: 7.8 for steel is in g/cm3, and such a
+ball moves nothing that it hits. A part of a compound may have up to {MAX_GAS_DENSITY:g} if it represents the air in a
+bottle. A `mass` over the volume of the shape may give {MASS_DENSITIES[0]:g} to {MAX_MASS_DENSITY:g} kg/m3: balloons are
+hollow, and a small body may represent a heavy one. Deformable bodies have bounds of their own; for cloth it is the mass
+per area, which shops give in g/m2.""",
         remedy="Multiply a density in g/cm3 by 1000; give a `mass` for a hollow body.",
         example="""\
 bodies:

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from math import ceil, hypot, sqrt
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.settings import TIMECONST
+from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule, one_per_place
@@ -25,12 +25,12 @@ from text2sim.spec_schema.models.controls import Attach
 
 ENGINE_TOLERANCE = 1e-5
 """Default tolerance of the engine in single precision."""
-FLAT, EDGED, WELD = 0.003, 0.02, 0.02
+FLAT_COMPLIANCE, EDGE_COMPLIANCE, WELD_COMPLIANCE = 0.003, 0.02, 0.02
 """Compliance of flat contacts, round contacts and welds, in units of `g tc^2 M / m`."""
 ROUND_SHAPES = ("sphere", "capsule", "ellipsoid", "torus", "cone")
-VISIBLE = 0.1
+MAX_YIELD_SHARE = 0.1
 """Largest share of its thickness by which a body may yield."""
-SAG = 0.005
+MAX_WELD_YIELD = 0.005
 """Largest distance [m] by which a weld may yield."""
 
 
@@ -74,23 +74,23 @@ def _ratio(facts: Facts) -> Iterator[Problem]:
     yield from one_per_place(_welded(facts))
 
 
-def _yielded(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
+def _yield_distance(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
     """Return the distance [m] by which a light body yields under a heavy one."""
     return factor * hypot(*facts.plan.gravity) * time**2 * heavy / light
 
 
-def _needed(facts: Facts, time: float, *, contact: bool) -> str:
+def _needed_settings(facts: Facts, time: float, *, contact: bool) -> str:
     """Return the substeps, and for contacts the time constant, that keep the yield within bounds.
 
     Args:
         facts: The case.
         time: Time constant [s] that is needed.
-        contact: Whether it is that of contacts, which is at least `TIMECONST` unless the case gives it.
+        contact: Whether it is that of contacts, which is at least `MIN_TIMECONST` unless the case gives it.
     """
     substeps = ceil(2 * facts.case.scene.dt / time)
-    said = contact and (time < TIMECONST or facts.case.scene.contact.timeconst is not None)
-    wanted = [f"contact.timeconst of {time:.1g} s"] if said else []
-    if substeps > facts.settings.substeps or not said:
+    is_given = contact and (time < MIN_TIMECONST or facts.case.scene.contact.timeconst is not None)
+    wanted = [f"contact.timeconst of {time:.1g} s"] if is_given else []
+    if substeps > facts.settings.substeps or not is_given:
         wanted.insert(0, f"scene.substeps of {substeps}")
     return " with ".join(wanted)
 
@@ -98,7 +98,11 @@ def _needed(facts: Facts, time: float, *, contact: bool) -> str:
 def _stacked(facts: Facts) -> Iterator[Problem]:
     """Report free bodies that stand on much lighter ones."""
     masses = sorted(m for copy in facts.moving if (m := facts.masses.get(copy.name)) and facts.free(copy))
-    if not masses or _yielded(facts, EDGED, facts.settings.timeconst, masses[-1], masses[0]) < VISIBLE * 1e-3:
+    if (
+        not masses
+        or _yield_distance(facts, EDGE_COMPLIANCE, facts.settings.timeconst, masses[-1], masses[0])
+        < MAX_YIELD_SHARE * 1e-3
+    ):
         return
     for pair in facts.near(-1e-3):
         light, heavy = sorted(pair, key=lambda copy: facts.masses.get(copy.name, 0.0))
@@ -111,13 +115,13 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         size = min(b - a for a, b in zip(*under, strict=True))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND_SHAPES for copy in pair)
         time = facts.settings.timeconst
-        way = _yielded(facts, EDGED if round_ else FLAT, time, high, low)
-        if way > VISIBLE * size:
+        way = _yield_distance(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)
+        if way > MAX_YIELD_SHARE * size:
             text = (
                 f"`{heavy.name}` ({high:.3g} kg) stands on `{light.name}` ({low:.3g} kg), which yields by about "
                 f"{amount(min(way, size) * 1e3, 'mm')} of its {amount(size * 1e3, 'mm')} at the present contact "
-                f"stiffness; use {_needed(facts, time * sqrt(VISIBLE * size / way), contact=True)}, or a mass ratio "
-                f"below {high / low * VISIBLE * size / way:.2g}"
+                f"stiffness; use {_needed_settings(facts, time * sqrt(MAX_YIELD_SHARE * size / way), contact=True)}, "
+                f"or a mass ratio below {high / low * MAX_YIELD_SHARE * size / way:.2g}"
             )
             yield facts.problem("mass-ratio", facts.where(light.name), text, key=True)
 
@@ -133,21 +137,21 @@ def _welded(facts: Facts) -> Iterator[Problem]:
             carried = facts.masses.get(other, 0.0)
             if carried <= 0.0 or not facts.free(load) or facts.free(holder) or not facts.moves(holder):
                 continue
-            own = _own(facts, holder, link)
-            way = _yielded(facts, WELD, time, carried, own) if own > 0.0 else 0.0
+            own = _mass_beyond(facts, holder, link)
+            way = _yield_distance(facts, WELD_COMPLIANCE, time, carried, own) if own > 0.0 else 0.0
             control = facts.case.actions.controls[weld.control]
-            if way > SAG and isinstance(control, Attach):
+            if way > MAX_WELD_YIELD and isinstance(control, Attach):
                 what = f"`{name}.{link}`" if link else f"`{name}`"
                 text = (
                     f"`{other}` ({carried:.3g} kg) hangs on {what} ({own:.3g} kg): the weld is softer, the lighter the "
                     f"link is, and sags by about {amount(way * 1e3, 'mm')}; use "
-                    f"{_needed(facts, time * sqrt(SAG / way), contact=False)}, or a link of "
-                    f"{at_least(own * way / SAG)} kg"
+                    f"{_needed_settings(facts, time * sqrt(MAX_WELD_YIELD / way), contact=False)}, or a link of "
+                    f"{at_least(own * way / MAX_WELD_YIELD)} kg"
                 )
                 yield facts.problem("mass-ratio", ("actions", "controls", weld.control), text, key=True)
 
 
-def _own(facts: Facts, copy: Copy, link: str | None) -> float:
+def _mass_beyond(facts: Facts, copy: Copy, link: str | None) -> float:
     """Return the mass [kg] of a link with all beyond it."""
     if copy.model.kind in ("rigid", "driven"):
         return facts.masses.get(copy.name, 0.0) if copy.model.kind == "rigid" else 0.0

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from text2sim.compiler.shapes.casemesh import load_mesh
-from text2sim.compiler.shapes.distance_field import FINE, DistanceField
+from text2sim.compiler.shapes.distance_field import MAX_NODES, DistanceField
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.soft.solvers import is_soft
@@ -21,9 +21,9 @@ from text2sim.spec_schema.text.document import Path
 if TYPE_CHECKING:
     import numpy as np
 
-LONG, EMPTY = 1 / 3, 0.7
+LONG_TRIANGLE, FEW_VERTICES_SHARE = 1 / 3, 0.7
 """A triangle is long above this share of the mesh's size; a mesh has few vertices above this share of such area."""
-CONVEX = 0.9999
+CONVEX_FILL = 0.9999
 """Share of its hull that a convex mesh fills."""
 MANY_TRIANGLES = 25_000
 """Most triangles of a mesh that is decomposed without a warning."""
@@ -115,7 +115,7 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
 
-def _open(facts: Facts) -> Iterator[Problem]:
+def _open_meshes(facts: Facts) -> Iterator[Problem]:
     for use in facts.once(_uses):
         mesh = load_mesh(use.shape.file, facts.folder)
         if use.weighs and not mesh.closed and (fault := _surface(mesh).fault):
@@ -149,7 +149,7 @@ def _unfilled(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("open-soft-body", (*use.where, "file"), text)
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_meshes(facts: Facts) -> Iterator[Problem]:
     for use in facts.once(_uses):
         if use.shape.collision != "decompose":
             continue
@@ -174,7 +174,7 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
             f"are thinner than {length(field.wall)}: bodies pressed against them "
             + ("pass through" if through else "may come out on the other side")
         )
-        least = max(field.sides) / (FINE - 1)
+        least = max(field.sides) / (MAX_NODES - 1)
         if use.shape.cell is not None and least <= field.wall / 2:
             text += f"; use a `cell` of {length(field.wall / 2)} or less"
         else:
@@ -186,7 +186,7 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
 def _sparse(facts: Facts) -> Iterator[Problem]:
     for use, _ in _exact(facts):
         share = _open_share(load_mesh(use.shape.file, facts.folder))
-        if share > EMPTY:
+        if share > FEW_VERTICES_SHARE:
             text = (
                 f"{share:.0%} of the surface of `{use.shape.file}` is in triangles longer than a third of it: contact "
                 "is detected at vertices, and an edge of another body passes through between them; use `collision: "
@@ -197,20 +197,20 @@ def _sparse(facts: Facts) -> Iterator[Problem]:
 
 @lru_cache(maxsize=64)
 def _open_share(mesh: MeshFile) -> float:
-    """Return the share of the surface in triangles longer than `LONG` of the longest side of the mesh."""
+    """Return the share of the surface in triangles longer than `LONG_TRIANGLE` of the longest side of the mesh."""
     import numpy as np
 
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     edge = np.maximum.reduce([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))])
     whole = area.sum()
-    return float(area[edge > LONG * np.ptp(mesh.vertices, axis=0).max()].sum() / whole) if whole > 0 else 0.0
+    return float(area[edge > LONG_TRIANGLE * np.ptp(mesh.vertices, axis=0).max()].sum() / whole) if whole > 0 else 0.0
 
 
-def _needless(facts: Facts) -> Iterator[Problem]:
+def _needless_decomposition(facts: Facts) -> Iterator[Problem]:
     uses = [use for use, _ in _exact(facts)]
     meshes = [load_mesh(use.shape.file, facts.folder) for use in uses]
-    if any(mesh.volume < CONVEX * _volume(mesh.hull_vertices, mesh.hull_faces) for mesh in meshes):
+    if any(mesh.volume < CONVEX_FILL * _volume(mesh.hull_vertices, mesh.hull_faces) for mesh in meshes):
         return
     for use in uses:
         text = (
@@ -244,7 +244,7 @@ bodies:
   mug: {kind: rigid, shape: {kind: mesh, file: open.obj}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {mug: {material: {mass: 0.3}}}",
-        run=_open,
+        run=_open_meshes,
     ),
     Rule(
         id="inside-out-mesh",
@@ -290,7 +290,7 @@ bodies:
   ring: {kind: rigid, shape: {kind: mesh, file: fine.obj, collision: decompose}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {ring: {shape: {file: null, collision: null, kind: torus, radius: 0.2, bar_radius: 0.05}}}",
-        run=_slow,
+        run=_slow_meshes,
     ),
     Rule(
         id="coarse-field",
@@ -340,6 +340,6 @@ bodies:
   crate: {kind: rigid, shape: {kind: mesh, file: closed.obj, collision: exact}, pose: {pos: [0, 0, 0.5]}}
 """,
         fix="bodies: {crate: {shape: {collision: hull}}}",
-        run=_needless,
+        run=_needless_decomposition,
     ),
 )

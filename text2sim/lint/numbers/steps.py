@@ -22,9 +22,9 @@ from text2sim.spec_schema.models.controls import Drive, Force, InitialVelocity, 
 from text2sim.spec_schema.models.motion import Oscillate, Piecewise, Ramp, Sine, Spin, Steps, Waypoints
 from text2sim.spec_schema.text.document import Path
 
-SPIN = 0.5
+MAX_SPIN_PER_SUBSTEP = 0.5
 """Largest rotation [rad] per substep without a warning."""
-COARSE = 8
+MIN_STEPS_PER_CYCLE = 8
 """Fewest time steps per cycle of a sine without a warning."""
 
 
@@ -34,10 +34,11 @@ COARSE = 8
 def _spin(facts: Facts) -> Iterator[Problem]:
     h, dt = facts.substep, facts.case.scene.dt
     for where, speed in _spins(facts):
-        if speed * h > SPIN:
+        if speed * h > MAX_SPIN_PER_SUBSTEP:
             text = (
                 f"at {speed:.3g} rad/s it turns by {speed * h:.2g} rad per substep and misses contacts in between; use "
-                f"scene.substeps of {ceil(dt * speed / SPIN)}, or at most {SPIN / h:.3g} rad/s"
+                f"scene.substeps of {ceil(dt * speed / MAX_SPIN_PER_SUBSTEP)}, or at most "
+                f"{MAX_SPIN_PER_SUBSTEP / h:.3g} rad/s"
             )
             yield facts.problem("fast-spin", where, text)
 
@@ -85,12 +86,13 @@ def _fast(facts: Facts) -> Iterator[Problem]:
     for where, schedule in _schedules(facts):
         if isinstance(schedule, Sine | Oscillate):
             steps = 1 / (schedule.frequency * dt)
-            if steps >= COARSE:
+            if steps >= MIN_STEPS_PER_CYCLE:
                 continue
             then = "is coarse" if steps >= 2 else "aliases to a slower frequency"
             text = (
                 f"{schedule.frequency:g} Hz {then}: a cycle has {steps:.2g} time steps; use scene.dt of "
-                f"{1 / (2.5 * COARSE * schedule.frequency):.1g} or less, or at most {1 / (COARSE * dt):.3g} Hz"
+                f"{1 / (2.5 * MIN_STEPS_PER_CYCLE * schedule.frequency):.1g} or less, or at most "
+                f"{1 / (MIN_STEPS_PER_CYCLE * dt):.3g} Hz"
             )
             yield facts.problem("fast-schedule", (*where, "frequency"), text)
         elif isinstance(schedule, Ramp) and schedule.end - schedule.start < dt * (1 - 1e-6):

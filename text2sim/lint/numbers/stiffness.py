@@ -25,11 +25,11 @@ from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
-ROUGH = 1.0
+MAX_PHASE = 1.0
 """Largest substep times angular frequency without a warning: the frequency is 4 % wrong."""
-LIVELY = 0.3
+MIN_DAMPING_RATIO = 0.3
 """Damping ratio below which an oscillation is visible."""
-DEEP = 3
+MIN_CHAIN_JOINTS = 3
 """Fewest ball joints in a row that make a chain."""
 CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
 """Longest substeps [s] at which an undamped chain, and an undamped net, remained stable (measured)."""
@@ -69,7 +69,7 @@ def _judge(
             f"{most:.2g}, or a {key} of {at_least(wanted)}"
         )
         yield facts.problem("stiff-joint", where, text, severity="error" if limit == inf else "warning")
-    elif h * rate > ROUGH and damping / (2 * sqrt(stiffness * inertia)) < LIVELY:
+    elif h * rate > MAX_PHASE and damping / (2 * sqrt(stiffness * inertia)) < MIN_DAMPING_RATIO:
         text = (
             f"`{label}` oscillates at {amount(rate / 6.2832, 'Hz')} with {name} on {amount(inertia, unit)}, and "
             f"substeps of {amount(h * 1e3, 'ms')} make that frequency wrong by {(h * rate) ** 2 / 24:.0%}; use "
@@ -93,7 +93,7 @@ def _undamped(facts: Facts) -> Iterator[Problem]:
             if joint is not None:
                 loose = joint.kind == "ball" and joint.damping == joint.armature == 0.0
                 depth = depth + 1 if loose else 0
-            if depth >= DEEP:
+            if depth >= MIN_CHAIN_JOINTS:
                 where = ("bodies", name, "links", link.name, "joint")
                 if facts.value_at(where) is None:
                     where = ("bodies", name, "joint") if facts.value_at(("bodies", name, "joint")) else ("bodies", name)

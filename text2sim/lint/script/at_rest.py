@@ -16,10 +16,10 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
-from text2sim.lint.script.gap_bounds import gap, height
-from text2sim.lint.script.measure_bounds import JOINTS, subjects, values_of
+from text2sim.lint.script.gap_bounds import height, min_gap
+from text2sim.lint.script.measure_bounds import JOINT_MEASURES, subjects, values_of
 from text2sim.lint.script.outcomes import bound_of
-from text2sim.lint.script.start_values import resting
+from text2sim.lint.script.start_values import value_at_rest
 from text2sim.lint.script.targets import targets_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
@@ -28,7 +28,7 @@ from text2sim.spec_schema.models.expectations import Expect
 
 MAX_PAIRS = 2_000
 """Most pairs of bodies that are tested."""
-AIR = 0.02
+MIN_AIR_GAP = 0.02
 """Smallest gap [m] below a body in the air."""
 
 
@@ -36,7 +36,7 @@ def _at_rest(facts: Facts) -> Iterator[Problem]:
     expect = facts.case.actions.expect
     if not expect or not all(passes(facts, one) for one in expect.values()):
         return
-    moved = _moved(facts)
+    moved = _what_should_move(facts)
     if not moved:
         return
     if len(expect) == 1:
@@ -55,7 +55,7 @@ def held_at_start(facts: Facts) -> list[str]:
     return [name for name, one in facts.case.actions.expect.items() if passes(facts, one)]
 
 
-def _moved(facts: Facts) -> str:
+def _what_should_move(facts: Facts) -> str:
     """Say what should move; empty if nothing should."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
@@ -72,10 +72,10 @@ def _moved(facts: Facts) -> str:
 
 def _in_the_air(facts: Facts, copy: Copy) -> bool:
     box = facts.box(copy)
-    if box is None or not any(facts.plan.gravity) or any(height(ground, box) < AIR for ground in facts.planes):
+    if box is None or not any(facts.plan.gravity) or any(height(ground, box) < MIN_AIR_GAP for ground in facts.planes):
         return False
     (x, y, z), high = box
-    below = ((x - AIR, y - AIR, z - AIR), high)
+    below = ((x - MIN_AIR_GAP, y - MIN_AIR_GAP, z - MIN_AIR_GAP), high)
     boxes = (facts.box(other) for other in facts.copies.values() if other is not copy)
     return all(other is None or apart(other, below) for other in boxes)
 
@@ -112,10 +112,10 @@ def passes(facts: Facts, expect: Expect) -> bool:
 def _measure(facts: Facts, expect: Expect) -> bool:
     measure = facts.case.actions.measures[expect.measure or ""]
     targets, values = subjects(facts, measure), values_of(facts, expect.measure or "")
-    if measure.kind in JOINTS:
+    if measure.kind in JOINT_MEASURES:
         value = values.start
     else:
-        value = resting(facts, measure, targets)
+        value = value_at_rest(facts, measure, targets)
     if value is None:
         return False
     bound = bound_of(expect, facts.case.scene.duration)
@@ -128,7 +128,7 @@ def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
     first, second = (targets_of(facts).select(selector) for selector in between)
     if len(first) * len(second) > MAX_PAIRS:
         return True
-    return any(gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
+    return any(min_gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
 
 
 _BALL = """\

@@ -17,7 +17,7 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 
 NamedBound = tuple[str, Expect, Bound]
-PAIRS = 50_000
+MAX_PAIRS = 50_000
 """Most pairs of expectations of one measure or event that are compared: those of the first three hundred."""
 
 
@@ -33,14 +33,14 @@ def _contradictions(facts: Facts) -> Iterator[Problem]:
         elif expect.event is not None:
             events.setdefault(expect.event, []).append((name, expect))
     for measure, group in bounds.items():
-        for a, b in islice(combinations(group, 2), PAIRS):
+        for a, b in islice(combinations(group, 2), MAX_PAIRS):
             if _clash(a[2], b[2]) or _clash(b[2], a[2]):
                 text = f"`{a[0]}` and `{b[0]}` cannot both hold: they require different values of `{measure}`"
                 at = max(a[2].first, b[2].first)
                 text += f" at {at:g} s" if a[2].stat == b[2].stat == "all" else " over the same span"
                 yield facts.problem("contradiction", ("actions", "expect", b[0], field_of(b[1])), text)
     for event, group in events.items():
-        for a, b in islice(combinations(group, 2), PAIRS):
+        for a, b in islice(combinations(group, 2), MAX_PAIRS):
             if why := _at_odds(a[1], b[1], duration):
                 text = f"`{a[0]}` and `{b[0]}` cannot both hold: `{event}` {why}"
                 yield facts.problem("contradiction", ("actions", "expect", b[0]), text, key=True)

@@ -71,7 +71,7 @@ def _contact(facts: Facts, event: Any) -> EventBounds:
         for b in second:
             if a.label == b.label:
                 continue
-            why = _apart(facts, a, b)
+            why = _why_no_contact(facts, a, b)
             if not why and never_meet(here, reach.body(b.copy, b.link)):
                 why = f"their joints and mounts keep `{a.label}` and `{b.label}` apart"
             if not why:
@@ -79,7 +79,7 @@ def _contact(facts: Facts, event: Any) -> EventBounds:
     return EventBounds(why)
 
 
-def _apart(facts: Facts, a: StartTarget, b: StartTarget) -> str:
+def _why_no_contact(facts: Facts, a: StartTarget, b: StartTarget) -> str:
     """Say why two links do not collide even where they meet; empty if they do."""
     model = a.copy.model
     if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:
@@ -104,7 +104,7 @@ def _threshold(facts: Facts, event: Any) -> EventBounds:
     return EventBounds()
 
 
-def _rest(facts: Facts, event: Any) -> EventBounds:
+def _rest_bounds(facts: Facts, event: Any) -> EventBounds:
     duration = facts.case.scene.duration
     if event.for_ > duration:
         return EventBounds(f"it needs {event.for_:g} s of rest, and the run takes {duration:g} s")
@@ -158,7 +158,7 @@ _HAPPENING_OF: dict[str, Callable[[Facts, Any], EventBounds]] = {
     "contact": _contact,
     "separation": _contact,
     "threshold": _threshold,
-    "rest": _rest,
+    "rest": _rest_bounds,
     "enters": _region,
     "leaves": _region,
     "left_domain": _region,

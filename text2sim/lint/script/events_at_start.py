@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import Problem
 
 MAX_PAIRS = 2_000
 """Most pairs of bodies that are tested."""
-TOUCH = 1e-4
+MAX_TOUCHING_GAP = 1e-4
 """Largest gap [m] of bodies that touch from the first step."""
 
 
@@ -44,7 +44,7 @@ def _contact(facts: Facts, event: Any) -> str:
         return ""
     gaps = facts.once(Gaps)
     for a, b in product(first, second):
-        if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= TOUCH:
+        if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= MAX_TOUCHING_GAP:
             return (
                 f"`{a.label}` and `{b.label}` touch from the start, so it happens at once; use `after` another event "
                 "to find later contacts"
@@ -88,7 +88,7 @@ def _region(facts: Facts, event: Any) -> str:
     return ""
 
 
-def _rest(facts: Facts, event: Any) -> str:
+def _rest_at_start(facts: Facts, event: Any) -> str:
     targets = [target for selector in event.subjects for target in targets_of(facts).select(selector)]
     if not targets or any(target.driven for target in targets) or not all_still(facts):
         return ""
@@ -104,7 +104,7 @@ _TRUE_AT_START: dict[str, Callable[[Facts, Any], str]] = {
     "threshold": _threshold,
     "enters": _region,
     "leaves": _region,
-    "rest": _rest,
+    "rest": _rest_at_start,
 }
 
 _BALL = """\

@@ -8,7 +8,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground, lowest_of
 
 
-def gap(facts: Facts, a: Copy, b: Copy) -> float:
+def min_gap(facts: Facts, a: Copy, b: Copy) -> float:
     """Return a lower bound [m] on the distance of two copies; 0 if they may touch, or it is not known.
 
     Args:

@@ -19,15 +19,15 @@ from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 
-JOINTS = ("joint_position", "joint_velocity", "joint_force")
-TINY = 1e-6
+JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
+MIN_STRETCH = 1e-6
 """Lower bound on a stretch."""
 ROUND_SHORTFALL = 0.02
 """Share of its size by which the engine's mesh of a round shape may be smaller."""
 
 Bounds = tuple[float, float, str]
 """Lowest and highest value, and why."""
-FREE: Bounds = (-inf, inf, "")
+UNBOUNDED: Bounds = (-inf, inf, "")
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def _values(facts: Facts, measure: Any) -> Values:
     targets = subjects(facts, measure)
     if not targets:
         return Values()
-    if measure.kind in JOINTS:
+    if measure.kind in JOINT_MEASURES:
         return _of_joints(facts, measure, targets)
     stat = None if measure.kind == "extent" else getattr(measure, "stat", None)
     low, high, why = _reduced(facts, measure, targets, stat)
@@ -131,33 +131,33 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "stretch":
-        return TINY, inf, "it is a ratio of lengths, and 1 is unstretched"
+        return MIN_STRETCH, inf, "it is a ratio of lengths, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
     moving_frame = getattr(measure, "frame", None) is not None
     if kind == "position" or (kind == "displacement" and measure.axis is not None and not moving_frame):
-        return _along(facts, measure, targets)
+        return _coordinate_bounds(facts, measure, targets)
     if kind == "displacement" and not moving_frame:
-        return _away(facts, targets)
+        return _distance_bounds(facts, targets)
     kinetic, width = kind == "energy" and measure.part == "kinetic", kind == "extent" and measure.stat == "range"
-    return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else FREE
+    return (0.0, inf, "it is not negative") if measure.traits.never_negative or kinetic or width else UNBOUNDED
 
 
-def _along(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
+def _coordinate_bounds(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     """Return the bounds on a coordinate or its change, from the reach of a body."""
     reach, column = reach_of(facts), COLUMN[measure.axis]
     low, high = inf, -inf
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None
         if ball is None:
-            return FREE
+            return UNBOUNDED
         since = target.origin[column] if measure.kind == "displacement" else 0.0
         low, high = min(low, ball[0][column] - ball[1] - since), max(high, ball[0][column] + ball[1] - since)
     return low, high, "its joints or its mount let it move no farther"
 
 
-def _away(facts: Facts, targets: list[StartTarget]) -> Bounds:
+def _distance_bounds(facts: Facts, targets: list[StartTarget]) -> Bounds:
     reach, high = reach_of(facts), 0.0
     for target in targets:
         ball = reach.origin(target.copy, target.link) if target.known else None
@@ -200,7 +200,7 @@ def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values
         return Values(start=0.0, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
     starts = {swing.start for swing in swings}
     start = starts.pop() if len(starts) == 1 else None
-    low, high, why = FREE
+    low, high, why = UNBOUNDED
     if (limits := [limits for limits in ranges if limits is not None]) and len(limits) == len(ranges):
         least, most = min(a for a, _ in limits), max(b for _, b in limits)
         slack = 0.1 * (most - least) + 0.005

@@ -19,7 +19,7 @@ from text2sim.lint.words import amount, at_least, length, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.controls import Force, Impulse
 
-OFF = 0.1
+MAX_POINT_DISTANCE = 0.1
 """Largest distance of a point from its body, as a share of its length."""
 
 
@@ -107,7 +107,7 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
             continue
         point = frame_apply(pos, quat, row.point)
         off = dist(point, [min(max(c, low), high) for c, low, high in zip(point, *box, strict=True)])
-        if off > OFF * max(high - low for low, high in zip(*box, strict=True)):
+        if off > MAX_POINT_DISTANCE * max(high - low for low, high in zip(*box, strict=True)):
             done.add(row.control)
             name = row.entity if row.link is None else f"{row.entity}.{row.link}"
             text = (
@@ -153,8 +153,8 @@ moves by more than its own length per substep passes through others instead of h
         severity="warning",
         title="A force or impulse acts at a point away from its body.",
         reason=f"""\
-A `point` is relative to the body's own origin, in metres. One that is farther from the body than {OFF:.0%} of its
-length makes it spin as no push on its surface can.""",
+A `point` is relative to the body's own origin, in metres. One that is farther from the body than
+{MAX_POINT_DISTANCE:.0%} of its length makes it spin as no push on its surface can.""",
         remedy="Give the point in the body's frame, or a region of it: `point: {edge: [left, top]}`.",
         example=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.5, 0]"),
         fix=_PUCK % ("impulse", "impulse: [0.1, 0, 0], at: 0.1, point: [0, 0.04, 0]"),

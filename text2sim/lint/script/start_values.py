@@ -42,7 +42,7 @@ def start_of(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> floa
     return _reduced(measure, numbers) if len(numbers) == len(values) else None
 
 
-def resting(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
+def value_at_rest(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
     """Return the value of a measure while nothing moves; None if it is not known.
 
     Args:

@@ -13,7 +13,7 @@ from typing import Any
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.gap_bounds import gap
+from text2sim.lint.script.gap_bounds import min_gap
 from text2sim.lint.script.measure_bounds import values_of
 from text2sim.lint.script.outcomes import bound_of, field_of
 from text2sim.lint.script.start_values import depth_inside
@@ -36,10 +36,10 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         if expect.event is not None:
             if expect.never or expect.within is None or expect.count in (0, (0, 0)):
                 continue
-            way = _way(facts, actions.events[expect.event])
+            way = _shortest_distance(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
             if not causes.reaches(way, last):
-                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _late(causes, way, last)
+                text = f"`{expect.event}` needs a motion of {way:.3g} m" + _why_too_far(causes, way, last)
                 yield facts.problem("too-soon", (*where, "within"), text)
         elif expect.measure is not None:
             bound, values = bound_of(expect, facts.case.scene.duration), values_of(facts, expect.measure)
@@ -57,13 +57,13 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
                 continue
             if by > 0.0 and not causes.reaches(way, by):
                 text = f"`{expect.measure}` has to change by {way:.3g} {values.unit} from its start"
-                text += _late(causes, way, by)
+                text += _why_too_far(causes, way, by)
                 yield facts.problem("too-soon", (*where, field_of(expect)), text)
 
 
-def _late(causes: Causes, way: float, by: float) -> str:
+def _why_too_far(causes: Causes, distance: float, by: float) -> str:
     """Say why a distance is too long for a time."""
-    needs = causes.soonest(way)
+    needs = causes.soonest(distance)
     if by <= causes.quiet:
         if not causes.first:
             return ", but nothing here moves"
@@ -72,7 +72,7 @@ def _late(causes: Causes, way: float, by: float) -> str:
     return text if needs == inf else f"{text}: it takes at least {needs:.2g} s"
 
 
-def _way(facts: Facts, event: Any) -> float:
+def _shortest_distance(facts: Facts, event: Any) -> float:
     """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
         first, second = (targets_of(facts).select(selector) for selector in event.between)
@@ -91,7 +91,7 @@ def _gap(facts: Facts, a: StartTarget, b: StartTarget) -> float:
     """Return the least distance [m] that one of two bodies has to move before they touch."""
     if a.copy.name == b.copy.name:
         return 0.0
-    return gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)
+    return min_gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)
 
 
 _BALL = """\

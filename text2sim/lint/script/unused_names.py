@@ -23,7 +23,7 @@ def _mappings_and_texts(value: Any) -> Iterator[Any]:
             waiting += one.values() if isinstance(one, dict) else one
 
 
-def _words(text: str) -> set[str]:
+def _words_in(text: str) -> set[str]:
     """Return all words in the expressions of a text, including its names, without parsing."""
     return {word for part in text.split(OPEN)[1:] for word in re.findall(r"\w+", part.partition(CLOSE)[0])}
 
@@ -36,7 +36,7 @@ def _params(facts: Facts) -> Iterator[Problem]:
     sections = [value for key, value in facts.loaded.written.data.items() if key != "prefabs"]
     parts = (part for data in (sections, facts.loaded.raw) for part in _mappings_and_texts(data))
     texts = {part for part in parts if isinstance(part, str) and OPEN in part}
-    used = {word for text in texts for word in _words(text)}
+    used = {word for text in texts for word in _words_in(text)}
     for name in given:
         if name not in used:
             text = f"no expression uses the parameter `{name}`; use it as ${{{name}}}, or leave it out"

@@ -7,21 +7,21 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
 
-MOST = 5_000_000
+MAX_POINTS = 5_000_000
 """Most points or elements of a solver. Each takes half a kilobyte, and 5 million of mpm 8 s per substep."""
-LONG = 1800.0
+LONG_RUN = 1800.0
 """Longest wall time [s] of a run without a warning."""
-BASE = {"mpm": 1e-3, "pbd": 2.5e-3, "fem": 5e-3, "sap": 5e-3}
-EACH = {"mpm": 1.6e-6, "pbd": 1.3e-6, "fem": 1.8e-5, "sap": 1.2e-4}
+SUBSTEP_TIME = {"mpm": 1e-3, "pbd": 2.5e-3, "fem": 5e-3, "sap": 5e-3}
+TIME_PER_POINT = {"mpm": 1.6e-6, "pbd": 1.3e-6, "fem": 1.8e-5, "sap": 1.2e-4}
 """Wall time [s] of a substep per solver, and per particle or tetrahedron. Fitted to runs on two cores: mpm with
 1.7 to 11.6 thousand particles 3.6 to 17 ms, pbd with 0.6 to 5 thousand 3 to 9 ms, fem with 2.2 to 4.7 thousand
 tetrahedra 47 to 75 ms, under sap with 1 to 4 thousand 95 to 516 ms."""
-WORDS = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
-RIGID = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
+POINT_NAMES = {"mpm": "particles", "pbd": "particles", "fem": "tetrahedra", "ipc": "triangles"}
+RIGID_SUBSTEP_TIME = {"newton": (1.5e-3, 4e-5), "cg": (2e-3, 1.5e-4)}
 """Wall time [s] of a substep with rigid bodies, and per moving link; measured with few and with hundreds of bodies."""
 
 
-def expected(facts: Facts) -> float:
+def expected_wall_time(facts: Facts) -> float:
     """Return the wall time [s] of a run on two cores, within a factor of three; 0 under ipc, where it is not known.
 
     Starting the engine, and compiling kernels for the first scene of its kind, take another minute or more.
@@ -33,7 +33,7 @@ def expected(facts: Facts) -> float:
         for copy in facts.placed[name]:
             tree = facts.tree(copy)
             links += (facts.mount(copy) not in ("fixed", "soft")) if tree is None else sum(1 for _ in tree.links())
-    base, each = RIGID[facts.settings.solver]
+    base, each = RIGID_SUBSTEP_TIME[facts.settings.solver]
     second = wall_time(facts)[0] + (base + each * links) / facts.substep * (links > 0)
     return second * facts.case.scene.duration
 
@@ -48,24 +48,24 @@ def wall_time(facts: Facts) -> tuple[float, dict[str, int]]:
     total = 0.0
     for solver, count in counts.items():
         kind = "sap" if solver == "fem" and soft.model == "sap" else solver
-        if kind in BASE:
-            total += substeps * (BASE[kind] + EACH[kind] * count)
+        if kind in SUBSTEP_TIME:
+            total += substeps * (SUBSTEP_TIME[kind] + TIME_PER_POINT[kind] * count)
     return total, counts
 
 
-def _slow(facts: Facts) -> Iterator[Problem]:
+def _slow_run(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     if not soft.bodies or soft.model == "ipc":
         return
     second, counts = wall_time(facts)
     whole = second * facts.case.scene.duration
-    if whole < LONG:
+    if whole < LONG_RUN:
         return
     most = max(counts, key=lambda solver: counts[solver])
     power = {"mpm": 4, "pbd": 3, "fem": 3}.get(most, 3)
     text = (
         f"about {second:.2g} s of wall time per simulated second, {_minutes(whole)} in all, on two cores: "
-        + ", ".join(f"{count:,} {solver} {WORDS[solver]}" for solver, count in counts.items())
+        + ", ".join(f"{count:,} {solver} {POINT_NAMES[solver]}" for solver, count in counts.items())
         + f", {1.0 / facts.substep:,.0f} substeps per second; with {_grains(most)} one and a half times as large it "
         f"is {1.5**power:.0f} times as fast"
     )
@@ -79,11 +79,11 @@ def _slow(facts: Facts) -> Iterator[Problem]:
 def _too_many(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     for body in soft.bodies:
-        if (count := soft.points(body)) > MOST:
-            larger = 1.1 * (count / MOST) ** (1 / 3)
+        if (count := soft.points(body)) > MAX_POINTS:
+            larger = 1.1 * (count / MAX_POINTS) ** (1 / 3)
             text = (
-                f"`{body.body}` has about {count:.2g} {WORDS[body.solver]}; at most {MOST:,} are possible: use "
-                f"{_grains(body.solver)} {larger:.2g} times as large"
+                f"`{body.body}` has about {count:.2g} {POINT_NAMES[body.solver]}; at most {MAX_POINTS:,} are possible: "
+                f"use {_grains(body.solver)} {larger:.2g} times as large"
             )
             yield facts.problem("too-many-points", facts.where(body.body), text, key=True)
 
@@ -102,7 +102,8 @@ RULES = (
         severity="error",
         title="A deformable body has more particles or tetrahedra than memory holds.",
         reason=f"""\
-Each takes about half a kilobyte in the solver, and 24 bytes per frame. With {MOST:,} a substep of mpm takes 8 s.""",
+Each takes about half a kilobyte in the solver, and 24 bytes per frame. With {MAX_POINTS:,} a substep of mpm takes 8
+s.""",
         remedy="Use a larger `cell`, or a smaller body.",
         example="""\
 bodies:
@@ -116,10 +117,11 @@ bodies:
         severity="warning",
         title="A scene with deformable bodies takes more than half an hour.",
         reason=f"""\
-On two cores, a substep takes about 1 ms plus {EACH["mpm"] * 1e6:g} us per mpm particle, 2.5 ms plus
-{EACH["pbd"] * 1e6:g} us per pbd particle, and {EACH["fem"] * 1e6:g} us per tetrahedron ({EACH["sap"] * 1e6:g} us under
-contact model sap). Half the cell makes eight times as many particles and twice as many substeps. The rule reports
-estimates of more than {LONG / 60:g} minutes; they are accurate within a factor of two.""",
+On two cores, a substep takes about 1 ms plus {TIME_PER_POINT["mpm"] * 1e6:g} us per mpm particle, 2.5 ms plus
+{TIME_PER_POINT["pbd"] * 1e6:g} us per pbd particle, and {TIME_PER_POINT["fem"] * 1e6:g} us per tetrahedron
+({TIME_PER_POINT["sap"] * 1e6:g} us under contact model sap). Half the cell makes eight times as many particles and
+twice as many substeps. The rule reports estimates of more than {LONG_RUN / 60:g} minutes; they are accurate within a
+factor of two.""",
         remedy="Use coarser cells, a shorter duration, softer materials (longer steps), or fewer bodies.",
         example="""\
 scene: {duration: 5.0}
@@ -127,6 +129,6 @@ bodies:
   jelly: {kind: soft, cell: 0.004, shape: {kind: box, size: [0.2, 0.2, 0.2]}, pose: {pos: [0, 0, 0.3]}}
 """,
         fix="bodies: {jelly: {cell: 0.02}}",
-        run=_slow,
+        run=_slow_run,
     ),
 )

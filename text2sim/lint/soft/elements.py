@@ -10,16 +10,16 @@ from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
-ENOUGH = 4.0
+MIN_ELEMENTS = 4.0
 """Fewest elements through the thickness of a bar without a warning."""
-ONE = 1.0
+ONE_ELEMENT_ERROR = 1.0
 """Missing share of the deflection of a bar with n elements through it, times n^1.5. Measured at the tip of a cantilever
 (`benchmarks.soft_physics`): 1 element 79 %, 2 36 %, 3 19 %, 4 12 %, 6 7 %."""
-MOST = 0.8
+MAX_MISSING_SHARE = 0.8
 """Largest missing share."""
-SLENDER = 4.0
+MIN_SLENDERNESS = 4.0
 """Smallest length over thickness of a bar or a plate that bends."""
-LOCKING = 0.49
+MAX_POISSON = 0.49
 """Largest Poisson's ratio without a warning."""
 
 
@@ -34,16 +34,16 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
         longest = max(b - a for a, b in zip(low, high, strict=True))
         edge = soft.scales.spacing(body.body, "fem")
         through = thin / edge
-        if longest < SLENDER * thin or through >= ENOUGH * (1 - 1e-3):
+        if longest < MIN_SLENDERNESS * thin or through >= MIN_ELEMENTS * (1 - 1e-3):
             continue
         seen.add(body.body)
-        lacking = min(MOST, ONE * through**-1.5)
+        lacking = min(MAX_MISSING_SHARE, ONE_ELEMENT_ERROR * through**-1.5)
         text = (
             f"`{body.name}` has {through:.2g} elements of {length(edge)} through its thickness of {length(thin)}: "
-            f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; with `cell: {thin / ENOUGH:.2g}` "
-            f"it is {ONE * ENOUGH**-1.5:.0%}"
+            f"linear tetrahedra lock, and it bends by about {lacking:.0%} too little; with `cell: "
+            f"{thin / MIN_ELEMENTS:.2g}` it is {ONE_ELEMENT_ERROR * MIN_ELEMENTS**-1.5:.0%}"
         )
-        where = facts.first_said(body.body, "cell", "shape")
+        where = facts.first_given(body.body, "cell", "shape")
         yield facts.problem("too-few-elements", where, text, key=True)
 
 
@@ -52,7 +52,7 @@ def _incompressible(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("fem", "mpm"):
         nu = getattr(body.model.material, "poisson_ratio", None)
-        if nu is None or nu <= LOCKING or body.body in seen:
+        if nu is None or nu <= MAX_POISSON or body.body in seen:
             continue
         seen.add(body.body)
         factor = math.sqrt((1 - nu) / ((1 + nu) * (1 - 2 * nu)))
@@ -90,8 +90,8 @@ RULES = (
         reason=f"""\
 Linear tetrahedra lock in bending. Measured at the tip of a cantilever of 0.3 m by 60 mm, against Euler-Bernoulli theory
 with shear: with 1 element through the thickness 79 % of the deflection is missing, with 2 36 %, 3 19 %, 4 12 %, 6 7 %:
-with n elements about 1 over n to the power of 1.5. The rule reports fewer than {ENOUGH:g}, for bodies {SLENDER:g} times
-as long as thick.""",
+with n elements about 1 over n to the power of 1.5. The rule reports fewer than {MIN_ELEMENTS:g}, for bodies
+{MIN_SLENDERNESS:g} times as long as thick.""",
         remedy="""\
 Use the `cell` of the message (half of it is about ten times as slow), or `solver: mpm`.""",
         example="""\

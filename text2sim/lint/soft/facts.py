@@ -10,7 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.lowering import mass
-from text2sim.compiler.soft.scales import PARTICLE, Scales, scales, sheet_size, thickness
+from text2sim.compiler.soft.scales import PARTICLE_CELLS, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import whereabouts
@@ -104,7 +104,7 @@ class SoftFacts:
             a, b = sheet_size(body.copy.shape, self.facts.folder)
             return math.ceil(a * b / (0.866 * self.scales.spacing(body.body, body.solver) ** 2))
         if body.solver == "mpm":
-            return math.ceil(self.volume(body) / (PARTICLE * self.cell) ** 3)
+            return math.ceil(self.volume(body) / (PARTICLE_CELLS * self.cell) ** 3)
         return math.ceil(6 * math.sqrt(2) * self.volume(body) / self.scales.spacing(body.body, body.solver) ** 3)
 
     # --- possible contacts ---------------------------------------------------------------------------------------

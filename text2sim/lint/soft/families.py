@@ -9,7 +9,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.spec_schema.errors import Problem
 
-TOUCHING: dict[str, set[frozenset[str]]] = {
+TOUCHING_PAIRS: dict[str, set[frozenset[str]]] = {
     "rigid": {frozenset(("mpm",)), frozenset(("pbd",))},
     "particle": {frozenset(pair) for pair in (("rigid", "mpm"), ("rigid", "pbd"), ("mpm", "pbd"), ("mpm",), ("pbd",))},
     "sap": {frozenset(pair) for pair in (("rigid", "fem"), ("fem",), ("mpm",), ("pbd",))},
@@ -21,7 +21,7 @@ TOUCHING: dict[str, set[frozenset[str]]] = {
 From the source of the engine's couplers (legacy, SAP, IPC). The legacy coupler also couples fem bodies with rigid
 bodies that contain a vertex of their surface, but that contact is not reliable: a cube of 0.15 kg fell through a beam
 of 290 vertices, and a ball sank 40 mm into the ground."""
-MEETS = {
+CONTACT_MODEL_OF_PAIR = {
     frozenset(("rigid", "mpm")): "particle",
     frozenset(("rigid", "pbd")): "particle",
     frozenset(("mpm", "pbd")): "particle",
@@ -29,9 +29,9 @@ MEETS = {
     frozenset(("fem",)): "sap",
 }
 """Contact model under which a pair has contact on every machine."""
-STILL = ("sap", "ipc")
+MODELS_WITH_STILL_MPM = ("sap", "ipc")
 """Contact models under which the mpm grid does not move: a block of jelly stayed in the air."""
-WORDS = {"mpm": "mpm bodies", "pbd": "cloth of solver pbd", "fem": "fem bodies", "ipc": "cloth of solver ipc"}
+FAMILY_NAMES = {"mpm": "mpm bodies", "pbd": "cloth of solver pbd", "fem": "fem bodies", "ipc": "cloth of solver ipc"}
 
 
 def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
@@ -44,12 +44,12 @@ def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
             "in its ipc coupler, and otherwise every point becomes nan without an error; leave scene.contact.model "
             "out, set it to ipc (needs a CUDA device), or use `solver: pbd`"
         )
-        yield facts.problem("cloth-without-ipc", facts.first_said(name, "solver"), text, key=True)
+        yield facts.problem("cloth-without-ipc", facts.first_given(name, "solver"), text, key=True)
 
 
 def _frozen(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
-    if soft.model not in STILL:
+    if soft.model not in MODELS_WITH_STILL_MPM:
         return
     needs = next((b for b in soft.bodies if b.solver in ("fem", "ipc")), None)
     for name in _names(soft.of("mpm")):
@@ -62,7 +62,7 @@ def _frozen(facts: Facts) -> Iterator[Problem]:
             + ("give it `solver: fem`, or " if facts.case.bodies[name].kind == "soft" else "")
             + "use only bodies for contact model particle"
         )
-        yield facts.problem("mpm-stands-still", facts.first_said(name, "solver"), text, key=True)
+        yield facts.problem("mpm-stands-still", facts.first_given(name, "solver"), text, key=True)
 
 
 def _no_contact(facts: Facts) -> Iterator[Problem]:
@@ -70,12 +70,12 @@ def _no_contact(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     seen: set[tuple[str, str]] = set()
     for body in soft.bodies:
-        if body.solver == "ipc" and soft.model != "ipc" or body.solver == "mpm" and soft.model in STILL:
+        if body.solver == "ipc" and soft.model != "ipc" or body.solver == "mpm" and soft.model in MODELS_WITH_STILL_MPM:
             continue  # other rules report these
-        for other, family in _others(soft, body):
-            if family == "mpm" and soft.model in STILL:
+        for other, family in _bodies_without_contact(soft, body):
+            if family == "mpm" and soft.model in MODELS_WITH_STILL_MPM:
                 continue
-            if (body.body, other.body) in seen or frozenset((family, body.solver)) in TOUCHING[soft.model]:
+            if (body.body, other.body) in seen or frozenset((family, body.solver)) in TOUCHING_PAIRS[soft.model]:
                 continue
             if not _could_meet(soft, body, other):
                 continue
@@ -83,7 +83,7 @@ def _no_contact(facts: Facts) -> Iterator[Problem]:
             yield _finding(facts, soft, body, other, family)
 
 
-def _others(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, str]]:
+def _bodies_without_contact(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, str]]:
     for ground in soft.planes:
         yield ground.copy, "rigid"
     for copy in soft.rigid:
@@ -107,16 +107,20 @@ def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family:
     sure = any(ground.copy is other for ground in soft.planes) or (
         soft.comes_down_on(body.copy, other) or soft.comes_down_on(other, body.copy)
     )
-    what = WORDS[body.solver] if family in ("rigid", body.solver) else f"{WORDS[body.solver]} and {WORDS[family]}"
+    what = (
+        FAMILY_NAMES[body.solver]
+        if family in ("rigid", body.solver)
+        else f"{FAMILY_NAMES[body.solver]} and {FAMILY_NAMES[family]}"
+    )
     whom = "rigid bodies" if family == "rigid" else "each other"
     text = f"`{body.name}` and `{other.name}` {'have' if sure else 'may meet, but have'} no contact: "
     text += f"under contact model {model} {what} and {whom} pass through each other"
     text = text.replace(f"{what} and each other pass", f"{what} pass")
-    said = facts.case.scene.contact.model is not None
-    if not said and model in ("sap", "ipc"):
+    is_given = facts.case.scene.contact.model is not None
+    if not is_given and model in ("sap", "ipc"):
         needs = next(b for b in soft.bodies if b.solver == ("fem" if model == "sap" else "ipc"))
         text += f" (the model is {model} because `{needs.name}` has solver {needs.solver})"
-    where = facts.first_said(body.body, "solver")
+    where = facts.first_given(body.body, "solver")
     severity = "error" if sure else "warning"
     return facts.problem(
         "no-contact", where, f"{text}; {_remedy(soft, body, family, pair)}", key=True, severity=severity
@@ -124,7 +128,7 @@ def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family:
 
 
 def _remedy(soft: SoftFacts, body: SoftBody, family: str, pair: frozenset[str]) -> str:
-    needed = MEETS.get(pair)
+    needed = CONTACT_MODEL_OF_PAIR.get(pair)
     others = {b.solver for b in soft.bodies if b is not body}
     if needed == "sap" and not others & {"mpm", "pbd"}:
         also = ", or `solver: mpm` with contact model particle" if body.model.kind == "soft" else ""

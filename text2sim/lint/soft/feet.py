@@ -8,13 +8,13 @@ from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
-FOOT = 4.0
+MIN_FOOT_CELLS = 4.0
 """Least width of a foot in cells. Cylinders of 120 mm on foam with cells of 20 mm: those up to 2 cells wide fell over
 or went through the foam, of those of 3 cells one stood and one went through, and those of 4 and 6 stood within 0.6
 degrees (`tests/physics/test_soft_feet.py`)."""
-TALL = 1.5
+TALL_FEET = 1.5
 """Height, in widths of the foot, from which a body tips over instead of sinking in."""
-ABOVE = 2.5
+MAX_GAP_CELLS = 2.5
 """Largest gap to the body on which it stands, in cells."""
 
 
@@ -29,16 +29,16 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
         low, high = box
         width, height = min(high[0] - low[0], high[1] - low[1]), high[2] - low[2]
         over = all(low[k] < body.box[1][k] and high[k] > body.box[0][k] for k in (0, 1))
-        stands = over and abs(low[2] - body.box[1][2]) <= ABOVE * soft.cell
-        if not stands or height < TALL * width or width >= FOOT * soft.cell * (1 - 1e-6):
+        stands = over and abs(low[2] - body.box[1][2]) <= MAX_GAP_CELLS * soft.cell
+        if not stands or height < TALL_FEET * width or width >= MIN_FOOT_CELLS * soft.cell * (1 - 1e-6):
             continue
         seen.add(copy.body)
         text = (
             f"`{copy.name}` stands on `{body.name}` with a foot {length(width)} wide, {width / soft.cell:.2g} cells of "
             f"the mpm grid ({length(soft.cell)}), which feels it at a few nodes: it tips over or sinks in; make the "
-            f"foot {length(FOOT * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / FOOT)}"
+            f"foot {length(MIN_FOOT_CELLS * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / MIN_FOOT_CELLS)}"
         )
-        yield facts.problem("narrow-foot", facts.first_said(copy.body, "shape"), text, key=True)
+        yield facts.problem("narrow-foot", facts.first_given(copy.body, "shape"), text, key=True)
 
 
 RULES = (
@@ -49,7 +49,7 @@ RULES = (
         reason=f"""\
 The grid of mpm bodies feels rigid ones at its nodes only, and a narrow foot has too few of them to hold a body upright.
 Of cylinders on foam, those 2 cells wide fell over or went through it, and whether those of 3 cells did depended on the
-place of the nodes; those of {FOOT:g} and 6 cells stood.""",
+place of the nodes; those of {MIN_FOOT_CELLS:g} and 6 cells stood.""",
         remedy="""\
 Widen the foot (a `compound` may have a wide part that touches and a slim one above it), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",

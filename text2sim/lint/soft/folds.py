@@ -10,7 +10,7 @@ from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.shapes import Sheet
 
-BEND = 1.45
+MIN_FOLD_CELLS = 1.45
 """Smallest radius of a fold in cells. The engine cuts a cloth into triangles of its own, which are crowded where it
 bends. Sheets of 1.6 m with cells of 25 mm flew apart in the first step with 0.6 and 1.1 cells, and hung with 1.48."""
 
@@ -24,15 +24,15 @@ def _sharp_folds(facts: Facts) -> Iterator[Problem]:
         if not isinstance(sheet, Sheet) or not sheet.folds or body.body in seen:
             continue
         cell, radius = soft.scales.spacing(body.body, body.solver), fold_radius(sheet)
-        if radius >= BEND * cell * (1 - 1e-6):
+        if radius >= MIN_FOLD_CELLS * cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         text = (
             f"the folds of `{body.name}` bend with a radius of {length(radius)}, {radius / cell:.2g} of its cells: it "
-            f"flies apart; take at most {int(sheet.folds * radius / (BEND * cell))} folds, a smaller `fullness`, or "
-            f"`cell` {at_most(radius / BEND)}"
+            f"flies apart; take at most {int(sheet.folds * radius / (MIN_FOLD_CELLS * cell))} folds, a smaller "
+            f"`fullness`, or `cell` {at_most(radius / MIN_FOLD_CELLS)}"
         )
-        yield facts.problem("sharp-folds", facts.first_said(body.body, "shape"), text, key=True)
+        yield facts.problem("sharp-folds", facts.first_given(body.body, "shape"), text, key=True)
 
 
 RULES = (

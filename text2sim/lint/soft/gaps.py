@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.gjk import distance
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import Ground
 
-TESTS = 4000
+MAX_TESTED_PAIRS = 4000
 """Most pairs of pieces that are measured in a case; the others count as far apart."""
 
 
@@ -17,20 +17,20 @@ class Gaps:
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
-        self.left = TESTS
+        self.left = MAX_TESTED_PAIRS
 
-    def between(self, a: Copy, b: Copy, most: float) -> float:
-        """Return the distance [m] of two copies at the start, 0 if they overlap, and at most `most`.
+    def between(self, a: Copy, b: Copy, limit: float) -> float:
+        """Return the distance [m] of two copies at the start, 0 if they overlap, and at most `limit`.
 
         Args:
             a: A copy.
             b: Another copy.
-            most: Largest distance of interest [m].
+            limit: Largest distance of interest [m].
         """
         box_a, box_b = self.facts.box(a), self.facts.box(b)
-        if box_a is None or box_b is None or apart(box_a, box_b, -most):
-            return most
-        best = most
+        if box_a is None or box_b is None or apart(box_a, box_b, -limit):
+            return limit
+        best = limit
         for one in self.facts.parts(a):
             if apart(one.box, box_b, -best):
                 continue
@@ -40,13 +40,13 @@ class Gaps:
                     best = min(best, distance(one.solid, other.solid))
         return best
 
-    def to_plane(self, copy: Copy, ground: Ground, most: float) -> float:
-        """Return the height [m] of the lowest point of a copy above a plane, negative below, and at most `most`.
+    def to_plane(self, copy: Copy, ground: Ground, limit: float) -> float:
+        """Return the height [m] of the lowest point of a copy above a plane, negative below, and at most `limit`.
 
         Args:
             copy: The copy.
             ground: The plane.
-            most: Largest height of interest [m].
+            limit: Largest height of interest [m].
         """
         depth = max((ground.depth(part) for part in self.facts.parts(copy)), default=-math.inf)
-        return min(-depth, most)
+        return min(-depth, limit)

@@ -11,14 +11,14 @@ from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
-COURANT, UNSTABLE = 0.5, 0.7
+MAX_COURANT, UNSTABLE_COURANT = 0.5, 0.7
 """Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,
 bars of 10 MPa diverged, with finite numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
-EMPTY = 0.25
+MIN_THICKNESS_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
-THIN = 2.2
+THIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
-NEAR = 2.0
+MIN_GAP_CELLS = 2.0
 """Fewest cells between bodies at the start: they touch at 1.6 cells."""
 
 
@@ -31,20 +31,24 @@ def _step(facts: Facts) -> Iterator[Problem]:
     speed, body = max(rows.values(), key=lambda row: row[0])
     h, dt = facts.substep, facts.case.scene.dt
     part = speed * h / soft.cell
-    if part <= COURANT * 1.02:
+    if part <= MAX_COURANT * 1.02:
         return
-    needed = math.ceil(dt * speed / (COURANT * soft.cell) - 1e-9)
+    needed = math.ceil(dt * speed / (MAX_COURANT * soft.cell) - 1e-9)
     text = (
         f"sound has a speed of {speed:.3g} m/s in `{body.body}` and crosses {part:.2g} cells of the mpm grid "
         f"({length(soft.cell)}) in a substep of {h:.3g} s: "
-        + ("it diverges, with finite numbers and no error" if part > UNSTABLE else f"more than {COURANT:g} may diverge")
-        + f"; use scene.substeps of {needed}, or a softer body ({(COURANT / part) ** 2:.2g} of its stiffness)"
+        + (
+            "it diverges, with finite numbers and no error"
+            if part > UNSTABLE_COURANT
+            else f"more than {MAX_COURANT:g} may diverge"
+        )
+        + f"; use scene.substeps of {needed}, or a softer body ({(MAX_COURANT / part) ** 2:.2g} of its stiffness)"
     )
     where = next(
         (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.value_at(path) is not None),
-        facts.first_said(body.body, "material"),
+        facts.first_given(body.body, "material"),
     )
-    yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE else "warning")
+    yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
 
 
 def _thin_body(facts: Facts) -> Iterator[Problem]:
@@ -52,23 +56,24 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
-        if body.body in seen or thin >= THIN * soft.cell * (1 - 1e-6):
+        if body.body in seen or thin >= THIN_CELLS * soft.cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         cells = thin / soft.cell
         text = (
             f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / THIN)} gives it "
-            f"{THIN:g}" + (f" (that is {(THIN / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
+            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / THIN_CELLS)} gives "
+            f"it {THIN_CELLS:g}" + (f" (that is {(THIN_CELLS / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
         )
-        if cells < EMPTY:
+        if cells < MIN_THICKNESS_CELLS:
             text = (
                 f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-                f"({length(soft.cell)}), and contains no particle; make it at least {length(EMPTY * soft.cell)} thick"
+                f"({length(soft.cell)}), and contains no particle; make it at least "
+                f"{length(MIN_THICKNESS_CELLS * soft.cell)} thick"
             )
-        severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY) else None
+        severity = "error" if cells < (1.0 if body.model.kind == "soft" else MIN_THICKNESS_CELLS) else None
         where = (
-            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_said(body.body, "shape")
+            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_given(body.body, "shape")
         )
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
@@ -76,7 +81,7 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
 def _too_near(facts: Facts) -> Iterator[Problem]:
     """Report each pair of mpm bodies that share grid nodes at the start once."""
     soft = soft_facts(facts)
-    bodies, room, gaps = soft.of("mpm"), NEAR * soft.cell, Gaps(facts)
+    bodies, room, gaps = soft.of("mpm"), MIN_GAP_CELLS * soft.cell, Gaps(facts)
     found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
     for k, a in enumerate(bodies):
         for b in bodies[k + 1 :]:
@@ -87,12 +92,12 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
         gap, a, b = min(rows, key=lambda row: row[0])
         text = (
             f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
-            f"{more_copies(len(rows), 'pairs')}, less than {NEAR:g} cells of the mpm grid ({length(soft.cell)}): they "
-            f"push each other away at once{'' if gap > 0 else ', and stick'}; increase their distance by "
-            f"{length(room - max(gap, 0.0))}"
+            f"{more_copies(len(rows), 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
+            f"({length(soft.cell)}): they push each other away at once{'' if gap > 0 else ', and stick'}; increase "
+            f"their distance by {length(room - max(gap, 0.0))}"
         )
         keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        where = facts.first_said(b.body, *keys)
+        where = facts.first_given(b.body, *keys)
         yield facts.problem("soft-too-near", where, text, key=True)
 
 
@@ -104,8 +109,8 @@ RULES = (
         reason=f"""\
 The method is explicit: a sound wave, with c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho), may cross half a cell per
 substep. At 0.74 and 1.0 cells bars of 10 MPa diverged within a second: all points in a corner of the domain, finite
-numbers, no error. The engine's own suggestion only considers the grid. More than {COURANT:g} is a warning, more than
-{UNSTABLE:g} an error. By default the compiler derives enough substeps.""",
+numbers, no error. The engine's own suggestion only considers the grid. More than {MAX_COURANT:g} is a warning, more
+than {UNSTABLE_COURANT:g} an error. By default the compiler derives enough substeps.""",
         remedy="""\
 Leave `scene.substeps` out, or use as many as the message says; or make the material softer, or the grid coarser.""",
         example="""\
@@ -126,9 +131,9 @@ bodies:
         severity="warning",
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
-A body needs {THIN:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer it has
-no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body thinner
-than a quarter of a cell, which contains no particle.""",
+A body needs {THIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
+it has no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body
+thinner than a quarter of a cell, which contains no particle.""",
         remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",
         example="""\
 bodies:
@@ -143,8 +148,8 @@ bodies:
         title="Mpm bodies are so close at the start that they already touch.",
         reason=f"""\
 Mpm bodies have contact through their common grid, below a distance of 1.6 cells: two cubes at rest on each other have a
-gap of 1.6 cells between their particles. Bodies that start closer than {NEAR:g} cells push each other apart in the
-first steps, or move as one; bodies that start inside each other stick.""",
+gap of 1.6 cells between their particles. Bodies that start closer than {MIN_GAP_CELLS:g} cells push each other apart in
+the first steps, or move as one; bodies that start inside each other stick.""",
         remedy="Leave two cells between bodies, with `clearance` or more room in `repeat`; or make the grid finer.",
         example="""\
 bodies:

@@ -5,7 +5,7 @@ from itertools import combinations, islice
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
-from text2sim.compiler.shapes.sagging import SHEET
+from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
@@ -16,9 +16,9 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-SAFE = 1e-4
+SAFE_GAP = 1e-4
 """Gap [m], in addition to the thickness of cloth, that the check of libuipc accepts."""
-PAIRS = 2000
+MAX_LINK_PAIRS = 2000
 """Most pairs of links of one body that are tested."""
 
 
@@ -32,12 +32,12 @@ def _clearance(facts: Facts) -> Iterator[Problem]:
     found: dict[tuple[str, str], list[tuple[float, float, Copy, Copy]]] = {}
     for ground in soft.planes:
         for copy in coupled:
-            need = _shell(copy) + SAFE
+            need = _shell(copy) + SAFE_GAP
             gap = gaps.to_plane(copy, ground, need)
             if gap < need * (1 - 1e-6):
                 found.setdefault((copy.body, ground.copy.body), []).append((gap, need, copy, ground.copy))
     for a, b in combinations(coupled, 2):
-        need = _shell(a) + _shell(b) + SAFE
+        need = _shell(a) + _shell(b) + SAFE_GAP
         gap = gaps.between(a, b, need)
         if gap < need * (1 - 1e-6):
             mover, other = (b, a) if b.body in facts.case.bodies else (a, b)
@@ -52,7 +52,7 @@ def _clearance(facts: Facts) -> Iterator[Problem]:
         )
         if mover.body in facts.case.scene.statics:
             text += " (or set `material: {touch_soft: false}` if nothing should touch it)"
-        where = facts.first_said(mover.body, "place", "pose", "repeat")
+        where = facts.first_given(mover.body, "place", "pose", "repeat")
         yield facts.problem("ipc-clearance", where, text, key=True)
 
 
@@ -65,7 +65,11 @@ def _coupled(facts: Facts, soft: SoftFacts, copy: Copy) -> bool:
 
 def _shell(copy: Copy) -> float:
     """Return by how much [m] half of the thickness of a cloth exceeds that of its pieces here."""
-    return max(0.0, copy.model.material.thickness - SHEET) / 2 if getattr(copy.model, "kind", None) == "cloth" else 0.0
+    return (
+        max(0.0, copy.model.material.thickness - SHEET_THICKNESS) / 2
+        if getattr(copy.model, "kind", None) == "cloth"
+        else 0.0
+    )
 
 
 def _linked(facts: Facts) -> Iterator[Problem]:
@@ -78,7 +82,7 @@ def _linked(facts: Facts) -> Iterator[Problem]:
         if is_soft(copy.model) or not touches_soft(copy.model):
             continue
         pairs = ((a, b) for a, b in combinations(facts.parts(copy), 2) if a.link != b.link and not apart(a.box, b.box))
-        hit = next((pair for pair in islice(pairs, PAIRS) if inside(*pair)), None)
+        hit = next((pair for pair in islice(pairs, MAX_LINK_PAIRS) if inside(*pair)), None)
         if hit is not None:
             one, other = ("the fixed part" if part.link is None else f"`{part.link}`" for part in hit)
             text = (
@@ -123,7 +127,7 @@ def _fine(facts: Facts) -> Iterator[Problem]:
             f"`{body.name}` is {length(thick)} thick and has triangles of {length(edge)}: its points touch their "
             f"neighbours at the start; use `cell: {4 * thick:.2g}` or more, or a thinner cloth"
         )
-        yield facts.problem("ipc-too-fine", facts.first_said(body.body, "cell", "material"), text, key=True)
+        yield facts.problem("ipc-too-fine", facts.first_given(body.body, "cell", "material"), text, key=True)
 
 
 _TOWEL = "  towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}\n"
@@ -139,7 +143,7 @@ RULES = (
         reason=f"""\
 Ipc keeps all distances positive, so they must be positive at the start: libuipc checks the scene and refuses it if
 surfaces intersect or touch, or are closer to a cloth than half its thickness. This includes bodies on the floor and
-pairs of statics. The rule requires {SAFE * 1000:g} mm more than that.""",
+pairs of statics. The rule requires {SAFE_GAP * 1000:g} mm more than that.""",
         remedy="""\
 Give `place` the `clearance` of the message; exclude bodies that no cloth and no free body will touch with `material:
 {touch_soft: false}`.""",

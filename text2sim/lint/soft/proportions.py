@@ -9,13 +9,13 @@ from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
-FLAT = 1.0
+MAX_PRESSURE_RATIO = 1.0
 """Smallest pressure of a body's weight on its base over its stiffness at which it collapses."""
-USUAL = (3e3, 1e8)
+USUAL_STIFFNESS = (3e3, 1e8)
 """Stiffness [Pa] of soft materials: jelly to hard rubber."""
-UNITS, FULL = (("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9)), 1000.0
+STIFFNESS_UNITS, FULL = (("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9)), 1000.0
 """Units of stiffness [Pa], and the value from which the next unit is usual."""
-FEW = 8
+MIN_CLOTH_PARTICLES = 8
 """Fewest particles along the longer side of a cloth without a warning."""
 
 
@@ -29,14 +29,14 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
         stiffness = getattr(material, key)
         height = body.box[1][2] - body.box[0][2]
         weight = material.density * gravity * height
-        if body.body in seen or weight <= FLAT * stiffness:
+        if body.body in seen or weight <= MAX_PRESSURE_RATIO * stiffness:
             continue
         seen.add(body.body)
         text = (
             f"the weight of `{body.name}` puts {weight:.2g} Pa on its base ({material.density:g} kg/m3, "
             f"{length(height)} high), but its {key} is {stiffness:g} Pa: it collapses under its own weight"
         )
-        unit = _meant(stiffness, weight)
+        unit = _probable_unit(stiffness, weight)
         where = facts.where(body.body, "material", key)
         if unit is None:
             text += f"; use {10 * weight:.0e} or more"
@@ -48,16 +48,16 @@ def _collapses(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("squashes-itself", where, text, hint=meant)
 
 
-def _usual(stiffness: float, weight: float) -> bool:
+def _is_usual(stiffness: float, weight: float) -> bool:
     """Return whether a stiffness [Pa] is usual and carries the weight [Pa]."""
-    return USUAL[0] <= stiffness <= USUAL[1] and stiffness >= 3 * weight
+    return USUAL_STIFFNESS[0] <= stiffness <= USUAL_STIFFNESS[1] and stiffness >= 3 * weight
 
 
-def _meant(stiffness: float, weight: float) -> tuple[str, float] | None:
+def _probable_unit(stiffness: float, weight: float) -> tuple[str, float] | None:
     """Return the unit in which a stiffness may be given, and its value in Pa."""
     if stiffness >= FULL:
         return None
-    return next((unit for unit in UNITS if _usual(stiffness * unit[1], weight)), None)
+    return next((unit for unit in STIFFNESS_UNITS if _is_usual(stiffness * unit[1], weight)), None)
 
 
 def _coarse(facts: Facts) -> Iterator[Problem]:
@@ -69,7 +69,11 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
         width = min(getattr(body.model.shape, "size", (side,)))
         edge = soft.scales.spacing(body.body, body.solver)
         narrow = width < 0.5 * edge
-        if body.model.kind != "cloth" or body.body in seen or (side >= FEW * edge * (1 - 1e-3) and not narrow):
+        if (
+            body.model.kind != "cloth"
+            or body.body in seen
+            or (side >= MIN_CLOTH_PARTICLES * edge * (1 - 1e-3) and not narrow)
+        ):
             continue
         seen.add(body.body)
         grain = "particles" if body.solver == "pbd" else "triangles"
@@ -83,7 +87,7 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
                 f"`{body.name}` is {length(side)} long and has {grain} {length(edge)} apart: {side / edge:.2g} of them "
                 f"in a row make stiff plates that do not fold; use `cell: {side / 25:.2g}`"
             )
-        yield facts.problem("coarse-cloth", facts.first_said(body.body, "cell", "shape"), text, key=True)
+        yield facts.problem("coarse-cloth", facts.first_given(body.body, "cell", "shape"), text, key=True)
 
 
 _JELLY = """\
@@ -120,7 +124,7 @@ MPa.""",
         reason=f"""\
 A cloth bends where its triangles meet, and has contact at their corners: between them it is a plate that misses smaller
 bodies. With solver pbd the distance of its particles is also its thickness in contact. The rule reports fewer than
-{FEW} particles along its longer side. All pbd cloth of a scene has the same distance.""",
+{MIN_CLOTH_PARTICLES} particles along its longer side. All pbd cloth of a scene has the same distance.""",
         remedy="Use a smaller `cell`: a twenty-fifth of its side, or less.",
         example=_RAG % "0.1",
         fix=_RAG % "0.02",

@@ -9,8 +9,8 @@ from text2sim.lint.start.escape import Effort, inside, overlap_of
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
-UPRIGHT = 1.0 - 1e-6
-LEAST, STEPS = 1e-3, 4000
+MIN_UPRIGHT_COSINE = 1.0 - 1e-6
+MIN_OVERLAP, STEP_BUDGET = 1e-3, 4000
 """Smallest depth [m] of an overlap, and budget for finding it."""
 
 
@@ -19,11 +19,11 @@ def _floor(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     if soft.model != "sap":
         return
-    level = [ground for ground in facts.planes if ground.up[2] > UPRIGHT]
+    level = [ground for ground in facts.planes if ground.up[2] > MIN_UPRIGHT_COSINE]
     highest = max((ground.level for ground in level), default=0.0)
     for ground in facts.planes:
-        where = facts.first_said(ground.copy.body, "pose", "place", "shape")
-        if ground.up[2] <= UPRIGHT:
+        where = facts.first_given(ground.copy.body, "pose", "place", "shape")
+        if ground.up[2] <= MIN_UPRIGHT_COSINE:
             text = (
                 f"`{ground.copy.name}` is not level: contact model sap has one level floor and no other plane; replace "
                 "it by a fixed box"
@@ -42,15 +42,15 @@ def _crash(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     if soft.model != "sap":
         return
-    effort, seen = Effort(STEPS), set()
-    for a, b in facts.near(slack=LEAST):
+    effort, seen = Effort(STEP_BUDGET), set()
+    for a, b in facts.near(slack=MIN_OVERLAP):
         if (a.body, b.body) in seen:
             continue
         pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and inside(p, q)]
         if not pairs or effort.left <= 0:
             continue
         overlap = overlap_of(facts.parts(a), facts.parts(b), pairs, effort)
-        if overlap.depth < LEAST:
+        if overlap.depth < MIN_OVERLAP:
             continue
         seen.add((a.body, b.body))
         text = (
@@ -58,7 +58,7 @@ def _crash(facts: Facts) -> Iterator[Problem]:
             "process crashes in the first step; move one, or use place"
         )
         mover = a if b.body in facts.case.scene.statics else b
-        yield facts.problem("sap-overlap", facts.first_said(mover.body, "place", "pose", "repeat"), text, key=True)
+        yield facts.problem("sap-overlap", facts.first_given(mover.body, "place", "pose", "repeat"), text, key=True)
 
 
 def _left_out(facts: Facts) -> Iterator[Problem]:

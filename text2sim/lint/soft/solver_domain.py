@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
-from text2sim.compiler.soft.solver_domain import surroundings, way_of
+from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
@@ -23,11 +23,11 @@ def _outside(facts: Facts) -> Iterator[Problem]:
     for solver, bounds, pad in _spaces(facts):
         found: dict[str, list[SoftBody]] = {}
         for body in soft.of(solver):
-            if _beyond(body.box, bounds, pad):
+            if _excess(body.box, bounds, pad):
                 found.setdefault(body.body, []).append(body)
         for rows in found.values():
             body = rows[0]
-            away, side = max(_beyond(body.box, bounds, pad))
+            away, side = max(_excess(body.box, bounds, pad))
             edge = f", of which {PADDING} cells ({length(pad)}) at each side are its wall" if pad else ""
             text = (
                 f"`{body.name}`{more_copies(len(rows))} is {length(away)} outside scene.{solver}.bounds "
@@ -47,7 +47,7 @@ def _spaces(facts: Facts) -> Iterator[tuple[str, Bounds, float]]:
         yield "pbd", (scene.pbd.bounds.min, scene.pbd.bounds.max), 0.0
 
 
-def _beyond(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
+def _excess(box: Bounds, bounds: Bounds, pad: float) -> list[tuple[float, str]]:
     """Return how far [m] a box is outside, and on which sides."""
     found = []
     for axis, name in enumerate("xyz"):
@@ -89,19 +89,19 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     masses = {body.name: soft.mass(body) for body in soft.bodies}
     controls, gravity = case.actions.controls.values(), math.hypot(*case.scene.gravity)
     ways = travel(facts.rows, controls, facts.placed, masses, gravity, case.scene.duration)
-    around = surroundings(facts.placed, ways, facts.folder)
+    around = find_surroundings(facts.placed, ways, facts.folder)
     for solver, (space, pad) in spaces.items():
-        said = getattr(case.scene, solver).bounds is not None
+        is_given = getattr(case.scene, solver).bounds is not None
         seen = set()
         for body in soft.of(solver):
-            if body.body in seen or _beyond(body.box, (space.low, space.high), pad):
+            if body.body in seen or _excess(body.box, (space.low, space.high), pad):
                 continue
             there = way_of(body.copy, around, case.scene, ways, facts.folder)
-            if _hangs(facts, body):
+            if _is_held(facts, body):
                 there = _hung(body.box, there)
             out = [
                 row
-                for row in _beyond(there, (space.low, space.high), pad)
+                for row in _excess(there, (space.low, space.high), pad)
                 if row[0] > soft.scales.spacing(body.body, solver)
             ]
             if not out:
@@ -112,13 +112,13 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
                 f"`{body.name}` may move {length(away)} beyond the {side} side of the bounds of {solver} "
                 f"({vector(space.low)} to {vector(space.high)}) by its fall and by the script, but there is an "
                 "invisible wall; "
-                + ("leave the bounds out, or make them larger" if said else _WIDER.format(solver=solver))
+                + ("leave the bounds out, or make them larger" if is_given else _WIDER.format(solver=solver))
             )
-            where = ("scene", solver, "bounds") if said else facts.where(body.body)
+            where = ("scene", solver, "bounds") if is_given else facts.where(body.body)
             yield facts.problem("leaves-bounds", where, text, key=True)
 
 
-def _hangs(facts: Facts, body: SoftBody) -> bool:
+def _is_held(facts: Facts, body: SoftBody) -> bool:
     """Return whether a cloth is held somewhere for the whole run."""
     controls = facts.case.actions.controls
     holds = {n for n, c in controls.items() if c.kind == "attach" and body_of(c.body) == body.body and not c.at}

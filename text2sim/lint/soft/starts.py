@@ -9,27 +9,27 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
-from text2sim.lint.soft.families import TOUCHING
+from text2sim.lint.soft.families import TOUCHING_PAIRS
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import Effort, Way, inside, overlap_of, plain
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
-LEAST = 1e-3
+MAX_DEPTH = 1e-3
 """Largest depth [m] without a warning."""
-SPACING = 0.9
+MIN_SPACING = 0.9
 """Smallest gap between two cloths, in units of their particle distance, which contact keeps."""
-STEPS = 4000
+STEP_BUDGET = 4000
 """Budget for finding depths."""
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
     """Report each deformable body and each rigid one that it starts in once."""
     soft = soft_facts(facts)
-    effort = Effort(STEPS)
+    effort = Effort(STEP_BUDGET)
     found: dict[tuple[str, str], list[tuple[float, str, SoftBody, Copy]]] = {}
     for body in soft.bodies:
-        if frozenset(("rigid", body.solver)) not in TOUCHING[soft.model] or soft.model == "ipc":
+        if frozenset(("rigid", body.solver)) not in TOUCHING_PAIRS[soft.model] or soft.model == "ipc":
             continue  # they have no contact, or another rule covers them
         least = _least(soft, body)
         for ground in soft.planes:
@@ -44,13 +44,13 @@ def _inside(facts: Facts) -> Iterator[Problem]:
         depth, way, body, other = max(rows, key=lambda row: row[0])
         text = (
             f"`{body.name}` starts {length(depth)} deep in `{other.name}`"
-            f"{more_copies(len(rows), 'pairs of their copies')}: {_WHAT[body.solver]}; move it {way}"
+            f"{more_copies(len(rows), 'pairs of their copies')}: {_CONSEQUENCES[body.solver]}; move it {way}"
         )
         text += f" by {length(depth)}" if way else " out of it"
-        yield facts.problem("soft-inside", facts.first_said(body.body, "place", "pose", "repeat"), text, key=True)
+        yield facts.problem("soft-inside", facts.first_given(body.body, "place", "pose", "repeat"), text, key=True)
 
 
-_WHAT = {
+_CONSEQUENCES = {
     "mpm": "its particles inside are stuck or thrown out",
     "pbd": "its particles inside are moved out within one substep, and fly off at that speed",
     "fem": "contact pushes it out with a destructive force",
@@ -60,13 +60,13 @@ _WHAT = {
 
 def _least(soft: SoftFacts, body: SoftBody) -> float:
     """Return the depth [m] that a solver tolerates, because particles have a size."""
-    return max(LEAST, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
+    return max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
-def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Effort) -> tuple[float, str] | None:
+def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:
     """Return how deep [m] a body is in a rigid copy, and which way leads out; None if it is not in it."""
     box, its = body.box, facts.box(copy)
-    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else least):
+    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
     pairs: list[tuple[StandingPart, StandingPart]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
@@ -77,14 +77,14 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, least: float, effort: Eff
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
     ways = plain([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
     depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
-    return (depth, f"towards {ways[0].words}" if ways else "") if depth > least else None
+    return (depth, f"towards {ways[0].words}" if ways else "") if depth > min_depth else None
 
 
 def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:
     """Return whether a translation moves a body below the ground."""
     down = -way.direction[2] * way.length
     lowest = body.box[0][2] - down
-    return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - LEAST for ground in soft.planes)
+    return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - MAX_DEPTH for ground in soft.planes)
 
 
 def _into_each_other(facts: Facts) -> Iterator[Problem]:
@@ -92,7 +92,7 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
     gaps = Gaps(facts)
     found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
-    for solver, room in (("fem", LEAST), ("pbd", SPACING * soft.particle)):
+    for solver, room in (("fem", MAX_DEPTH), ("pbd", MIN_SPACING * soft.particle)):
         for a, b in combinations(soft.of(solver), 2):
             gap = gaps.between(a.copy, b.copy, room)
             if gap < room * (1 - 1e-3) and (gap <= 0.0 or solver == "pbd"):
@@ -110,7 +110,7 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
         text = f"`{a.name}` and `{b.name}` {how}{more}: {then}; move one of them"
         keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
         severity = "error" if a.solver == "fem" else None
-        yield facts.problem("soft-in-soft", facts.first_said(b.body, *keys), text, key=True, severity=severity)
+        yield facts.problem("soft-in-soft", facts.first_given(b.body, *keys), text, key=True, severity=severity)
 
 
 RULES = (
@@ -136,8 +136,8 @@ bodies:
         title="Two fem bodies, or two cloths, start in each other.",
         reason=f"""\
 Contact of points and tetrahedra depends only on their positions: bodies that start in each other are thrown apart, or
-stay entangled. Cloths count as in each other if they are closer than {SPACING:g} of their particle distance. For mpm
-bodies see `soft-too-near`.""",
+stay entangled. Cloths count as in each other if they are closer than {MIN_SPACING:g} of their particle distance. For
+mpm bodies see `soft-too-near`.""",
         remedy="Move one of them, or place it with `place`.",
         example="""\
 bodies:

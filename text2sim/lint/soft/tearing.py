@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from text2sim.compiler.soft.scales import PARTICLE
+from text2sim.compiler.soft.scales import PARTICLE_CELLS
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
@@ -13,9 +13,9 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.regions import SIDES
 from text2sim.spec_schema.names.selectors import body_of
 
-APART = 2 / PARTICLE
+TEARING_STRETCH = 2 / PARTICLE_CELLS
 """Stretch at which the particles of a body are two cells apart."""
-TEARS = 0.5
+TEARING_STRAIN = 0.5
 """Smallest strain of a pulled part of an mpm body at which its particles separate."""
 
 
@@ -32,11 +32,11 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         forced, bore = _forced_stretch(facts, body)
         through = f"; `{bore}` also stretches it to {forced:.2g} times its length" if forced > 1.1 else ""
         if control.region is None:
-            if forced > APART:
+            if forced > TEARING_STRETCH:
                 text = (
                     f"`{bore}` stretches `{body.name}` to {forced:.2g} times its length: its particles separate at "
-                    f"about {APART:.2g}; use a bore {math.sqrt(forced / APART):.2g} times as wide, a thinner body, or "
-                    "solver fem"
+                    f"about {TEARING_STRETCH:.2g}; use a bore {math.sqrt(forced / TEARING_STRETCH):.2g} times as wide, "
+                    "a thinner body, or solver fem"
                 )
                 yield facts.problem("tearing-force", ("actions", "controls", name), text, key=True)
             continue
@@ -46,12 +46,12 @@ def _tearing(facts: Facts) -> Iterator[Problem]:
         young = body.model.material.youngs_modulus
         force = math.hypot(*control.force)
         strain = force / (area * young)
-        if (1 + strain) * forced - 1 > TEARS and strain > 0.1:
+        if (1 + strain) * forced - 1 > TEARING_STRAIN and strain > 0.1:
             text = (
                 f"{force:.3g} N on {area * 1e4:.3g} cm2 of `{body.name}` give a strain of {strain:.2g} there "
                 f"(E {young:.3g} Pa): particles more than two cells apart never hold together again; use "
-                f"{TEARS * 0.6 / forced * area * young:.2g} N or less, a larger region, or `drag` for a slow motion"
-                f"{through}"
+                f"{TEARING_STRAIN * 0.6 / forced * area * young:.2g} N or less, a larger region, or `drag` for a slow "
+                f"motion{through}"
             )
             yield facts.problem("tearing-force", ("actions", "controls", name, "force"), text)
 
@@ -95,7 +95,7 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
         return widths[1] * widths[2]
     if region.edge is not None or region.corner is not None:
         # One row of particles, or one of them.
-        grain = PARTICLE * soft_facts(facts).cell
+        grain = PARTICLE_CELLS * soft_facts(facts).cell
         along = [size[k] for k in range(3) if k not in {SIDES[side][0] for side in sides}]
         return grain * (along[0] if len(along) == 1 else grain)
     return None
@@ -111,8 +111,8 @@ RULES = (
         reason=f"""\
 Particles hold together as long as they share grid nodes: parts more than two cells apart are separate from then on, for
 any material. A soft body that was pulled into a tube by its tip lost the tip. The rule reports a strain of more than
-{TEARS:g} from the force over area and stiffness and from the narrowest opening on the path (the body's mean
-cross-section over that of the free bore), and a stretch of {APART:.2g} from the bore alone.""",
+{TEARING_STRAIN:g} from the force over area and stiffness and from the narrowest opening on the path (the body's mean
+cross-section over that of the free bore), and a stretch of {TEARING_STRETCH:.2g} from the bore alone.""",
         remedy="Use a larger region, a smaller force, or `drag` for a slow motion.",
         example=f"""\
 bodies:

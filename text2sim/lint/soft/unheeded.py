@@ -13,14 +13,14 @@ from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Pen
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
-OTHER = ("sap", "ipc")
+REPLACED_CONTACT_MODELS = ("sap", "ipc")
 """Contact models that replace the engine's own rigid contacts."""
 
 
 def _no_records(facts: Facts) -> Iterator[Problem]:
     """Report measures and events of contacts between rigid bodies, which are not recorded."""
     soft = soft_facts(facts)
-    if soft.model not in OTHER:
+    if soft.model not in REPLACED_CONTACT_MODELS:
         return
     actions = facts.case.actions
     for name, measure in actions.measures.items():
@@ -47,7 +47,7 @@ def _soft(facts: Facts, selector: str) -> bool:
     return is_soft(body)
 
 
-IGNORED = {
+IGNORED_FIELDS = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
     "ipc": (("stretch_compliance", "bending_compliance", "air_resistance"), "youngs_modulus and bending_stiffness"),
 }
@@ -60,7 +60,7 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
     for name, solver in {body.body: body.solver for body in soft.of("pbd", "ipc")}.items():
         if facts.case.bodies[name].kind != "cloth":
             continue
-        keys, instead = IGNORED[solver]
+        keys, instead = IGNORED_FIELDS[solver]
         for key in keys:
             where: Path = facts.where(name, "material", key)
             if facts.value_at(where) is not None:
@@ -68,7 +68,7 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("unheeded-stuff", where, text, key=True)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
-        if soft.model in OTHER and facts.value_at(where):
+        if soft.model in REPLACED_CONTACT_MODELS and facts.value_at(where):
             text = f"restitution has no effect under contact model {soft.model}; leave it out"
             yield facts.problem("unheeded-stuff", where, text)
         where = facts.where(name, "material", "soft_reach")

@@ -11,15 +11,15 @@ from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
-LOADED, LEAKING, STILL = 3.0, 2.0, 1.0
+LOADED_WALL_CELLS, LEAKING_WALL_CELLS, UNLOADED_WALL_CELLS = 3.0, 2.0, 1.0
 """Thickness [cells] of a wall under pressure that avoids a warning and an error, and of a wall at rest. Measured at a
 load of 65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3 cells, 164 one of 1.9, 40 were some
 millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells never leaked."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
-HOLDING = 0.5
+HOLDING_CELLS = 0.5
 """Reach [cells] with which walls hold a liquid: benchmarks/soft_leaks.py."""
-NECK = 2.5
+MIN_NECK_CELLS = 2.5
 """Smallest radius [cells] of an opening: sand ran steadily through 2.6."""
 
 
@@ -30,7 +30,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted(facts, soft, body, copy)
+        wanted, why = _wanted_cells(facts, soft, body, copy)
         thin, link = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
@@ -48,8 +48,8 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
             if link is None
             else " draw it as a part with `decor: true`, if it need not touch"
         )
-        severity = "error" if wanted == LOADED and cells < LEAKING else None
-        yield facts.problem("thin-wall", facts.first_said(copy.body, "shape"), text, key=True, severity=severity)
+        severity = "error" if wanted == LOADED_WALL_CELLS and cells < LEAKING_WALL_CELLS else None
+        yield facts.problem("thin-wall", facts.first_given(copy.body, "shape"), text, key=True, severity=severity)
 
 
 def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
@@ -66,15 +66,15 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
-def _wanted(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
+def _wanted_cells(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
     """Return how many cells thick a rigid copy should be, and why."""
     mount = facts.mount(copy)
     if mount == "driven":
-        return LOADED, "it is driven"
+        return LOADED_WALL_CELLS, "it is driven"
     if any(motor.entity == copy.name for motor in facts.plan.motors):
-        return LOADED, "a motor presses it"
+        return LOADED_WALL_CELLS, "a motor presses it"
     if not facts.moves(copy):
-        return STILL, "thinner walls let particles through"
+        return UNLOADED_WALL_CELLS, "thinner walls let particles through"
     if mount == "tree":  # leaks through thin limbs and ropes are not visible
         return 0.0, ""
     return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it"
@@ -86,15 +86,15 @@ def _narrow(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body, copy in soft.pairs("mpm"):
         radius = opening(copy.shape)
-        if radius is None or copy.body in seen or radius >= NECK * soft.cell * (1 - 1e-6):
+        if radius is None or copy.body in seen or radius >= MIN_NECK_CELLS * soft.cell * (1 - 1e-6):
             continue
         seen.add(copy.body)
         text = (
             f"the opening of `{copy.name}` has a radius of {length(radius)}, {radius / soft.cell:.2g} cells of the mpm "
             f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; use a radius of "
-            f"{length(NECK * soft.cell)}, or `scene.mpm.cell` {at_most(radius / NECK)}"
+            f"{length(MIN_NECK_CELLS * soft.cell)}, or `scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
         )
-        yield facts.problem("narrow-opening", facts.first_said(copy.body, "shape"), text, key=True)
+        yield facts.problem("narrow-opening", facts.first_given(copy.body, "shape"), text, key=True)
 
 
 def _leaks(facts: Facts) -> Iterator[Problem]:
@@ -103,16 +103,16 @@ def _leaks(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body, copy in soft.pairs("mpm"):
         cells = free_by(copy, soft) / soft.cell
-        if body.model.kind != "liquid" or facts.moves(copy) or cells >= HOLDING * (1 - 1e-6) or copy.body in seen:
+        if body.model.kind != "liquid" or facts.moves(copy) or cells >= HOLDING_CELLS * (1 - 1e-6) or copy.body in seen:
             continue
         seen.add(copy.body)
         share = 7 if cells < 0.25 else 2
         text = (
             f"`{body.name}` leaks through `{copy.name}`, whose reach is {length(free_by(copy, soft))}, {cells:.2g} "
             f"cells of the mpm grid: about {share} % of a dam of 12 cells leaked within a second; leave `soft_reach` "
-            f"out, or use {length(HOLDING * soft.cell)}, with which nothing leaked"
+            f"out, or use {length(HOLDING_CELLS * soft.cell)}, with which nothing leaked"
         )
-        yield facts.problem("leaks", facts.first_said(copy.body, "material"), text, key=True)
+        yield facts.problem("leaks", facts.first_given(copy.body, "material"), text, key=True)
 
 
 def free_by(copy: Copy, soft: SoftFacts) -> float:
@@ -142,8 +142,8 @@ RULES = (
         reason=f"""\
 The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
-motor or a prescribed motion presses on mpm bodies should be {LOADED:g} cells thick, and is an error below {LEAKING:g};
-a body on top of them {ON_TOP:g}; a wall at rest {STILL:g}.""",
+motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
+{LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",
@@ -187,7 +187,8 @@ bodies:
         title="An opening is too narrow for the grid.",
         reason=f"""\
 Particles feel a wall at a distance of half a cell. Sand ran steadily through a neck with a radius of 2.6 cells; a soft
-body passed through tubes of 3.8 cells. Below {NECK:g} cells of radius, flow is slow or stops for any material.""",
+body passed through tubes of 3.8 cells. Below {MIN_NECK_CELLS:g} cells of radius, flow is slow or stops for any
+material.""",
         remedy="Make the opening wider, or the grid finer with `scene.mpm.cell`.",
         example="""\
 scene:

@@ -8,10 +8,10 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
 from text2sim.lint.parts import StandingPart
 
-ROUGH = 0.05
+MAX_ROUGHNESS = 0.05
 """Share of a mesh's size by which the engine's convex pieces may protrude from its surface: its CoACD uses a threshold
 of 0.1 of half of that."""
-HALVINGS = 14
+BISECTION_STEPS = 14
 """Bisection steps for an exit length."""
 
 
@@ -43,7 +43,7 @@ def exit_length(a: StandingPart, b: StandingPart, direction: Vec) -> float:
     """
     far = sum((q - p) * d for p, q, d in zip(a.solid.center, b.solid.center, direction, strict=True))
     low, high = 0.0, far + a.solid.ball + b.solid.ball
-    for _ in range(HALVINGS):
+    for _ in range(BISECTION_STEPS):
         middle = (low + high) / 2
         x, y, z = direction
         low, high = (middle, high) if inside(a, b, (middle * x, middle * y, middle * z)) else (low, middle)
@@ -54,7 +54,7 @@ def roughness(*parts: StandingPart) -> float:
     """Return how far [m] the engine's convex pieces may protrude from the surfaces of these parts."""
     rough = [part for part in parts if part.piece.collision == "decompose"]
     sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in rough]
-    return ROUGH * max(sizes, default=0.0)
+    return MAX_ROUGHNESS * max(sizes, default=0.0)
 
 
 def _object(part: StandingPart, pos: Vec) -> Any:

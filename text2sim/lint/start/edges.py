@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_unit,
 )
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import RESTING
+from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.gaps import Gaps
@@ -24,7 +24,7 @@ from text2sim.lint.words import more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-TILT = 2.0
+MAX_FACE_ANGLE_DEG = 2.0
 """Largest angle [deg] between two faces at which a body counts as lying on its face."""
 MIN_UPWARD = 0.5
 """Smallest cosine between the normal of a support and straight up."""
@@ -47,23 +47,23 @@ def _edges(facts: Facts) -> Iterator[Problem]:
         if facts.loose(copy) and (box := _edged(facts, copy)) is not None
     }
     neighbours: dict[str, list[Copy]] = {name: [] for name in boxes}
-    for one, other in facts.near(-RESTING) if boxes else ():
+    for one, other in facts.near(-MAX_RESTING_GAP) if boxes else ():
         for a, b in ((one, other), (other, one)):
             if a.name in boxes:
                 neighbours[a.name].append(b)
     gaps = facts.once(Gaps)
     found: dict[str, list[tuple[Copy, Copy, float]]] = {}
     for name, copy, box in boxes.values():
-        touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < RESTING]
+        touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < MAX_RESTING_GAP]
         for one in neighbours[copy.name]:
             if len({copy.name for copy in touching}) > 1:
                 break
-            if gaps.between(copy, one, 2 * RESTING) < RESTING:
+            if gaps.between(copy, one, 2 * MAX_RESTING_GAP) < MAX_RESTING_GAP:
                 touching.append(one)
         if len({one.name for one in touching}) != 1:
             continue  # in the air, or leaning on several
         tilt = _tilt(facts, box, touching[0])
-        if tilt > TILT:
+        if tilt > MAX_FACE_ANGLE_DEG:
             found.setdefault(name, []).append((copy, touching[0], tilt))
     for name, rows in found.items():
         copy, support, tilt = rows[0]
@@ -122,7 +122,7 @@ def _tilt(facts: Facts, body: StandingPart, support: Copy) -> float:
             above = min(vector_dot(normal, vector_minus(corner, point)) for corner in corners)
             if best is None or above > best[0]:
                 best = (above, normal)
-    if best is None or abs(best[0]) > RESTING or best[1][2] < MIN_UPWARD:
+    if best is None or abs(best[0]) > MAX_RESTING_GAP or best[1][2] < MIN_UPWARD:
         return 0.0
     return _angle(body, best[1])
 

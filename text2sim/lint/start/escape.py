@@ -30,22 +30,22 @@ AXES: dict[Vec, str] = {
     (0.0, 0.0, 1.0): "+z",
     (0.0, 0.0, -1.0): "-z",
 }
-PLAIN = 1.5
+MAX_AXIS_DETOUR = 1.5
 """A translation along an axis is preferred if it is at most this many times as long as the shortest."""
-ROUNDS = 30
+MAX_ROUNDS = 30
 """Most times that a body is moved on because it is freed from one piece and enters the next."""
-PAIRS = 12
+MAX_EXACT_PAIRS = 12
 """Pairs of pieces whose depth is computed in all directions."""
-EXIT = 5
+SWEEP_COST = 5
 """Cost of a sweep in steps; a test costs one."""
 ROUND_EXIT = 20
 """Cost of a sweep with a round piece, which converges slowly."""
 ROUND_PIECES = ("cylinder", "ellipsoid")
-GLANCES = 100
+BOX_TESTS_PER_STEP = 100
 """Pairs of boxes that are compared in the time of a step."""
-SHARE = 1200
+MAX_STEPS_PER_OVERLAP = 1200
 """Most steps for one overlap."""
-SKIN = 1e-6
+ROUNDING_OVERLAP = 1e-6
 """Overlap [m] of bounding boxes that is only rounding."""
 
 
@@ -92,7 +92,7 @@ class Overlap:
 
 def inside(a: StandingPart, b: StandingPart) -> bool:
     """Return whether two pieces overlap."""
-    if apart(a.box, b.box, SKIN):
+    if apart(a.box, b.box, ROUNDING_OVERLAP):
         return False
     if a.mesh is not None or b.mesh is not None:
         return concave.inside(a, b)
@@ -123,14 +123,14 @@ def overlap_of(
         pairs: Overlapping pieces (of the first, of the second).
         effort: Budget; if it is exhausted, there may be no translations.
     """
-    pairs = pairs[:: len(pairs) // PAIRS + 1]
+    pairs = pairs[:: len(pairs) // MAX_EXACT_PAIRS + 1]
     directions = _directions(pairs)
     effort.spend(len(directions) * _cost(pairs))
     exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
     depths = [min(column) for column in zip(*exits.values(), strict=True)]
     depth, worst = max((depth, -index) for index, depth in enumerate(depths))
     pair = pairs[-worst]
-    own = Effort(min(max(effort.left, 0), SHARE))
+    own = Effort(min(max(effort.left, 0), MAX_STEPS_PER_OVERLAP))
     effort.left -= own.left
     ways = []
     for direction, first in exits.items():
@@ -146,45 +146,47 @@ def plain(ways: Sequence[Way]) -> list[Way]:
     """Return the translations, those along an axis first unless they are much longer than the shortest."""
     if not ways:
         return []
-    limit = PLAIN * ways[0].length
+    limit = MAX_AXIS_DETOUR * ways[0].length
     return sorted(ways, key=lambda way: (way.length > limit, way.direction not in AXES, way.length))
 
 
 def _free_length(
-    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, way: float, effort: Effort
+    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, min_length: float, effort: Effort
 ) -> float | None:
-    """Return the distance [m], at least `way`, after which no mover is in the others; None if it takes too long."""
-    for _ in range(ROUNDS):
-        step = vector_times(direction, way + SKIN)
+    """Return a distance [m] >= `min_length` after which no mover is in the others; None if it takes too long."""
+    for _ in range(MAX_ROUNDS):
+        step = vector_times(direction, min_length + ROUNDING_OVERLAP)
         moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
         around = union([box for _, box in moved])
         assert around is not None
-        near = [b for b in others if not apart(around, b.box, SKIN)]
-        if not effort.spend(len(moved) * len(near) // GLANCES):
+        near = [b for b in others if not apart(around, b.box, ROUNDING_OVERLAP)]
+        if not effort.spend(len(moved) * len(near) // BOX_TESTS_PER_STEP):
             return None
-        boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, SKIN))
+        boxes = ((a, b) for a, box in moved for b in near if not apart(box, b.box, ROUNDING_OVERLAP))
         pairs = [(a, b) for a, b in boxes if _still_inside(a, b, step, effort)]
         if effort.left < 0:
             return None
         if not pairs:
-            return way
+            return min_length
         # A sample is enough: the next round finds the rest.
-        pairs = pairs[:: len(pairs) // PAIRS + 1]
+        pairs = pairs[:: len(pairs) // MAX_EXACT_PAIRS + 1]
         effort.spend(_cost(pairs))
-        way = max([way, *(_exit(a, b, direction) for a, b in pairs)])
+        min_length = max([min_length, *(_exit(a, b, direction) for a, b in pairs)])
     return None
 
 
 def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
     """Return the steps that the exits of pairs of pieces cost."""
-    return sum(ROUND_EXIT if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else EXIT for a, b in pairs)
+    return sum(
+        ROUND_EXIT if a.piece.kind in ROUND_PIECES or b.piece.kind in ROUND_PIECES else SWEEP_COST for a, b in pairs
+    )
 
 
 def moved_part(part: StandingPart, way: Way) -> StandingPart:
     """Return a piece after a translation."""
     return StandingPart(
         part.piece,
-        vector_plus(part.pos, vector_times(way.direction, way.length + SKIN)),
+        vector_plus(part.pos, vector_times(way.direction, way.length + ROUNDING_OVERLAP)),
         part.quat,
         part.moves,
         part.link,

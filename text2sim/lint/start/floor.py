@@ -10,7 +10,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.parts import Ground, lowest_of
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.overlap import GENTLE, MIN_DEPTH, push_speed
+from text2sim.lint.start.overlap import MIN_DEPTH, MIN_PUSH, push_speed
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 
@@ -19,19 +19,19 @@ def _under_floor(facts: Facts) -> Iterator[Problem]:
     """Report each body and plane once."""
     for ground in facts.planes:
         for name in facts.case.bodies:
-            sunk = [(depth, copy) for copy in facts.placed[name] if (depth := _sunk(facts, ground, copy)) > 0]
+            sunk = [(depth, copy) for copy in facts.placed[name] if (depth := _sunk_depth(facts, ground, copy)) > 0]
             if sunk:
                 depth, copy = max(sunk, key=lambda entry: entry[0])
                 yield _sunk_finding(facts, ground, copy, depth, len(sunk))
 
 
-def _sunk(facts: Facts, ground: Ground, copy: Copy) -> float:
+def _sunk_depth(facts: Facts, ground: Ground, copy: Copy) -> float:
     """Return how deep [m] a copy is below a plane; 0 if it is too little to matter, or if it cannot move."""
     box = facts.box(copy)
     if box is None or is_soft(copy.model) or lowest_of(box, ground.up) >= ground.level - MIN_DEPTH:
         return 0.0
     depth = max((ground.depth(part) for part in facts.parts(copy) if part.moves), default=0.0)
-    return depth if depth > max(GENTLE / push_speed(facts, 1.0), MIN_DEPTH) else 0.0
+    return depth if depth > max(MIN_PUSH / push_speed(facts, 1.0), MIN_DEPTH) else 0.0
 
 
 def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count: int) -> Problem:
@@ -52,7 +52,7 @@ def _sunk_finding(facts: Facts, ground: Ground, copy: Copy, depth: float, count:
     text += f"; {how} by {length(depth)}, or use `place: {{on: {ground.copy.name}}}`"
     severity = "error" if free and (whole or most) else None
     return facts.problem(
-        "under-floor", facts.first_said(copy.body, "pose", "place", "repeat"), text, key=True, severity=severity
+        "under-floor", facts.first_given(copy.body, "pose", "place", "repeat"), text, key=True, severity=severity
     )
 
 
@@ -72,7 +72,7 @@ def _floor_ends(facts: Facts) -> Iterator[Problem]:
                 f"`{ground.copy.name}`, which ends {ground.half:g} m from its centre; use "
                 f"`shape: {{kind: plane, size: {math.ceil(size / 10) * 10:g}}}`"
             )
-            yield facts.problem("floor-ends", facts.first_said(name, "pose", "place", "repeat"), text, key=True)
+            yield facts.problem("floor-ends", facts.first_given(name, "pose", "place", "repeat"), text, key=True)
 
 
 def _comes_down(facts: Facts, copy: Copy, grounds: list[Ground]) -> Vec | None:

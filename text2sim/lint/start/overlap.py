@@ -9,25 +9,25 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.concave import roughness
-from text2sim.lint.start.escape import GLANCES, Effort, Overlap, Way, inside, moved_part, overlap_of, plain
+from text2sim.lint.start.escape import BOX_TESTS_PER_STEP, Effort, Overlap, Way, inside, moved_part, overlap_of, plain
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
 
-PUSH = 0.52
+PUSH_FACTOR = 0.52
 """Speed [m/s] at which overlapping bodies are pushed apart, times the timeconst [s], over the depth [m]. Measured:
 boxes and spheres of 100 mm in others that are fixed, 0.5 to 80 mm deep, with timeconst 5 to 20 ms: 0.50 to 0.52."""
-GENTLE = 0.05
+MIN_PUSH = 0.05
 """Smallest push [m/s] that is reported: at this speed a body rises 0.1 mm."""
 MIN_SHARE = 0.005
 """Smallest overlap that is reported, as a share of the thickness."""
 MIN_DEPTH = 1e-4
 """Smallest overlap that is reported [m]."""
-TESTS = 4000
+MAX_TESTED_PAIRS = 4000
 """Most pairs of pieces that are tested in a case, which takes 0.2 s; the next check finds the rest."""
-STEPS = 8000
+STEP_BUDGET = 8000
 """Budget for depths and translations, half a second in all; further overlaps are only counted."""
-RANKS = {"free": 0, "tree": 1, "driven": 3, "fixed": 4, "static": 5}
+MOBILITY_RANKS = {"free": 0, "tree": 1, "driven": 3, "fixed": 4, "static": 5}
 
 
 @dataclass
@@ -44,7 +44,7 @@ class _Found:
 def _overlap(facts: Facts) -> Iterator[Problem]:
     """Report each pair of bodies once, however many of their copies overlap."""
     welded = _welded(facts)
-    tests, effort = Effort(TESTS), Effort(STEPS)
+    tests, effort = Effort(MAX_TESTED_PAIRS), Effort(STEP_BUDGET)
     found: dict[tuple[str, str], _Found] = {}
     for a, b in facts.near(slack=MIN_DEPTH):
         if tests.left < 0:
@@ -59,7 +59,7 @@ def _overlap(facts: Facts) -> Iterator[Problem]:
             continue
         overlap = overlap_of(facts.parts(a), facts.parts(b), pairs, effort)
         if overlap.depth > max(
-            GENTLE / push_speed(facts, 1.0), MIN_SHARE * overlap.thickness, MIN_DEPTH, roughness(*overlap.pair)
+            MIN_PUSH / push_speed(facts, 1.0), MIN_SHARE * overlap.thickness, MIN_DEPTH, roughness(*overlap.pair)
         ):
             both.count += 1
             if both.deepest is None or overlap.depth > both.deepest[2].depth * (1 + 1e-6):
@@ -76,7 +76,7 @@ def _overlap(facts: Facts) -> Iterator[Problem]:
 def push_speed(facts: Facts, depth: float) -> float:
     """Return the speed [m/s] at which the engine separates bodies that overlap by a depth [m]."""
     settings = facts.settings
-    return depth / settings.bounce_time if settings.bounce_time else PUSH * depth / settings.timeconst
+    return depth / settings.bounce_time if settings.bounce_time else PUSH_FACTOR * depth / settings.timeconst
 
 
 def _pieces_inside(
@@ -88,7 +88,7 @@ def _pieces_inside(
     assert around_b is not None
     others = [part for part in facts.parts(b) if not apart(part.box, around_a, MIN_DEPTH)]
     pairs: list[tuple[StandingPart, StandingPart]] = []
-    tests.spend(len(facts.parts(a)) * len(others) // GLANCES)
+    tests.spend(len(facts.parts(a)) * len(others) // BOX_TESTS_PER_STEP)
     for one in facts.parts(a):
         if not others or apart(one.box, around_b, MIN_DEPTH):
             continue
@@ -105,7 +105,7 @@ def _pieces_inside(
 
 def _rank(facts: Facts, copy: Copy) -> int:
     """Return a rank that is lower, the easier it is for the author to move the copy."""
-    return RANKS.get(facts.mount(copy), 2)
+    return MOBILITY_RANKS.get(facts.mount(copy), 2)
 
 
 def _welded(facts: Facts) -> set[frozenset]:
@@ -127,7 +127,7 @@ def _finding(
     depth, thickness = overlap.depth, overlap.thickness
     known = all(part.mesh is None for part in overlap.pair)
     deep = known and facts.free(a) and depth >= thickness / 2 * (1 - 1e-6)
-    one, other = (_named(facts, copy, overlap, side) for side, copy in enumerate((a, b)))
+    one, other = (_name_of(facts, copy, overlap, side) for side, copy in enumerate((a, b)))
     more = more_copies(count, "pairs of their copies" if all_seen else "pairs of their copies at least")
     text = f"{one} and {other} overlap by {length(depth)} at the start{more}"
     if deep:
@@ -139,7 +139,7 @@ def _finding(
         text += ": the engine pushes them apart" + (f" at {push_speed(facts, depth):.2g} m/s" if known else "")
     else:
         text += ": they press against their mounts or joints for the whole run"
-    way = _way(facts, a, b, overlap, effort)
+    way = _way_out(facts, a, b, overlap, effort)
     if way is None:
         text += "; move one, or use place"
     elif a.body == b.body:
@@ -152,7 +152,7 @@ def _finding(
     return facts.problem("overlap", _pointer(facts, a, b), text, key=True, severity="error" if deep else None)
 
 
-def _named(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
+def _name_of(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
     """Return the name of the copy, with the link if it has several."""
     link, tree = overlap.pair[side].link, facts.tree(copy)
     several = tree is not None and len(tree.links()) > 1
@@ -162,11 +162,11 @@ def _named(facts: Facts, copy: Copy, overlap: Overlap, side: int) -> str:
 def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
     """Return the path of the value that places the first copy."""
     if a.body == b.body:
-        return facts.first_said(a.body, "repeat", "place", "pose")
-    return facts.first_said(a.body, "place", "pose", "repeat")
+        return facts.first_given(a.body, "repeat", "place", "pose")
+    return facts.first_given(a.body, "place", "pose", "repeat")
 
 
-def _way(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
+def _way_out(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
     """Return the shortest plain translation, if possible one that does not lead into another body."""
     ways = plain(overlap.ways)
     if a.body == b.body:
@@ -198,13 +198,13 @@ RULES = (
         severity="warning",
         title="Two bodies overlap at the start.",
         reason=f"""\
-The engine treats an overlap as a compressed contact and pushes the bodies apart, at {PUSH:g} m/s for each metre of
-depth over the `timeconst` of contacts (measured, 0.5 to 80 mm deep): 10 mm at the usual 10 ms give 0.5 m/s, and 50 mm
-throw a brick. A body on a hinge or a fixed mount cannot move away and presses against its joint instead.
+The engine treats an overlap as a compressed contact and pushes the bodies apart, at {PUSH_FACTOR:g} m/s for each metre
+of depth over the `timeconst` of contacts (measured, 0.5 to 80 mm deep): 10 mm at the usual 10 ms give 0.5 m/s, and 50
+mm throw a brick. A body on a hinge or a fixed mount cannot move away and presses against its joint instead.
 
 A free body that is as deep as half the thickness of one of the two is an error: the side on which it comes out is
 random. The rule includes copies of one body and links of different bodies. It skips bodies attached to each other from
-the start, which do not collide, and overlaps that separate at less than {GENTLE:g} m/s.""",
+the start, which do not collide, and overlaps that separate at less than {MIN_PUSH:g} m/s.""",
         remedy="""\
 Move the body as the message says, or place it with `place: {on: …}`, which uses the true geometry; give a `repeat` more
 room. A mesh collides by its convex hull unless it has `collision: decompose`.""",

@@ -10,7 +10,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.escape import Effort, inside, overlap_of
-from text2sim.lint.start.overlap import MIN_DEPTH, STEPS, push_speed
+from text2sim.lint.start.overlap import MIN_DEPTH, STEP_BUDGET, push_speed
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Articulated
@@ -24,7 +24,7 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
         tree = facts.tree(copy)
         if tree is None:
             continue
-        strangers = _strangers(tree)
+        strangers = _collidable_pairs(tree)
         neutral = _overlapping(copy, replace(tree, initial={}), strangers)
         started = _overlapping(copy, tree, strangers) if tree.initial else {}
         where = facts.where(name, "self_collision")
@@ -47,7 +47,7 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("self-overlap", facts.where(name, "initial"), text, key=True)
 
 
-def _strangers(tree: Tree) -> set[tuple[str, str]]:
+def _collidable_pairs(tree: Tree) -> set[tuple[str, str]]:
     """Return the pairs of links that can collide: those that no joint connects, directly or through welded links."""
     above: dict[str, TreeLink] = {child.name: link for link in tree.links() for child in link.children}
     jointed = {link.name: bool(link.all_joints()) for link in tree.links()}
@@ -70,7 +70,7 @@ def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tu
         link.name: [StandingPart(geom.piece, pos, quat, True, link.name) for geom in link.geoms]
         for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)
     }
-    found, effort = {}, Effort(STEPS)
+    found, effort = {}, Effort(STEP_BUDGET)
     for a, b in sorted(pairs):
         touching = [(one, other) for one in parts[a] for other in parts[b] if inside(one, other)]
         if touching and (depth := overlap_of(parts[a], parts[b], touching, effort).depth) > MIN_DEPTH:

@@ -29,7 +29,7 @@ def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
         return
     up: Vec = (-down[0], -down[1], -down[2])
-    meant, held = facts.meant_to_leave, _held(facts)
+    meant, held = facts.meant_to_leave, _held_bodies(facts)
     resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
     for name in facts.case.bodies:
         if name in meant or name in held:
@@ -53,7 +53,7 @@ def _upward(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("upward-gravity", ("scene", "gravity"), text)
 
 
-def _held(facts: Facts) -> set[str]:
+def _held_bodies(facts: Facts) -> set[str]:
     """Return the bodies that an attachment or a force may keep from falling."""
     names = [name for weld in facts.rows.welds for name in (weld.a, weld.b)]
     names += [wrench.entity for wrench in facts.rows.wrenches if wrench.end > wrench.start]

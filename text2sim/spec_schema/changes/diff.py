@@ -12,7 +12,7 @@ from text2sim.spec_schema.text.document import Path, pointer
 Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
 _CAMERA = ("from", "look_at")
-LONG = 8
+LONG_LIST = 8
 """Longer lists are compared item by item."""
 SHOTS = ("render", "shots")
 """The only mapping whose order has a meaning: the sequence of shots."""
@@ -87,18 +87,18 @@ def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]
         for key in [*a, *(key for key in b if key not in a)]:
             inner = (*path, key)
             if key not in b:
-                yield Change("removed", inner, a[key], NOTHING, _value(a[key], _at(was, key)))
+                yield Change("removed", inner, a[key], NOTHING, _value(a[key], _child(was, key)))
             elif key not in a:
-                yield Change("added", inner, NOTHING, b[key], NOTHING, _value(b[key], _at(now, key)))
+                yield Change("added", inner, NOTHING, b[key], NOTHING, _value(b[key], _child(now, key)))
             elif key == "kind":
                 if a[key] != b[key]:
                     yield Change("kind", inner, a[key], b[key])
             else:
-                yield from _compare(a[key], b[key], _at(was, key), _at(now, key), inner)
+                yield from _compare(a[key], b[key], _child(was, key), _child(now, key), inner)
         return
-    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and (len(a) > LONG or _nested(a)):
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and (len(a) > LONG_LIST or _nested(a)):
         for index, (old, new) in enumerate(zip(a, b, strict=True)):
-            yield from _compare(old, new, _at(was, index), _at(now, index), (*path, index))
+            yield from _compare(old, new, _child(was, index), _child(now, index), (*path, index))
         return
     values = _evaluated(a, was, b, now)
     if _is_place(path) and (by := _distance(values[0] if values[0] is not NOTHING else a, values[1] or b)):
@@ -115,7 +115,7 @@ def _nested(items: list[Any]) -> bool:
     return any(isinstance(item, dict | list) for item in items)
 
 
-def _at(value: Any, step: str | int) -> Any:
+def _child(value: Any, step: str | int) -> Any:
     if isinstance(value, dict):
         return value.get(str(step), NOTHING)
     return value[step] if isinstance(value, list) and isinstance(step, int) and step < len(value) else NOTHING

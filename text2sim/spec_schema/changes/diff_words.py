@@ -9,7 +9,7 @@ from text2sim.spec_schema.changes.effects import Effect
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.writing import flow_text
 
-SHOWN = 72
+MAX_VALUE_LENGTH = 72
 """Longest text of a value."""
 MARKS = {"added": "+", "removed": "-", "moved": "~", "changed": "~", "kind": "~"}
 
@@ -46,7 +46,7 @@ def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
     return {name: rows for name, rows in groups.items() if rows}
 
 
-def value_text(value: Any, shown: int = SHOWN) -> str:
+def value_text(value: Any, shown: int = MAX_VALUE_LENGTH) -> str:
     """Return a value as YAML, shortened."""
     if value is NOTHING:
         return "nothing"

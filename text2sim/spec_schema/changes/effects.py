@@ -36,11 +36,11 @@ def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, froz
         for path in raw.keys() | written.keys() | was.keys() | now.keys()
         if path[:1] == ("params",) and len(path) > 1 and not same(was.get(path, NOTHING), now.get(path, NOTHING))
     }
-    told = {
+    edited = {
         path for path in raw.keys() | written.keys() if not same(raw.get(path, NOTHING), written.get(path, NOTHING))
     }
     for path, value in now.items():
-        if any(path[:depth] in told for depth in range(len(path) + 1)) or path not in was or path[:1] == ("params",):
+        if any(path[:depth] in edited for depth in range(len(path) + 1)) or path not in was or path[:1] == ("params",):
             continue
         if not same(was[path], value):
             names = next((depends[path[:d]] for d in range(len(path), 0, -1) if path[:d] in depends), frozenset())

@@ -52,7 +52,7 @@ def merge(base: Any, ours: Any, theirs: Any, opposed: Iterable[Path] = ()) -> Me
             each of them.
     """
     merger = _Merger(frozenset(opposed))
-    data = _spelled(merger.merge(base, ours, theirs, ()), ours)
+    data = _as_we_wrote(merger.merge(base, ours, theirs, ()), ours)
     return Merged(data, merger.conflicts)
 
 
@@ -96,12 +96,12 @@ class _Merger:
         return result
 
 
-def _spelled(data: Any, ours: Any) -> Any:
+def _as_we_wrote(data: Any, ours: Any) -> Any:
     """Return the data with equal numbers as we wrote them, so that our text does not change."""
     if isinstance(data, dict) and isinstance(ours, dict):
-        return {key: _spelled(value, ours.get(key, NOTHING)) for key, value in data.items()}
+        return {key: _as_we_wrote(value, ours.get(key, NOTHING)) for key, value in data.items()}
     if isinstance(data, list) and isinstance(ours, list) and len(data) == len(ours):
-        return [_spelled(*pair) for pair in zip(data, ours, strict=True)]
+        return [_as_we_wrote(*pair) for pair in zip(data, ours, strict=True)]
     return ours if same(data, ours) else data
 
 

@@ -55,12 +55,12 @@ def merge_texts(
     old, mine, others = (_data(source) for source in (base, ours, theirs))
     merged = merge(old, mine, others, opposed)
     entries = dict(_entries(written_layout(parse_document(theirs))[0])) if theirs.text.strip() else {}
-    text = _amend(ours, operations(mine, merged.data), merged.data, entries, base)
-    lost, lost_ours = (_lost(text, source, base) for source in (theirs, ours))
+    text = _apply_theirs(ours, operations(mine, merged.data), merged.data, entries, base)
+    lost, lost_ours = (_lost_comments(text, source, base) for source in (theirs, ours))
     if merged.conflicts:
         steps = list(_take_theirs(merged.conflicts))
-        other = edit_source(Source(text, ours.file), steps, entries.get)
-        text = marked(text, other, marker)
+        theirs_taken = edit_source(Source(text, ours.file), steps, entries.get)
+        text = with_conflict_markers(text, theirs_taken, marker)
     return MergedText(text, merged.conflicts, lost, lost_ours, (old, mine, others))
 
 
@@ -79,7 +79,9 @@ def _migrated(source: Source) -> Source:
     return replace(source, text=edit_source(source, steps)) if steps else source
 
 
-def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, LayoutEntry], base: Source) -> str:
+def _apply_theirs(
+    ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, LayoutEntry], base: Source
+) -> str:
     """Return our text with their changes and their comments."""
     amendment = DocumentLayout(parse_document(ours), theirs.get)
     written = {entry for _, entry in _entries(amendment.root)}
@@ -89,27 +91,27 @@ def _amend(ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps
         other, old = theirs.get(path), known.get(path)
         if other is None or old is None or entry not in written:
             continue
-        above = _both(_attached(old.before), _attached(entry.before), _attached(other.before))
-        rest = entry.before[: len(entry.before) - len(_attached(entry.before))]
+        above = _both_sides(_comments_above(old.before), _comments_above(entry.before), _comments_above(other.before))
+        rest = entry.before[: len(entry.before) - len(_comments_above(entry.before))]
         entry.before = [*rest, *above]
-        entry.trail = "  ".join(_both(_listed(old.trail), _listed(entry.trail), _listed(other.trail))) or None
-        entry.after = _both(old.after, entry.after, other.after)
+        entry.trail = "  ".join(_both_sides(_as_list(old.trail), _as_list(entry.trail), _as_list(other.trail))) or None
+        entry.after = _both_sides(old.after, entry.after, other.after)
     return write_amended(ours, amendment, wanted)
 
 
-def _both(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
+def _both_sides(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
     """Return the merged comments of an entry: theirs follow ours."""
     if ours == base:
         return theirs
     return ours if theirs == base else [*ours, *(row for row in theirs if row not in ours and row not in base)]
 
 
-def _attached(rows: list[str]) -> list[str]:
+def _comments_above(rows: list[str]) -> list[str]:
     """Return the comments above an entry below the last blank line."""
     return list(takewhile(bool, reversed(rows)))[::-1]
 
 
-def _listed(trail: str | None) -> list[str]:
+def _as_list(trail: str | None) -> list[str]:
     return [trail] if trail else []
 
 
@@ -120,7 +122,7 @@ def _entries(entry: LayoutEntry, path: Steps = ()) -> Iterator[tuple[Steps, Layo
         yield from _entries(child, inner)
 
 
-def _lost(text: str, side: Source, base: Source) -> list[str]:
+def _lost_comments(text: str, side: Source, base: Source) -> list[str]:
     """Return the comments that a side added and that are not in the text."""
     return [row for row in _comments(side.text) if row not in text and row not in base.text]
 
@@ -147,7 +149,7 @@ def _take_theirs(conflicts: list[Conflict]) -> Iterator[Operation]:
             yield {"op": "add" if conflict.ours is NOTHING else "replace", "path": place, "value": conflict.theirs}
 
 
-def marked(ours: str, theirs: str, marker: int) -> str:
+def with_conflict_markers(ours: str, theirs: str, marker: int) -> str:
     """Return two texts as one, with conflict markers around different lines.
 
     Args:
@@ -167,7 +169,7 @@ def marked(ours: str, theirs: str, marker: int) -> str:
     return "".join(rows)
 
 
-def unmarked(text: str) -> tuple[str, str] | None:
+def split_at_markers(text: str) -> tuple[str, str] | None:
     """Return the two texts in a text with conflict markers; None if it has none, or malformed ones."""
     both: tuple[list[str], list[str]] = ([], [])
     inside: int | None = None
@@ -175,8 +177,8 @@ def unmarked(text: str) -> tuple[str, str] | None:
     for row in text.splitlines(keepends=True):
         found = _MARKER.match(row)
         step = found[0][0] if found is not None else ""
-        if (step, inside) in _STEPS:
-            inside, seen = _STEPS[step, inside], True
+        if (step, inside) in _MARKER_TRANSITIONS:
+            inside, seen = _MARKER_TRANSITIONS[step, inside], True
         elif inside != -1:
             for side, rows in enumerate(both):
                 if inside in (None, side):
@@ -185,7 +187,7 @@ def unmarked(text: str) -> tuple[str, str] | None:
 
 
 _MARKER = re.compile(r"(<{7,}|\|{7,}|={7,}|>{7,})(?: .*)?\r?$")
-_STEPS: dict[tuple[str, int | None], int | None] = {
+_MARKER_TRANSITIONS: dict[tuple[str, int | None], int | None] = {
     ("<", None): 0, ("|", 0): -1, ("=", 0): 1, ("=", -1): 1, (">", 1): None,
 }  # fmt: skip
 """State after each marker: our lines (0), those of the ancestor (-1), theirs (1), or common lines (None)."""

@@ -65,8 +65,8 @@ def checked_form(operation: Any) -> str:
     for name in operation:
         if name not in MEMBERS[op]:
             hint = nearest(name, [word for word in MEMBERS[op] if word not in operation])
-            said = f"unknown member `{str(name)[:40]}`; `{op}` takes {', '.join(MEMBERS[op])}"
-            raise Refusal(said, str(name), hint)
+            message = f"unknown member `{str(name)[:40]}`; `{op}` takes {', '.join(MEMBERS[op])}"
+            raise Refusal(message, str(name), hint)
     for name in MEMBERS[op]:
         if name not in operation:
             raise Refusal(f"`{name}` is missing: `{op}` takes {', '.join(MEMBERS[op])}", "op")

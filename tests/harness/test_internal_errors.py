@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.runtime.trouble import keep_details, told
+from text2sim.runtime.internal_errors import internal_error_message, keep_details
 
 
 def test_paths_of_a_home_that_is_the_root_stay(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -22,4 +22,4 @@ def test_without_a_home_an_error_is_told_all_the_same(monkeypatch: pytest.Monkey
 
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     monkeypatch.setattr(Path, "home", nowhere)
-    assert told(ValueError("odd")).endswith("ValueError: odd")
+    assert internal_error_message(ValueError("odd")).endswith("ValueError: odd")

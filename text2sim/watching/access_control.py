@@ -12,16 +12,16 @@ HEADERS = {
 """Headers of every answer."""
 
 
-def policy(nonce: str, forms: str = "'none'") -> str:
+def content_security_policy(nonce: str, form_action: str = "'none'") -> str:
     """Return the content security policy of a page, which allows only our scripts, styles and server."""
-    only = f"'nonce-{nonce}'"
+    nonce_source = f"'nonce-{nonce}'"
     return (
-        f"default-src 'none'; script-src {only}; style-src {only}; img-src data:; media-src 'self'; "
-        f"connect-src 'self'; base-uri 'none'; form-action {forms}; frame-ancestors 'none'"
+        f"default-src 'none'; script-src {nonce_source}; style-src {nonce_source}; img-src data:; media-src 'self'; "
+        f"connect-src 'self'; base-uri 'none'; form-action {form_action}; frame-ancestors 'none'"
     )
 
 
-def admitted(target: str, headers: Mapping[str, str], hosts: Collection[str], token: str) -> str | None:
+def admitted_path(target: str, headers: Mapping[str, str], hosts: Collection[str], token: str) -> str | None:
     """Return the path below the secret; None if the secret is wrong, or the request comes from another page.
 
     Args:
@@ -34,10 +34,10 @@ def admitted(target: str, headers: Mapping[str, str], hosts: Collection[str], to
     if headers.get("Host") not in hosts or (origin and origin.removeprefix("http://") not in hosts):
         return None
     # Links may be followed from anywhere; requests, frames and forms of other pages are refused.
-    followed = headers.get("Sec-Fetch-Mode") == "navigate" and headers.get("Sec-Fetch-Dest") == "document"
-    if headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin") and not followed:
+    is_link = headers.get("Sec-Fetch-Mode") == "navigate" and headers.get("Sec-Fetch-Dest") == "document"
+    if headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin") and not is_link:
         return None
-    given, slash, path = target.removeprefix("/").partition("/")
-    if not slash or not secrets.compare_digest(given.encode("utf-8", "replace"), token.encode()):
+    given_token, slash, path = target.removeprefix("/").partition("/")
+    if not slash or not secrets.compare_digest(given_token.encode("utf-8", "replace"), token.encode()):
         return None
     return path

@@ -18,10 +18,10 @@ def work_of_motors(recording: RecordedCase) -> tuple[Array, dict[str, float]]:
     for joint in states.joints:
         if joint.kind not in ("hinge", "slider") or joint.body not in loose:
             continue
-        own = states.dofs_force[:, joint.dof[0]].astype(float) * states.dofs_velocity[:, joint.dof[0]]
-        power = power + own
+        power_of_joint = states.dofs_force[:, joint.dof[0]].astype(float) * states.dofs_velocity[:, joint.dof[0]]
+        power = power + power_of_joint
         several = sum(other.body == joint.body for other in states.joints) > 1
-        works[f"{joint.body}.{joint.name}" if several else joint.body] = _integral(own, states.time)
+        works[f"{joint.body}.{joint.name}" if several else joint.body] = _integral(power_of_joint, states.time)
     return power, works
 
 
@@ -33,12 +33,12 @@ def work_of_pushes(recording: RecordedCase) -> dict[str, float]:
     """
     found = {}
     for name, control in recording.case.actions.controls.items():
-        if isinstance(control, Force | Torque) and (work := _work(recording, control)) is not None:
+        if isinstance(control, Force | Torque) and (work := _work_of_control(recording, control)) is not None:
             found[name] = work
     return found
 
 
-def _work(recording: RecordedCase, control: Force | Torque) -> float | None:
+def _work_of_control(recording: RecordedCase, control: Force | Torque) -> float | None:
     try:
         targets = recording.names.select(control.body)
     except SelectionError:
@@ -47,10 +47,10 @@ def _work(recording: RecordedCase, control: Force | Torque) -> float | None:
         return None
     if isinstance(control, Force) and control.point is not None and not isinstance(control.point, tuple):
         return None
-    return sum(_on(recording, control, target) for target in targets)
+    return sum(_work_on(recording, control, target) for target in targets)
 
 
-def _on(recording: RecordedCase, control: Force | Torque, target: RecordedTarget) -> float:
+def _work_on(recording: RecordedCase, control: Force | Torque, target: RecordedTarget) -> float:
     states = recording.states
     start, end = control.during or (0.0, states.end)
     end = min(states.end, end if isinstance(end, int | float) else states.end)
@@ -59,20 +59,20 @@ def _on(recording: RecordedCase, control: Force | Torque, target: RecordedTarget
     inside = states.time[(states.time > start) & (states.time < end)]
     time = np.concatenate([[start], inside, [end]])
     vector = np.array(control.force if isinstance(control, Force) else control.torque, dtype=float)
-    along = np.broadcast_to(vector, (states.frames, 3))
+    vectors = np.broadcast_to(vector, (states.frames, 3))
     if target.soft is not None:
-        rates = recording.velocity(target)
+        velocities = recording.velocity(target)
     else:
         quat = states.quat[:, target.root].astype(float)
-        rates = states.ang[:, target.root].astype(float)
+        velocities = states.ang[:, target.root].astype(float)
         if control.frame == "body":
-            along = rotate(quat, vector)
+            vectors = rotate(quat, vector)
         if isinstance(control, Force):
-            rates, turning = states.vel[:, target.root].astype(float), rates
+            velocities, angular_velocity = states.vel[:, target.root].astype(float), velocities
             if control.point is not None:  # the point moves with the body, about the centre of mass
                 arm = np.array(control.point, dtype=float) - np.array(states.links[target.root].com)
-                rates = rates + np.cross(turning, rotate(quat, arm))
-    power = np.interp(time, states.time, (along * rates).sum(axis=1))
+                velocities = velocities + np.cross(angular_velocity, rotate(quat, arm))
+    power = np.interp(time, states.time, (vectors * velocities).sum(axis=1))
     return _integral(power * np.array([value_at(control.scale, float(t)) for t in time]), time)
 
 

@@ -28,13 +28,13 @@ from text2sim.spec_schema.models.motion import Ramp
 
 Array = NDArray[Any]
 
-NEAR, TURNED = 5e-4, 5e-3
+POSITION_TOLERANCE, ROTATION_TOLERANCE = 5e-4, 5e-3
 """How far [m] and [rad] a solution may be off."""
 DAMPING = 0.01
-STEP = 0.4
+MAX_STEP = 0.4
 """Largest change of a joint in one iteration [rad or m]."""
-ITERATIONS, TRIES = 120, 24
-TINY = 1e-6
+MAX_ITERATIONS, MAX_TRIES = 120, 24
+DIFFERENCE_STEP = 1e-6
 """Change of a joint for the differences that give slopes [rad or m]."""
 
 
@@ -77,21 +77,24 @@ class Arm:
         low = np.where(np.isfinite(self.low), self.low, self.start - np.pi)
         high = np.where(np.isfinite(self.high), self.high, self.start + np.pi)
         found = []
-        for trial in range(TRIES):
+        for trial in range(MAX_TRIES):
             tried = self._descend(goal, q if trial == 0 else random.uniform(low, high))
             miss = self.miss(goal, tried)
             found.append((tried, float(np.linalg.norm(miss[:3])), float(np.linalg.norm(miss[3:]))))
-            if found[-1][1] <= NEAR and found[-1][2] <= TURNED:
+            if found[-1][1] <= POSITION_TOLERANCE and found[-1][2] <= ROTATION_TOLERANCE:
                 return found[-1]
-        return min(found, key=lambda row: row[1] / NEAR + row[2] / TURNED)
+        return min(found, key=lambda row: row[1] / POSITION_TOLERANCE + row[2] / ROTATION_TOLERANCE)
 
     def _descend(self, goal: "Goal", q: Array) -> Array:
-        for _ in range(ITERATIONS):
+        for _ in range(MAX_ITERATIONS):
             miss = self.miss(goal, q)
-            if np.linalg.norm(miss[:3]) < NEAR / 10 and np.linalg.norm(miss[3:]) < TURNED / 10:
+            if (
+                np.linalg.norm(miss[:3]) < POSITION_TOLERANCE / 10
+                and np.linalg.norm(miss[3:]) < ROTATION_TOLERANCE / 10
+            ):
                 break
-            steps = TINY * np.eye(len(q))
-            slopes = np.array([(miss - self.miss(goal, q + step)) / TINY for step in steps]).T
+            steps = DIFFERENCE_STEP * np.eye(len(q))
+            slopes = np.array([(miss - self.miss(goal, q + step)) / DIFFERENCE_STEP for step in steps]).T
             q = np.clip(q + self._change(slopes, miss, q), self.low, self.high)
         return q
 
@@ -106,7 +109,7 @@ class Arm:
                 return np.zeros_like(q)
             stuck = free & (((q <= self.low) & (change < 0)) | ((q >= self.high) & (change > 0)))
             if not stuck.any():
-                return change * min(1.0, STEP / max(float(np.abs(change).max()), 1e-12))
+                return change * min(1.0, MAX_STEP / max(float(np.abs(change).max()), 1e-12))
             free &= ~stuck
 
     def miss(self, goal: "Goal", q: Array) -> Array:
@@ -180,7 +183,7 @@ def reach_targets(
     for k, (t, at) in enumerate(zip(control.times, control.positions, strict=True)):
         quat = None if turns is None else quat_from_euler_deg(turns[k])
         q, off, askew = arm.solve(Goal(at, control.point, quat), q)
-        if off > NEAR or askew > TURNED:
+        if off > POSITION_TOLERANCE or askew > ROTATION_TOLERANCE:
             nearest = f"the nearest it comes is {off:.3g} m off"
             nearest += f" and {math.degrees(askew):.3g} deg askew" if quat is not None else ""
             raise ReachError(f"`{copy.body}.{link}` cannot get there: {nearest}", "positions", k)

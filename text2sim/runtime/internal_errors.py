@@ -36,7 +36,7 @@ def keep_details(error: BaseException) -> str:
     return ""
 
 
-def told(error: BaseException) -> str:
+def internal_error_message(error: BaseException) -> str:
     """Return the message for an internal error, with the command that prints what to send us."""
     file = keep_details(error)
     words = f"internal error, which is our bug: {type(error).__name__}: {error}"
