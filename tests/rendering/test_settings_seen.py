@@ -62,12 +62,17 @@ def test_a_texture_keeps_the_colour_and_has_no_seam(pattern):
 
 
 def test_a_wall_is_known_to_stand_in_the_light() -> None:
-    things = np.array([(-0.3, -0.3, 0.0), (0.3, 0.3, 0.6)])
+    things, middle = np.array([(-0.3, -0.3, 0.0), (0.3, 0.3, 0.6)]), np.array([0.0, 0.0, 0.3])
     wall, _ = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)  # it stands on the +y side
-    assert blocks_light(wall, things, np.array([(0.0, -1.0, -0.3)])), "the sun is low behind it"
-    assert blocks_light(wall, things, np.array([(0.0, 1.0, -0.3), (0.6, -0.6, -0.2)]))
-    assert not blocks_light(wall, things, np.array([(0.0, 1.0, -0.3), (1.0, 0.0, -0.3)])), "before it and beside it"
-    assert not blocks_light(wall, things, np.array([(0.0, -0.2, -1.0)])), "high above it"
+    weak = {"direction": (0.0, -1.0, -0.3), "strength": 1.0}
+    assert blocks_light(wall, middle, 1.0, [weak]), "the sun is low behind it"
+    assert blocks_light(wall, middle, 1.0, [{"direction": (0.6, -0.6, -0.2), "strength": 1.0}])
+    assert not blocks_light(wall, middle, 1.0, [{"direction": (1.0, 0.0, -0.3), "strength": 1.0}]), "it shines along it"
+    assert not blocks_light(wall, middle, 1.0, [{"direction": (0.0, -0.2, -1.0), "strength": 1.0}]), (
+        "it is high above it"
+    )
+    assert not blocks_light(wall, middle, 1.0, [weak | {"distance": 1.0}]), "a lamp in front of it"
+    assert not blocks_light(wall, middle, 1.0, [weak, {"direction": (0.0, 1.0, -1.0), "strength": 3.0}]), "a weak light"
 
 
 def test_the_wall_is_straight_and_behind_the_scene_but_round_about_a_camera_that_goes_round():

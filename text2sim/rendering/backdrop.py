@@ -4,7 +4,7 @@ As in a studio, the wall stands only where a camera looks. Light escapes through
 cheaper: in a closed room every light path reaches its maximum length.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
 
@@ -125,28 +125,31 @@ def wall_mesh(
     return RenderMesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
 
 
-def blocks_light(wall: RenderMesh, things: Array, ways: Array) -> bool:
-    """Return whether a wall throws its shadow on the scene.
+def blocks_light(wall: RenderMesh, center: Array, stage: float, lights: Iterable[Mapping[str, Any]]) -> bool:
+    """Return whether a wall keeps the strongest light that has a direction from the scene.
 
     Args:
         wall: The wall.
-        things: Positions of everything visible [m], shape (n, 3).
-        ways: Directions in which light travels, shape (k, 3).
+        center: Middle of the scene [m], shape (3,).
+        stage: Radius of the stage [m].
+        lights: Resolved lights of the film section.
     """
-    low, high = things.min(axis=0), things.max(axis=0)
-    spots = np.stack(np.meshgrid(*zip(low, (low + high) / 2, high, strict=True)), axis=-1).reshape(-1, 3)
+    directed = [light for light in lights if "direction" in light]
+    if not directed:
+        return False
+    key = max(directed, key=lambda light: float(light["strength"]))
+    back = -np.asarray(key["direction"], float) / np.linalg.norm(key["direction"])
+    spots = center + stage / 2 * np.array([(0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)])
     a, b, c = (wall.vertices[wall.faces[:, k]] for k in range(3))
-    for way in ways:  # Moeller and Trumbore, 1997
-        across = np.cross(-np.asarray(way, float), c - a)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            scale = 1 / ((b - a) * across).sum(axis=1)
-            for spot in spots:
-                u = ((spot - a) * across).sum(axis=1) * scale
-                normal = np.cross(spot - a, b - a)
-                v = (normal @ -np.asarray(way, float)) * scale
-                away = ((c - a) * normal).sum(axis=1) * scale
-                if ((u >= 0) & (v >= 0) & (u + v <= 1) & (away > 0)).any():
-                    return True
+    across = np.cross(back, c - a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = 1 / ((b - a) * across).sum(axis=1)
+        for spot in spots:  # Moeller and Trumbore, 1997
+            u = ((spot - a) * across).sum(axis=1) * scale
+            normal = np.cross(spot - a, b - a)
+            v, away = (normal @ back) * scale, ((c - a) * normal).sum(axis=1) * scale
+            if ((u >= 0) & (v >= 0) & (u + v <= 1) & (away > 0) & (away < key.get("distance", np.inf))).any():
+                return True
     return False
 
 

@@ -149,11 +149,10 @@ class FilmStage:
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            places = self._places()
-            wall = wall_mesh(backdrop, eyes, places, float(backdrop["radius"]) / ROOMY, rays)
+            stage = float(backdrop["radius"]) / ROOMY
+            wall = wall_mesh(backdrop, eyes, self._places(), stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
-            ways = [light["direction"] for light in self.recording.film["lights"].values() if "direction" in light]
-            if len(places) and blocks_light(wall[0], places, np.array(ways, float).reshape(-1, 3)):
+            if blocks_light(wall[0], np.array(backdrop["center"]), stage, self.recording.film["lights"].values()):
                 wall = None  # the background has the wall's colour
         mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:
