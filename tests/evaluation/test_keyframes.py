@@ -84,6 +84,21 @@ def test_positions_that_are_set_are_found_without_a_look_at_forces(tmp_path: Pat
     assert moved(tmp_path, record, controls={"lift": lift}).mainly_keyframed
 
 
+def test_a_motor_whose_target_changes_in_steps_is_none(tmp_path: Path) -> None:
+    """The velocity at the end of a step is 0.8 of the mean: the last of an exponential decay within the step."""
+    slider = BALL | {"mount": {"kind": "slider", "axis": "z", "actuator": {"stiffness": 10000, "damping": 150}}}
+    up = {"kind": "drive", "joint": "ball", "position": {"kind": "ramp", "to": 1.0, "end": 1.0}}
+
+    def record(run: WrittenRun) -> None:
+        run.add_link("ball", **along(run, run.time, 0.8))
+
+    assert not moved(tmp_path, record, {"ball": slider}, controls={"up": up}).keyframed
+
+
+def test_a_body_without_a_motor_may_not_move_so(tmp_path: Path) -> None:
+    assert moved(tmp_path, lambda run: run.add_link("ball", **along(run, run.time, 0.8))).mainly_keyframed
+
+
 def test_one_jump_is_enough(tmp_path: Path) -> None:
     def record(run: WrittenRun) -> None:
         run.add_link("floor", fixed=True)
