@@ -3,9 +3,9 @@
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, format_problem
 from text2sim.agents.attempts import Attempt
-from text2sim.agents.deciding import as_decision, open_case
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
+from text2sim.agents.opening import as_decision, open_case
 from text2sim.agents.replies import CasePlan, Fragments, Opening, PlannedBody
 from text2sim.agents.requirements import of_wish, take_apart
 from text2sim.spec_schema.changes.patch import same
