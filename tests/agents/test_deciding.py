@@ -539,3 +539,18 @@ def test_a_wish_is_checked_when_it_comes_in(
     outcome = Session.begin(tmp_path / "drop", wish, [], []).run(lambda event, what: None)
     assert outcome.state == "failed"
     assert about in outcome.why + model.questions("planner")[-1]
+
+
+def test_patches_that_need_each_other_are_applied_together() -> None:
+    """A domain that the ball would be outside of, and the ball's new place in it."""
+    path = Path("case.yaml")
+    domain = {"min": [4, -1, -1], "max": [6, 1, 3]}
+    patches = [
+        {"section": "scene", "why": "x", "operations": [{"op": "add", "path": "/scene/domain", "value": domain}]},
+        {"section": "bodies", "why": "x", "operations": [{"op": "replace", "path": "/bodies/ball/pose/pos/0", "value": 5}]},
+    ]  # fmt: skip
+    text, left_out = revising.with_patches(CASE, patches, path, None)
+    assert not left_out
+    assert revising.data_of(text)["bodies"]["ball"]["pose"]["pos"][0] == 5
+    foreign = [{**patches[1], "section": "scene"}, patches[0]]
+    assert revising.with_patches_together(CASE, foreign, path, None) is None, "each stays in its own section"

@@ -25,7 +25,7 @@ def test_times_of_schedules_are_said_to_be_those_of_the_run_or_since_an_event() 
 
 def test_what_a_name_says_itself_is_named_and_no_more() -> None:
     text = language.vocabulary()
-    assert "- `box`, `sphere`," in text
+    assert "- `plane`, `box`, `sphere`," in text
     assert "- `cone`: A cone along z with its tip up" in text
     assert "`plate`," in text
 

@@ -90,6 +90,8 @@ class Conversation:
         self._lock, self._beginnings = Lock(), Beginnings()
         self.attempt = 0
         """Number of the attempt that calls are charged to."""
+        self.overtime = 0.0
+        """Minutes beyond the limit of time within which a question may still be asked."""
 
     def vision(self, role: str) -> bool:
         """Whether the endpoint of a role accepts images."""
@@ -155,7 +157,7 @@ class Conversation:
             BudgetSpent: If the budget is used up.
             ModelError: If the model cannot be reached.
         """
-        if (spent := self._budget.exceeded(self.account)) is not None:
+        if (spent := self._budget.exceeded(self.account, self.overtime)) is not None:
             raise BudgetSpent(spent)
         with self._lock:
             self._numbers[role] += 1

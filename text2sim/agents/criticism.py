@@ -13,6 +13,7 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch
 from text2sim.agents.requirements import requirement_rows, weighted_score
+from text2sim.agents.revising import with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.revision.revise import RefusedPatch, revise
@@ -129,9 +130,16 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
         wrong.append(f"/requirements: no mark for {', '.join(unmarked)}")
     if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
-    for number, patch in enumerate(critique.patches if exhibit.case else (), 1):
-        wrong += [f"patch {number}: {reason}" for reason in _patch_faults(patch, exhibit.case, contract, path)]
+    if not _fit_together(critique.patches, exhibit.case, contract, path):
+        for number, patch in enumerate(critique.patches, 1):
+            wrong += [f"patch {number}: {reason}" for reason in _patch_faults(patch, exhibit.case, contract, path)]
     return wrong
+
+
+def _fit_together(patches: Sequence[Patch], case: str, contract: Contract, path: Path) -> bool:
+    """Whether patches give a valid case when all are applied; a judgement of looks has no case and needs no patches."""
+    rows = [patch.model_dump(mode="json") for patch in patches]
+    return not case or not rows or with_patches_together(case, rows, path, contract) is not None
 
 
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
@@ -173,8 +181,9 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
     """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], []
+    together = _fit_together(critique.patches, exhibit.case, contract, path)
     for patch in critique.patches if exhibit.case else ():
-        faults = _patch_faults(patch, exhibit.case, contract, path)
+        faults = [] if together else _patch_faults(patch, exhibit.case, contract, path)
         if faults:
             refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")
         else:

@@ -61,7 +61,7 @@ EXPECTATIONS_PAGE = (
     "which is better than a guess. `repeat: 3`: so many of this entry, `NAME_0` to `NAME_2`, with `k` in `${…}`."
 )
 """The Planner's page about expectations; its prompt has examples."""
-MIN_DESCRIPTION = 36
+MIN_DESCRIPTION = 42
 """Smallest length of a description that says more than the kind's name [characters]."""
 MIN_FIELD_WORD = 4
 """Smallest length of a word that may name a field [characters]."""

@@ -26,6 +26,8 @@ from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.trials import affordable
 from text2sim.agents.writer_team import Workshop
 
+JUDGING_OVERTIME = 5.0
+"""Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
 MAX_STALLED_ATTEMPTS = 2
 """Number of attempts without improvement that end the loop, once all expectations are true."""
 MAX_STALLED_REFILMS = 5
@@ -251,9 +253,11 @@ class AgentLoop:
             images = self.attempts.images(attempt)
             evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
             shown = critic_exhibit(self.made, attempt, evidence, images, self.base, self.path)
+            self.chat.overtime = JUDGING_OVERTIME if attempt.sound(self.agreement.names) else 0.0
             critique = criticise(
                 self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
             )  # fmt: skip
+            self.chat.overtime = 0.0
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
                 critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
@@ -389,9 +393,15 @@ class AgentLoop:
         text = self.agreement.apply(text, decision)
         patches = (attempt.critique or {}).get("patches", [])
         left_out: list[str] = []
+        taken = [patches[k - 1] for k in decision.take]
+        together = revising.with_patches_together(text, taken, self.path, self.agreement.contract)
         for k, patch in enumerate(patches, 1):
             if k not in decision.take:
                 attempt.fates.append(f"not taken: {decision.why}")
+                continue
+            if together is not None:
+                text = together
+                attempt.fates.append("taken")
                 continue
             text, refused = revising.with_patches(text, [patch], self.path, self.agreement.contract)
             attempt.fates.append(f"refused: {refused[0]}" if refused else "taken")

@@ -98,6 +98,8 @@ def _opening_faults(opening: Opening, agreement: Agreement, case: str, path: Pat
     fresh = [one for one in examine(text, path).errors if (one.path, one.rule) not in before]
     # Bodies that a Writer is asked to add do not exist yet.
     later = {"unknown-body", "unknown-link", "unknown-joint", "no-such-copy", "no-copies", "unknown-attach"}
+    if any(route.section == "bodies" for route in opening.routes):  # nor are joints as they will be
+        later |= {"dead-event", "dead-measure", "cannot-hold", "target-out-of-range"}
     return [
         format_problem(p) for p in fresh if p.rule not in later and any(p.path.startswith(place) for place in pointers)
     ]

@@ -9,7 +9,7 @@ from typing import Any
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import Contract
 from text2sim.agents.replies import Fragments
-from text2sim.revision.revise import revise
+from text2sim.revision.revise import apply_owned, revise
 from text2sim.spec_schema.changes.diff import difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.edit import edit_source
@@ -47,7 +47,7 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
 def with_patches(
     text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
 ) -> tuple[str, list[str]]:
-    """Apply patches in order; those that conflict with earlier ones or break the contract are skipped.
+    """Apply patches, together if that gives a valid case; otherwise in order, without those that are wrong by then.
 
     Args:
         text: Text of the case.
@@ -59,6 +59,8 @@ def with_patches(
         The text, and the reasons for skipped patches.
     """
     left_out = []
+    if len(patches) > 1 and (together := with_patches_together(text, patches, path, contract)) is not None:
+        return together, []
     for patch in patches:
         try:
             made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
@@ -113,6 +115,29 @@ def with_operations(text: str, changes: Sequence[Operation]) -> str:
     """
     before = data_of(text)
     return edit_text(text, operations(before, apply_operations(before, changes))) if changes else text
+
+
+def with_patches_together(
+    text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
+) -> str | None:
+    """Apply patches as one, so that each may need what another one changes; None if that is not possible.
+
+    Args:
+        text: Text of the case.
+        patches: Each with `section` and `operations`.
+        path: Path of the case file.
+        contract: The contract; None allows everything.
+    """
+    try:
+        data = parse_document(Source(text, str(path))).data
+        for patch in patches:
+            data = apply_owned(data, patch["operations"], patch["section"])
+        operations = [operation for patch in patches for operation in patch["operations"]]
+        made = revise(Source(text, str(path)), path, operations).text
+        broken = contract is not None and contract.breaches(load_text(made, path))
+    except (PatchError, SpecError):
+        return None
+    return None if broken else made
 
 
 def with_params(text: str, params: Mapping[str, Any]) -> str:

@@ -9,12 +9,12 @@ import numpy as np
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.spec_schema.models.case import Case
 
-MAX_BODIES = 8
+MAX_BODIES = 5
 """Largest number of bodies whose tracks are told; of several copies, only the first."""
-MAX_EVENTS = 5
+MAX_EVENTS = 3
 """Largest number of events at which they are told, the earliest first."""
 SLOW = 0.005
-"""Speed [m/s] of a body that is told to be at rest."""
+"""Speed [m/s] below which no velocity is told, and displacement [m] below which a body is left out."""
 
 
 def tracks_text(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]]) -> str:
@@ -39,19 +39,19 @@ def tracks_text(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]]) 
         if np.nanmax(np.linalg.norm(places - places[:1], axis=1), initial=0.0) < SLOW:
             continue
         told = [
-            f"{label} {t:.3g} s {_vector(place)}{_moving(velocity)}"
-            for (label, t), place, velocity in zip(moments, places, velocities, strict=True)
+            f"{label} {_vector(place)}{_moving(velocity)}"
+            for (label, _), place, velocity in zip(moments, places, velocities, strict=True)
             if np.isfinite(place).all()
         ]
         rows.append(f"- `{target.label}`: " + "; ".join(told))
-    return "## Positions [m] and velocities [m/s]\n\n" + "\n".join(rows[:MAX_BODIES]) if rows else ""
+    return "## Positions [m], velocities v [m/s]\n\n" + "\n".join(rows[:MAX_BODIES]) if rows else ""
 
 
 def _vector(values: Any) -> str:
-    return "(" + ", ".join(f"{round(float(value), 3) + 0.0:g}" for value in values) + ")"
+    return "(" + ", ".join(f"{round(float(value), 2) + 0.0:g}" for value in values) + ")"
 
 
 def _moving(velocity: Any) -> str:
     if not np.isfinite(velocity).all():
         return ""
-    return " at rest" if np.linalg.norm(velocity) < SLOW else f" v {_vector(velocity)}"
+    return "" if np.linalg.norm(velocity) < SLOW else f" v {_vector(velocity)}"

@@ -67,9 +67,7 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
         SpecError: If the text is not YAML that the language accepts.
     """
     data = parse_document(source).data
-    wanted = apply_operations(data, operations)
-    if owner is not None:
-        _check_ownership(data, wanted, operations, owner)
+    wanted = apply_operations(data, operations) if owner is None else apply_owned(data, operations, owner)
     text = edit_source(source, operations)
     try:
         found = _examine(text, path)
@@ -93,6 +91,22 @@ def revise(source: Source, path: Path, operations: Sequence[Operation], owner: s
         [problem for problem in new if problem.severity == "warning"],
         [problem for problem in found if problem.severity == "error"],
     )
+
+
+def apply_owned(data: Any, operations: Sequence[Operation], owner: str) -> Any:
+    """Return a document with a patch applied that may change one section only.
+
+    Args:
+        data: The document.
+        operations: The patch.
+        owner: One of `OWNERS`.
+
+    Raises:
+        PatchError: If the patch cannot be applied, or changes another owner's section.
+    """
+    wanted = apply_operations(data, operations)
+    _check_ownership(data, wanted, operations, owner)
+    return wanted
 
 
 def _check_ownership(data: Any, wanted: Any, operations: Sequence[Operation], owner: str) -> None:

@@ -185,6 +185,7 @@ def test_a_budget_says_which_bound_is_reached() -> None:
     assert Budget(tokens=100).exceeded(account) == "100 of 100 tokens are spent"
     assert Budget(cost=0.25).exceeded(account) == "$0.25 of $0.25 are spent"
     assert Budget(minutes=2, minutes_before=2.1).exceeded(account) == "2 minutes are over"
+    assert Budget(minutes=2, minutes_before=2.1).exceeded(account, overtime=5) is None
 
 
 def test_stop_is_handed_to_the_endpoint(tmp_path: Path) -> None:

@@ -250,13 +250,18 @@ class Budget:
         """Return the minutes left; None without a limit."""
         return None if self._minutes is None else max(0.0, self._minutes - self.minutes_used)
 
-    def exceeded(self, account: Account) -> str | None:
-        """Describe the limit that is reached; None if none is."""
+    def exceeded(self, account: Account, overtime: float = 0.0) -> str | None:
+        """Describe the limit that is reached; None if none is.
+
+        Args:
+            account: What was spent.
+            overtime: Minutes beyond the limit of time that are allowed.
+        """
         spent = account.total()
         if self._tokens is not None and spent.tokens >= self._tokens:
             return f"{spent.tokens:,} of {self._tokens:,} tokens are spent"
         if self._cost is not None and spent.cost >= self._cost:
             return f"${spent.cost:.2f} of ${self._cost:.2f} are spent"
-        if self._minutes is not None and self.minutes_used >= self._minutes:
+        if self._minutes is not None and self.minutes_used >= self._minutes + overtime:
             return f"{self._minutes:g} minutes are over"
         return None
