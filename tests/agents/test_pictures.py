@@ -157,6 +157,15 @@ def test_the_longest_time_without_a_picture_gets_one() -> None:
     assert max(np.diff(times)) < 7.0 / 2
 
 
+def test_each_shot_is_shown_although_nothing_is_wanted_in_it() -> None:
+    """Four shots of a second; everything that is wanted lies in the first and the last."""
+    pictures = [Frame(k, f"shot{k // 20}", k * 0.05, 0.0, k * 0.05, k * 0.05, 0.0, 1.0) for k in range(80)]
+    wanted = [FrameMoment(0.1 * k, f"event {k}") for k in (*range(1, 10), *range(31, 39))]
+    found = choose_frames(wanted, pictures, 12)
+    assert len(found) == 12
+    assert {one.frame.camera for one in found} == {"shot0", "shot1", "shot2", "shot3"}
+
+
 def test_a_close_view_shows_what_is_attached_to_a_body_as_well() -> None:
     hold = {"kind": "attach", "body": "foam", "to": "car.chassis"}
     actions = {"controls": {"hold": hold, "push": {"kind": "force", "body": "car"}, "odd": None}}

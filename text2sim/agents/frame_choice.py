@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.legibility.film import nearest_frame, spread_numbers
@@ -23,6 +23,8 @@ MAX_GAP_FRAMES, MIN_GAP_DIVISOR = 2, 5
 as a gap."""
 MAX_EVENTS, MAX_EXTREMES, MAX_DEFORMED, MAX_DECIDED = 4, 4, 2, 4
 """Largest numbers of moments of each sort."""
+MAX_SHOTS = 3
+"""Largest number of shots that are shown although nothing else in them is."""
 MIN_PENETRATION = 0.002
 """Smallest penetration whose worst moment is shown [m]."""
 MIN_DEFORMATION = {"strain": 0.05, "stretch": 1.05, "volume": 0.05}
@@ -126,7 +128,7 @@ def _deformed(evidence: Data) -> Iterator[FrameMoment]:
 
 
 def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], count: int) -> list[Shown]:
-    """Return the frames to show, in the film's order: first and last, the wanted moments, and evenly spaced others.
+    """Return the frames to show, in the film's order: first and last, the wanted moments, shots, and others between.
 
     Args:
         wanted: Moments, the most important first.
@@ -137,6 +139,7 @@ def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], co
     for frame in (pictures[0], pictures[-1]) if pictures else ():
         if not _similar_frame(found, frame):
             found.append(Shown(frame))
+    found += [Shown(frame) for frame in _shots_without(wanted, pictures)[:MAX_SHOTS]]
     for place, limit in ((wanted, count - MAX_GAP_FRAMES), (_middles_of_gaps(found, pictures), count), (wanted, count)):
         for moment in place:
             frame = nearest_frame(pictures, moment.t)
@@ -151,6 +154,13 @@ def choose_frames(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"], co
         if len(found) < count and not _similar_frame(found, pictures[k], (pictures[-1].k - pictures[0].k) / count / 2):
             found.append(Shown(pictures[k]))
     return sorted(found, key=lambda one: one.frame.k)
+
+
+def _shots_without(wanted: Sequence[FrameMoment], pictures: Sequence["Frame"]) -> list["Frame"]:
+    """Return the middle frames of those shots between the first and the last that no wanted moment shows."""
+    chosen = {frame.k for one in wanted if (frame := nearest_frame(pictures, one.t)) is not None}
+    shots = [list(frames) for _, frames in groupby(pictures, key=lambda frame: frame.camera)]
+    return [shot[len(shot) // 2] for shot in shots[1:-1] if not chosen & {frame.k for frame in shot}]
 
 
 def _middles_of_gaps(found: Sequence[Shown], pictures: Sequence["Frame"]) -> Iterator[FrameMoment]:
