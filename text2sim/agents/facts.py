@@ -220,11 +220,12 @@ def _is_seen(
     most = row["share"]["max"] if row is not None else evidence["seen"].get(body) if still is None else still
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
-    return (
-        most >= MIN_VISIBLE_FRACTION,
-        f"`{body}` fills at most {100 * most:.2g} % of the film's picture, seen from {100 * MIN_VISIBLE_FRACTION:.2g} "
-        "% on",
-    )
+    told = f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
+    if row is not None and "pictures" in main:
+        told += f" and is seen in {row['seen']} of {main['pictures']} pictures"
+    if most >= MIN_VISIBLE_FRACTION:
+        return True, told
+    return False, f"{told}; it has to fill {100 * MIN_VISIBLE_FRACTION:.2g} % at some time"
 
 
 def _most_seen(visibility: Any) -> dict[str, float]:
