@@ -6,6 +6,7 @@ from typing import Any
 from text2sim.spec_schema.changes.amendment import DocumentLayout, Origin, identical
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import apply_operations
+from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
@@ -52,7 +53,7 @@ def write_amended(source: Source, amendment: DocumentLayout, wanted: Any) -> str
         amendment: Its layout, amended.
         wanted: The expected data.
     """
-    text = amendment.dump()
+    text = format_text(amendment.dump(), source.file)  # comments of what is left may have another place now
     if not identical(parse_document(check_source(Source(text, source.file))).data, wanted):
         raise AssertionError("the edited text has other data than the patch gives")
     return text
