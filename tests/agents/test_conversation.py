@@ -93,6 +93,14 @@ def test_nothing_is_asked_when_the_budget_is_spent(tmp_path: Path) -> None:
     assert len(model.asked) == 1
 
 
+def test_a_last_question_may_be_asked_in_overtime(tmp_path: Path) -> None:
+    late = chat(tmp_path, Scripted({"critic": [fenced("n: 7")]}), Budget(minutes=10, minutes_before=12))
+    with late.overtime(5):
+        assert late.ask("critic", "s", "q", number) == 7
+    with pytest.raises(BudgetSpent, match="10 minutes are over"):
+        late.ask("critic", "s", "another", number)
+
+
 def test_types_say_what_is_wrong_with_an_answer() -> None:
     with pytest.raises(Wrong) as caught:
         typed_parser(Critique)({"seen": "x", "score": 140, "verdict": "fine"})

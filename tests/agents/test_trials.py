@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 
 
-def simulate(loaded: LoadedCase) -> Outcome:
+def simulate(loaded: LoadedCase, seconds: float) -> Outcome:
     """A run of a ball, whose case says how high it starts."""
     height = loaded.case.bodies["ball"].pose.pos[2]  # type: ignore[union-attr]
     if height > 9:
@@ -31,25 +31,28 @@ def simulate(loaded: LoadedCase) -> Outcome:
 def test_a_trial_tells_what_was_missed_and_measured_and_is_not_run_twice(tmp_path: Path) -> None:
     store, ran = tmp_path / "01" / "trials.json", []
 
-    def counted(loaded: LoadedCase) -> Outcome:
+    def counted(loaded: LoadedCase, seconds: float) -> Outcome:
         ran.append(loaded)
-        return simulate(loaded)
+        return simulate(loaded, seconds)
 
     settings = [{"height": 1.5}, {"height": 3}, {"height": 10}]
-    told = trials_text(CASE, settings, tmp_path / "case.yaml", store, counted)
+    told = trials_text(CASE, settings, tmp_path / "case.yaml", store, 60.0, counted)
     assert told.splitlines() == [
         "- {height: 1.5}: finished; all expectations true; `z` 0.1 to 1.5, at the end 0.15 m; `lands` at 0.45 s",
         "- {height: 3}: finished; MISSED `low` (0.3 m at 1 s); `z` 0.1 to 3, at the end 0.3 m; `lands` at 0.45 s",
         "- {height: 10}: failed: no memory",
     ]
-    assert trials_text(CASE, settings, tmp_path / "case.yaml", store, counted) == told
+    assert trials_text(CASE, settings, tmp_path / "case.yaml", store, 60.0, counted) == told
     assert len(ran) == 3
+    late = trials_text(CASE, [{"height": 4}], tmp_path / "case.yaml", store, 0.0, counted)
+    assert late == "- {height: 4}: not run: no time was left"
     store.write_text(json.dumps(["not", "a", "mapping"]))
-    assert trials_text(CASE, settings[:1], tmp_path / "case.yaml", store, counted) == told.splitlines()[0]
+    assert trials_text(CASE, settings[:1], tmp_path / "case.yaml", store, 60.0, counted) == told.splitlines()[0]
 
 
 @pytest.mark.parametrize(
-    ("wall", "minutes", "count"), [(60, None, MAX_TRIALS), (60, 20, 6), (60, 10, 3), (600, 20, 0), (0, 1, MAX_TRIALS)]
+    ("wall", "minutes", "count"),
+    [(60, None, MAX_TRIALS), (60, 20, 6), (60, 10, 3), (600, 20, 0), (0, 1, 0), (0, None, 0)],
 )
 def test_trials_take_a_share_of_the_time_left(wall: float, minutes: float | None, count: int) -> None:
     assert affordable(wall, minutes) == count
@@ -70,17 +73,17 @@ def test_after_its_trials_the_planner_decides_and_may_not_try_again(monkeypatch:
     monkeypatch.setattr("text2sim.agents.loop.decide", decide)
     attempt = Attempt(1, CASE, "first version", state="finished", wall=10.0)
     loop: Any = SimpleNamespace(
-        agreement=agreed()[0], workshop=SimpleNamespace(referred=[]), only_if_accepted=False, _affordable=3,
+        agreement=agreed()[0], workshop=SimpleNamespace(referred=[]), only_if_accepted=False, _time_left=lambda: ("", 1.0),
         dealt=SimpleNamespace(offer=lambda *given: ""), left=lambda: "", emit=lambda *given, **what: None, made=[attempt],
         chat=None, request=None, path=Path("case.yaml"), _history=lambda: "", _earlier=lambda attempt: {},
         attempts=SimpleNamespace(trials=lambda attempt, text, trials, *more: f"- {trials[0]}: finished"),
         limits=SimpleNamespace(timeout=lambda: 60.0), progress=None,
     )  # fmt: skip
-    for name in ("_asked", "_announced", "_trials"):
+    for name in ("_ask_planner", "_emit_decision", "_run_trials"):
         setattr(loop, name, getattr(AgentLoop, name).__get__(loop))
     decision = AgentLoop._decide(loop, attempt, AttemptReport())
     assert decision.params == {"height": 2}
-    assert asked == [("", 3), ("- {'height': 2}: finished", 0)]
+    assert asked == [("", 1), ("- {'height': 2}: finished", 0)]
 
 
 def test_an_earlier_attempt_is_changed_with_its_own_parameters() -> None:

@@ -109,3 +109,9 @@ def test_a_draft_is_no_larger_than_it_has_to_be() -> None:
     width, height = _size((1080, 1920))
     assert width * height <= 1.01 * MAX_DRAFT_PIXELS
     assert width % 2 == height % 2 == 0
+
+
+def test_a_blurred_film_keeps_a_sample_for_each_moment(make_run: MakeRun) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0, motion_blur=0.5)
+    filming = Filming(read_recording(run))
+    assert cut_down(filming, Filming.reels, 0, FrameTime(0.1, 0.7, 0.2)).filming.samples == 4

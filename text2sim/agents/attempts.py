@@ -355,7 +355,7 @@ class Attempts:
         attempt: Attempt,
         text: str,
         settings: Sequence[Settings],
-        timeout: float,
+        seconds: float,
         on_progress: Callable[[Any], None],
     ) -> str:
         """Run a case with several settings of its parameters, and describe the outcomes, one line each.
@@ -364,19 +364,19 @@ class Attempts:
             attempt: The attempt that the Planner decides about; the outcomes are stored in its folder.
             text: The case.
             settings: Parameters of each trial.
-            timeout: Limit of each run [s].
+            seconds: Wall time that all of them may take [s].
             on_progress: Callback for the progress of each run.
 
         Raises:
             KeyboardInterrupt: If the user stopped one of these runs.
         """
 
-        def simulate(loaded: LoadedCase) -> Outcome:
-            result = self._simulated(loaded, timeout, on_progress)
+        def simulate(loaded: LoadedCase, limit: float) -> Outcome:
+            result = self._simulated(loaded, limit, on_progress)
             return result.state, result.evidence
 
         store = self.of(attempt.number) / "trials.json"
-        return trials_text(text, settings, self.case / "case.yaml", store, simulate)
+        return trials_text(text, settings, self.case / "case.yaml", store, seconds, simulate)
 
     def _simulated(self, loaded: LoadedCase, timeout: float, on_progress: Callable[[Any], None]) -> "RunResult":
         """Run a case without a film."""

@@ -1,7 +1,8 @@
 """Conversation with models: call a model, parse its answer into a type, and return faults to it a few times."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from threading import Lock
 from typing import Any, TypeVar, get_args
 
@@ -90,8 +91,16 @@ class Conversation:
         self._lock, self._beginnings = Lock(), Beginnings()
         self.attempt = 0
         """Number of the attempt that calls are charged to."""
-        self.overtime = 0.0
-        """Minutes beyond the limit of time within which a question may still be asked."""
+        self._overtime = 0.0
+
+    @contextmanager
+    def overtime(self, minutes: float) -> Iterator[None]:
+        """Allow questions until so many minutes beyond the limit of time."""
+        self._overtime = minutes
+        try:
+            yield
+        finally:
+            self._overtime = 0.0
 
     def vision(self, role: str) -> bool:
         """Whether the endpoint of a role accepts images."""
@@ -157,7 +166,7 @@ class Conversation:
             BudgetSpent: If the budget is used up.
             ModelError: If the model cannot be reached.
         """
-        if (spent := self._budget.exceeded(self.account, self.overtime)) is not None:
+        if (spent := self._budget.exceeded(self.account, self._overtime)) is not None:
             raise BudgetSpent(spent)
         with self._lock:
             self._numbers[role] += 1

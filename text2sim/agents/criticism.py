@@ -130,16 +130,19 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
         wrong.append(f"/requirements: no mark for {', '.join(unmarked)}")
     if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
-    if not _fit_together(critique.patches, exhibit.case, contract, path):
-        for number, patch in enumerate(critique.patches, 1):
-            wrong += [f"patch {number}: {reason}" for reason in _patch_faults(patch, exhibit.case, contract, path)]
+    for number, reasons in enumerate(_faults_by_patch(critique, exhibit, contract, path), 1):
+        wrong += [f"patch {number}: {reason}" for reason in reasons]
     return wrong
 
 
-def _fit_together(patches: Sequence[Patch], case: str, contract: Contract, path: Path) -> bool:
-    """Whether patches give a valid case when all are applied; a judgement of looks has no case and needs no patches."""
-    rows = [patch.model_dump(mode="json") for patch in patches]
-    return not case or not rows or with_patches_together(case, rows, path, contract) is not None
+def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> list[list[str]]:
+    """Reasons why each patch cannot be applied; none at all if they give a valid case together."""
+    if not exhibit.case:  # a judgement of looks needs no patches
+        return []
+    rows = [patch.model_dump(mode="json") for patch in critique.patches]
+    if len(rows) > 1 and with_patches_together(exhibit.case, rows, path, contract) is not None:
+        return [[] for _ in rows]
+    return [_patch_faults(patch, exhibit.case, contract, path) for patch in critique.patches]
 
 
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
@@ -181,9 +184,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
     """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
     patches, refused = [], []
-    together = _fit_together(critique.patches, exhibit.case, contract, path)
-    for patch in critique.patches if exhibit.case else ():
-        faults = [] if together else _patch_faults(patch, exhibit.case, contract, path)
+    for patch, faults in zip(critique.patches, _faults_by_patch(critique, exhibit, contract, path), strict=False):
         if faults:
             refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")
         else:

@@ -108,7 +108,7 @@ def decide(
         plan=plan_text(agreement.plan),
         history=history,
         report=_reported(report),
-        left=report.left,
+        left=f"{report.left} {_trials_sentence(choices.trials)}",
         cards=offer,
     )
     system = system_prompt(PLANNER, "decide", taken=", ".join(RESERVED_NAMES))
@@ -118,6 +118,10 @@ def decide(
         if not last or (sound := _sound_part(last[-1], faults)) is None:
             raise
         return sound.model_copy(update={"why": f"{sound.why} (without what could not be done: {failed.reasons[0]})"})
+
+
+def _trials_sentence(trials: int) -> str:
+    return f"At most {trials} trials can be run." if trials else "No trials can be run now."
 
 
 def _sound_part(decision: Decision, faults: Callable[[Decision], list[str]]) -> Decision | None:
@@ -162,7 +166,7 @@ def decision_faults(
     ]
     if decision.action == "try":
         return wrong or _trial_faults(decision, case, offered, path, choices.trials)
-    work = [key for key in decision.model_fields_set - {"action", "why"} if getattr(decision, key)]
+    work = [key for key in decision.model_fields_set - {"action", "why", "trials", "back_to"} if getattr(decision, key)]
     present = agreement.plan.params
     unchanged = [name for name, value in decision.params.items() if name in present and same(present[name], value)]
     if len(unchanged) == len(decision.params):
@@ -207,7 +211,7 @@ def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: P
     if not 1 <= len(decision.trials) <= allowed:
         wrong.append(f"/trials: give 1 to {allowed} of them (got {len(decision.trials)})")
     text, refused = revising.with_patches(case, [patches[k - 1] for k in decision.take], path, None)
-    return wrong or refused or settings_faults(text, decision.trials, path)
+    return wrong or [*filter(None, refused)] or settings_faults(text, decision.trials, path)
 
 
 def _changes_anything(decision: Decision) -> bool:

@@ -201,5 +201,6 @@ def _bodies(row: Any) -> tuple[str, ...]:
     """Names of the bodies of a measure or an event."""
     if not isinstance(row, Mapping):
         return ()
-    names = [row.get("of"), row.get("by"), row.get("to"), *(row.get("between") or ())]
+    of = row.get("of")
+    names = [*(of if isinstance(of, list) else [of]), row.get("by"), row.get("to"), *(row.get("between") or ())]
     return tuple(body_of(name) for name in names if isinstance(name, str))

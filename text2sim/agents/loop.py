@@ -23,7 +23,7 @@ from text2sim.agents.planning import Request, TriedPlan, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.trials import affordable
+from text2sim.agents.trials import TRIALS_SHARE, affordable
 from text2sim.agents.writer_team import Workshop
 
 JUDGING_OVERTIME = 5.0
@@ -69,8 +69,6 @@ class AgentLoop:
         """Text of the existing case that is to be changed."""
         self._agreed: dict[int, Agreement] = {}
         """The agreement at each attempt that ran, by number."""
-        self._affordable = 0
-        """Number of trials that the time left allows."""
         self._known_warnings: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
         self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
@@ -253,11 +251,10 @@ class AgentLoop:
             images = self.attempts.images(attempt)
             evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
             shown = critic_exhibit(self.made, attempt, evidence, images, self.base, self.path)
-            self.chat.overtime = JUDGING_OVERTIME if attempt.sound(self.agreement.names) else 0.0
-            critique = criticise(
-                self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
-            )  # fmt: skip
-            self.chat.overtime = 0.0
+            with self.chat.overtime(JUDGING_OVERTIME if attempt.sound(self.agreement.names) else 0.0):
+                critique = criticise(
+                    self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
+                )  # fmt: skip
             attempt.critique = report.critique = critique.model_dump(mode="json")
             attempt.accepted = (
                 critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
@@ -320,30 +317,32 @@ class AgentLoop:
         shows = {*report.rules, attempt.state, *failure_signatures(plan.checks, attempt.expect, attempt.evidence)}
         offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
         report.referred, self.workshop.referred = self.workshop.referred, []
-        report.left = self.left()
+        report.left, minutes = self._time_left()
+        tryable = not before_run and not report.problems
         choices = Choices(
             anew=not (before_run or self.agreement.planned_anew or self.only_if_accepted),
-            trials=0 if before_run or report.problems else self._affordable,
+            trials=affordable(max(one.wall for one in self.made), minutes) if tryable else 0,
             earlier={} if before_run else self._earlier(attempt),
         )
         if attempt.sound(self.agreement.names) and not report.referred:
             decision = decision_to_film(report.critique)
             if decision is not None:
-                return self._announced(attempt, decision)
-        decision = self._asked(attempt, report, offer, choices)
+                return self._emit_decision(attempt, decision)
+        decision = self._ask_planner(attempt, report, offer, choices)
         if decision.action == "try":
-            report.trials, report.left, choices.trials = self._trials(attempt, decision, choices), self.left(), 0
-            decision = self._asked(attempt, report, offer, choices)
+            report.trials, choices.trials = self._run_trials(attempt, decision, choices, minutes), 0
+            report.left = self.left()
+            decision = self._ask_planner(attempt, report, offer, choices)
         return decision
 
-    def _asked(self, attempt: Attempt, report: AttemptReport, offer: str, choices: Choices) -> Decision:
+    def _ask_planner(self, attempt: Attempt, report: AttemptReport, offer: str, choices: Choices) -> Decision:
         decision = decide(
             self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
             self.path, choices,
         )  # fmt: skip
-        return self._announced(attempt, decision)
+        return self._emit_decision(attempt, decision)
 
-    def _announced(self, attempt: Attempt, decision: Decision) -> Decision:
+    def _emit_decision(self, attempt: Attempt, decision: Decision) -> Decision:
         self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
                   routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
         return decision
@@ -358,17 +357,22 @@ class AgentLoop:
             and self._agreed[one.number].same_checks(self.agreement)
         }
 
-    def _trials(self, attempt: Attempt, decision: Decision, choices: Choices) -> str:
+    def _run_trials(self, attempt: Attempt, decision: Decision, choices: Choices, minutes: float | None) -> str:
         """Run the trials of a decision, and describe their outcomes."""
         text = attempt.text if decision.back_to is None else choices.earlier[decision.back_to][0]
         patches = [attempt.critique["patches"][k - 1] for k in decision.take] if attempt.critique else []
         text, _ = revising.with_patches(text, patches, self.path, None)
-        told = self.attempts.trials(attempt, text, decision.trials, self.limits.timeout(), self.progress)
-        self.emit("trials", number=attempt.number, rows=told.splitlines())
-        return told
+        seconds = self.limits.timeout() if minutes is None else TRIALS_SHARE * 60 * minutes
+        outcomes = self.attempts.trials(attempt, text, decision.trials, seconds, self.progress)
+        self.emit("trials", number=attempt.number, rows=outcomes.splitlines())
+        return outcomes
 
     def left(self) -> str:
         """Return a sentence with the attempts and time left; a resumed loop gets the same one again."""
+        return self._time_left()[0]
+
+    def _time_left(self) -> tuple[str, float | None]:
+        """Return that sentence, and the minutes left in it; None without a limit."""
         attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
         minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
@@ -377,42 +381,34 @@ class AgentLoop:
         if ran := [one for one in self.made if one.wall]:
             took = f"took {ran[-1].wall:.0f} s of wall time, of which {ran[-1].pace:.3g} s per simulated second"
             words.append(f"the run of attempt {ran[-1].number} {took}, the rest for start, judging and film")
-            self._affordable = affordable(ran[-1].wall, minutes)
-            words.append(f"there is time for {self._affordable} trials" if self._affordable else "no time for trials")
-        return "; ".join(words) + "."
+        return "; ".join(words) + ".", minutes
 
     def _history(self) -> str:
         return "\n".join(one.history_row() for one in self.made)
 
     def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
         """Carry out a decision; return the new text, and the reasons for refused patches."""
-        text, routes = attempt.text, list(decision.routes)
+        text, routes, base = attempt.text, list(decision.routes), attempt
         if decision.back_to is not None:
             text, agreed = self._earlier(attempt)[decision.back_to]
+            base = next(one for one in self.made if one.number == decision.back_to)
             self.agreement.go_back_to(agreed)
         text = self.agreement.apply(text, decision)
-        patches = (attempt.critique or {}).get("patches", [])
-        left_out: list[str] = []
-        taken = [patches[k - 1] for k in decision.take]
-        together = revising.with_patches_together(text, taken, self.path, self.agreement.contract)
-        for k, patch in enumerate(patches, 1):
-            if k not in decision.take:
-                attempt.fates.append(f"not taken: {decision.why}")
-                continue
-            if together is not None:
-                text = together
-                attempt.fates.append("taken")
-                continue
-            text, refused = revising.with_patches(text, [patch], self.path, self.agreement.contract)
-            attempt.fates.append(f"refused: {refused[0]}" if refused else "taken")
-            left_out += refused
+        patches = dict(enumerate((attempt.critique or {}).get("patches", ()), 1))
+        taken = [k for k in patches if k in decision.take]
+        text, reasons = revising.with_patches(
+            text, [patches[k] for k in taken], self.path, self.agreement.contract
+        )  # fmt: skip
+        fates = {k: f"refused: {reason}" if reason else "taken" for k, reason in zip(taken, reasons, strict=True)}
+        attempt.fates += [fates.get(k, f"not taken: {decision.why}") for k in patches]
+        left_out = [*filter(None, reasons)]
         self.attempts.keep(attempt)
         if decision.plan is not None:
             briefs = decision.plan.briefs.items()
             routes += [Route(section=section, instruction=brief) for section, brief in briefs]
             text, instructions = self.workshop.add_assets(text, decision.plan.assets)
             routes += instructions
-        return self.workshop.follow_routes(text, routes, what_holds(attempt)), left_out
+        return self.workshop.follow_routes(text, routes, what_holds(base)), left_out
 
     # --- outcome ----------------------------------------------------------------------------------------------
 

@@ -41,7 +41,7 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
     """Replace sections of a case."""
     before = data_of(text)
     after = before | {name: dict(data) for name, data in sections.items()}
-    return edit_text(text, operations(before, after))
+    return _with_edits(text, operations(before, after))
 
 
 def with_patches(
@@ -56,21 +56,20 @@ def with_patches(
         contract: The contract; None allows everything.
 
     Returns:
-        The text, and the reasons for skipped patches.
+        The text, and for each patch why it was skipped; empty if it was not.
     """
-    left_out = []
     if len(patches) > 1 and (together := with_patches_together(text, patches, path, contract)) is not None:
-        return together, []
+        return together, [""] * len(patches)
+    reasons = []
     for patch in patches:
         try:
             made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
-            if contract is not None and (breaches := contract.breaches(load_text(made, path))):
-                left_out.append(f"a patch on {patch['section']} was left out: {breaches[0]}")
-            else:
-                text = made
+            reason = next(iter(contract.breaches(load_text(made, path)) if contract is not None else ()), "")
         except (PatchError, SpecError) as error:
-            left_out.append(f"a patch on {patch['section']} was left out: {str(error).splitlines()[0]}")
-    return text, left_out
+            made, reason = text, str(error).splitlines()[0]
+        text = text if reason else made
+        reasons.append(f"a patch on {patch['section']} was left out: {reason}" if reason else "")
+    return text, reasons
 
 
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
@@ -79,9 +78,9 @@ def with_renamed(text: str, renames: Mapping[str, str]) -> str:
         {"op": "move", "from": pointer(("params", old)), "path": pointer(("params", new))}
         for old, new in renames.items()
     ]
-    before = data_of(text := edit_text(text, moves))
+    before = data_of(text := _with_edits(text, moves))
     case = {key: value for key, value in before.items() if key != "prefabs"}  # prefabs do not see the case's parameters
-    return edit_text(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
+    return _with_edits(text, operations(before, before | _params_renamed(words_renamed(case, renames), renames)))
 
 
 def _params_renamed(data: Any, renames: Mapping[str, str]) -> Any:
@@ -114,7 +113,7 @@ def with_operations(text: str, changes: Sequence[Operation]) -> str:
         PatchError: If it cannot be applied.
     """
     before = data_of(text)
-    return edit_text(text, operations(before, apply_operations(before, changes))) if changes else text
+    return _with_edits(text, operations(before, apply_operations(before, changes))) if changes else text
 
 
 def with_patches_together(
@@ -132,8 +131,8 @@ def with_patches_together(
         data = parse_document(Source(text, str(path))).data
         for patch in patches:
             data = apply_owned(data, patch["operations"], patch["section"])
-        operations = [operation for patch in patches for operation in patch["operations"]]
-        made = revise(Source(text, str(path)), path, operations).text
+        combined = [operation for patch in patches for operation in patch["operations"]]
+        made = revise(Source(text, str(path)), path, combined).text
         broken = contract is not None and contract.breaches(load_text(made, path))
     except (PatchError, SpecError):
         return None
@@ -167,10 +166,10 @@ def with_checks(text: str, checks: Fragments, drop: Sequence[str] = ()) -> str:
             actions[part] = rows
         else:
             actions.pop(part, None)
-    return edit_text(text, operations(before, before | {"actions": actions}))
+    return _with_edits(text, operations(before, before | {"actions": actions}))
 
 
-def edit_text(text: str, changes: Sequence[Operation]) -> str:
+def _with_edits(text: str, changes: Sequence[Operation]) -> str:
     """Apply operations that are known to be valid."""
     return edit_source(Source(text, "case.yaml"), changes) if changes else text
 
@@ -183,4 +182,4 @@ def change_lines(before: str, after: str) -> list[str]:
 def _laid_over(text: str, key: str, values: Mapping[str, Any]) -> str:
     before = data_of(text)
     merged = mapping(before, key) | json.loads(json.dumps(dict(values)))
-    return edit_text(text, operations(before, before | {key: merged})) if values else text
+    return _with_edits(text, operations(before, before | {key: merged})) if values else text

@@ -4,18 +4,20 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, format_problem
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.whole_files import write_atomically
 
 MAX_TRIALS = 6
 """Largest number of trials at a time."""
-SHARE = 0.3
-"""Largest share of the time left that trials may take."""
+TRIALS_SHARE = 0.3
+"""Largest share of the time left that all trials together may take."""
 Settings = Mapping[str, Any]
 """Values of parameters, by name."""
 Outcome = tuple[str, Mapping[str, Any] | None]
@@ -26,10 +28,12 @@ def affordable(wall: float, minutes: float | None) -> int:
     """Return how many trials fit the time left.
 
     Args:
-        wall: Wall time of one run [s].
+        wall: Wall time of one run [s]; 0 if none was timed.
         minutes: Minutes left; None without a limit.
     """
-    return MAX_TRIALS if minutes is None else max(0, min(MAX_TRIALS, int(SHARE * 60 * minutes / max(wall, 1.0))))
+    if not wall:
+        return 0
+    return MAX_TRIALS if minutes is None else min(MAX_TRIALS, int(TRIALS_SHARE * 60 * minutes / wall))
 
 
 def settings_faults(text: str, trials: Sequence[Settings], path: Path) -> list[str]:
@@ -55,7 +59,12 @@ def settings_faults(text: str, trials: Sequence[Settings], path: Path) -> list[s
 
 
 def trials_text(
-    text: str, trials: Sequence[Settings], path: Path, store: Path, simulate: Callable[[LoadedCase], Outcome]
+    text: str,
+    trials: Sequence[Settings],
+    path: Path,
+    store: Path,
+    seconds: float,
+    simulate: Callable[[LoadedCase, float], Outcome],
 ) -> str:
     """Run a case with each setting of parameters, and describe the outcomes, one line for each.
 
@@ -64,18 +73,20 @@ def trials_text(
         trials: Parameters of each trial.
         path: Path of the case file.
         store: File of outcomes by digest of the case, so that a resumed loop does not simulate them again.
-        simulate: Runs a loaded case.
+        seconds: Wall time that all of them may take [s].
+        simulate: Runs a loaded case, within a wall time [s].
     """
     try:
         outcomes = dict(json.loads(store.read_text("utf-8")))
     except (OSError, ValueError, TypeError):
         outcomes = {}
-    rows = []
+    rows, begin = [], monotonic()
     for settings in trials:
         varied = revising.with_params(text, settings)
         key = hashlib.sha256(varied.encode()).hexdigest()
         if key not in outcomes:
-            outcomes[key] = _outcome(varied, path, simulate)
+            left = seconds - (monotonic() - begin)
+            outcomes[key] = _outcome(varied, path, left, simulate) if left > 0 else "not run: no time was left"
             store.parent.mkdir(parents=True, exist_ok=True)
             write_atomically(store, json.dumps(outcomes, indent=1, ensure_ascii=False) + "\n")
         values = ", ".join(f"{name}: {value}" for name, value in settings.items())
@@ -83,20 +94,19 @@ def trials_text(
     return "\n".join(rows)
 
 
-def _outcome(text: str, path: Path, simulate: Callable[[LoadedCase], Outcome]) -> str:
-    examined = examine(text, path)
-    if examined.loaded is None or examined.errors:
-        return f"cannot be run: {format_problem(examined.errors[0])}" if examined.errors else "cannot be run"
+def _outcome(text: str, path: Path, seconds: float, simulate: Callable[[LoadedCase, float], Outcome]) -> str:
+    loaded = load_text(text, path)  # `settings_faults` has examined it
     try:
-        state, evidence = simulate(examined.loaded)
+        state, evidence = simulate(loaded, seconds)
     except RunError as error:
         return f"failed: {error}"
     if evidence is None:
         return state
     missed = [f"MISSED `{name}` ({row.get('why')})" for name, row in evidence["expect"].items() if not row.get("ok")]
     rows = [state, *(missed or ["all expectations true"])]
+    expected = {expect.measure for expect in loaded.case.actions.expect.values()}
     for name, row in evidence["measures"].items():
-        if row.get("problem") is None and row.get("last") is not None:
+        if name in expected and row.get("problem") is None and row.get("last") is not None:
             rows.append(f"`{name}` {row['min']:.3g} to {row['max']:.3g}, at the end {row['last']:.3g} {row['unit']}")
     rows += [
         f"`{name}` at {row['first']:.3g} s" for name, row in evidence["events"].items() if row.get("first") is not None

@@ -24,8 +24,8 @@ PROCESSOR_LIMIT, MEMORY_LIMIT = 40, 4 * 1024**3
 """Default limits of processor time [s] and memory [bytes]: a valid file of 64 MiB takes 5 s and 0.5 GB."""
 WALL_TIME_FACTOR = 3.0
 """Limit of wall time over that of processor time, for a busy machine."""
-SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD")
-"""Variables with one of these words in their names are not passed on."""
+SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
+"""Variables of the environment with one of these words in their names are secrets."""
 
 
 def call_confined(

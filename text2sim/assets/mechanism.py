@@ -157,7 +157,7 @@ def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     path = path_inside(source, root / source.file, file)
     kind = KIND_BY_SUFFIX.get(path.suffix.lower())
     if kind is None:
-        raise AssetError("must end in .xml (MJCF) or .urdf")
+        raise AssetError(f"must end in {', '.join(KIND_BY_SUFFIX)} (got {path.suffix or 'no suffix'})")
     if not path.is_file():
         raise AssetError("does not exist in the case's folder")
     document = parse_markup(path)

@@ -12,7 +12,7 @@ from text2sim import __version__
 if TYPE_CHECKING:
     from text2sim.compiler.plan import Plan
 
-_FILM_FIELDS = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
+_NOT_SIMULATED_FIELDS = frozenset({"render", "files", "notes", "warnings", "why", "line", "surface", "worn", "control"})
 """Fields that change no simulation: looks, lines of the case, film, notes."""
 LOOKS_SUFFIX = "_looks.npz"
 """How names of files end that say where parts have looks of their own."""
@@ -28,7 +28,10 @@ def sim_digest(plan: "Plan") -> str:
         if not path.endswith(LOOKS_SUFFIX)
     }
     return _digest(
-        {"plan": _plain(plan, _FILM_FIELDS) | {"files": _plain(seen, _FILM_FIELDS)}, "compiler": __version__}
+        {
+            "plan": _plain(plan, _NOT_SIMULATED_FIELDS) | {"files": _plain(seen, _NOT_SIMULATED_FIELDS)},
+            "compiler": __version__,
+        }
     )
 
 

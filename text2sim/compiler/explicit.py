@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from text2sim.compiler.build import Resolution
 from text2sim.compiler.film_lights import STUDIOS
-from text2sim.compiler.film_places import LIGHT_FIELDS, is_chosen
+from text2sim.compiler.film_places import PLACE_AND_LIGHT_FIELDS, is_chosen
 from text2sim.compiler.folding import escaped, folded
 from text2sim.compiler.looks import default_color, finish_of_body
 from text2sim.compiler.masses import masses
@@ -173,7 +173,7 @@ def _add_render(found: Explicit, resolution: Resolution) -> None:
         found.comments["render",] = f"{', '.join(left)} follow from what is recorded"
     given = resolution.loaded.case.render
     if is_chosen(given):
-        for key in sorted(LIGHT_FIELDS):
+        for key in sorted(PLACE_AND_LIGHT_FIELDS):
             render.pop(key, None)
         found.comments["render", "supports"] = "place and light are chosen from the case"
     elif given.setting is not None and "lighting" not in given.model_fields_set:

@@ -39,7 +39,7 @@ PLACES = {
     "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
     "meadow": FilmPlace("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
 }
-LIGHT_FIELDS = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
+PLACE_AND_LIGHT_FIELDS = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """Fields of `render` that decide about light or background."""
 FLOORS_AND_WALLS = (
     ("slabs", "#8d8379", "#a9c8df"),
@@ -79,7 +79,7 @@ up for, and the most stops of that."""
 
 def is_chosen(render: Render) -> bool:
     """Return whether a place is chosen for a case: it decides about neither light nor background."""
-    return not render.model_fields_set & LIGHT_FIELDS
+    return not render.model_fields_set & PLACE_AND_LIGHT_FIELDS
 
 
 def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:

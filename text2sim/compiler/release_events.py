@@ -128,6 +128,8 @@ class _Writer:
                 f"a program cannot see `{name}` ({measure.kind}) while it runs; it sees position, displacement, "
                 "velocity, speed, distance and joint_position"
             )
+        if isinstance(measure, measures.Displacement) and measure.frame is not None:
+            raise UnseenError(f"a program cannot see `{name}` in the frame of `{measure.frame}` while it runs")
         if isinstance(measure, measures.JointPosition):
             values = self._joints(measure.of)
         elif isinstance(measure, measures.Velocity | measures.Speed):

@@ -214,7 +214,7 @@ def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, 
     With cg its friction does not converge within 60 iterations (a wall of 115 bricks shifts by 20 mm in 0.1 s), and
     with newton a tree of links that is hit hard ends in nan; free bodies do not, up to 30 m/s and 250 kg.
     """
-    # Beside deformable bodies it is only known to be stable for what rolls.
+    # With deformable bodies it is known to be stable only in contact model `particle`, for what rolls.
     beside = soft is None or (soft.model == "particle" and traits.rolls)
     sound = beside and traits.bounciest == 0 and not scene.solver.noslip_iterations
     single = solver == "newton" and not (traits.linked or traits.loops)

@@ -154,7 +154,7 @@ class ItemScene:
 def candidate_questions(item: Mapping[str, Any], frames: Sequence[Row], folder: Path) -> list[Row]:
     """Return candidate questions about an item: `kind`, `question`, `right` and `evidence`.
 
-    `balanced` selects from them such that answers to equal questions about other items are equally frequent.
+    `balanced_questions` selects from them such that answers to equal questions about other items are equally frequent.
 
     Args:
         item: Row of the item.

@@ -74,7 +74,7 @@ def documentation() -> dict[str, ApiEntry]:
     if spec is None or spec.origin is None:
         raise MachineError("Genesis is not installed")
     root, found = Path(spec.origin).parent, dict[str, ApiEntry]()
-    init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _assigns(node, "init"))
+    init = next(node for node in ast.parse((root / "__init__.py").read_text("utf-8")).body if _defines(node, "init"))
     found["gs.init"] = _method("gs.init", init)  # type: ignore[arg-type]
     for prefix, places in OPTION_SOURCES.items():
         for node in _classes(root, places):
@@ -82,7 +82,7 @@ def documentation() -> dict[str, ApiEntry]:
                 name = f"{prefix}.{node.name}"
                 if prefix == "gs.options" and node.name.endswith("Light"):
                     name = f"gs.options.vis.{node.name}"  # not re-exported by the package
-                made = next((one for one in node.body if _assigns(one, "__init__")), None)
+                made = next((one for one in node.body if _defines(one, "__init__")), None)
                 options = _options(name, node)
                 bare = made is None or "()" not in options.line  # a class with fields accepts them as arguments
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
@@ -162,7 +162,7 @@ def _is_public(node: ast.FunctionDef) -> bool:
     )
 
 
-def _assigns(node: ast.stmt, name: str) -> bool:
+def _defines(node: ast.stmt, name: str) -> bool:
     return isinstance(node, ast.FunctionDef) and node.name == name
 
 

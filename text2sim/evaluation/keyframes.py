@@ -21,8 +21,8 @@ INTEGRATION_SLACK = 0.05
 SOFT_SLACK = 0.5
 """The same for deformable bodies, where the solver moves held points without giving them a velocity."""
 MOTOR_SLACK = 0.5
-"""The same for bodies with motors: a target changes once per step, so that the velocity at the end of a step is the
-lowest of it. Of a slider of 0.3 kg with a time constant of 15 ms it was 0.80 of the mean, at steps of 10 ms."""
+"""The same for bodies that a drive moves: a target changes once per step, so that the velocity at the end of a step is
+the lowest of it. Of a slider of 0.3 kg with a time constant of 15 ms it was 0.80 of the mean, at steps of 10 ms."""
 GRAVITY_SLACK = 0.5
 """Tolerated unexplained acceleration, as a fraction of gravity."""
 CONTACT_SLACK = 0.2
@@ -70,7 +70,7 @@ def motion_of(recording: RecordedCase) -> Motion:
 
     For each link and deformable body, the displacement d of the centre between frames must agree with the velocities at
     both ends: |d - h (v0 + v1) / 2| <= h |v1 - v0| / 2, with a tolerance of 5 % (50 % for deformable bodies and those
-    with motors) and 0.2 mm. For each free rigid body, the change of momentum must be that of gravity and contacts,
+    that a drive moves) and 0.2 mm. For each free rigid body, momentum must change by gravity and contacts alone,
     m (v1 - v0) = m g h + sum(F dt), with a tolerance of half of gravity and a fifth of the contact forces. This second
     check is skipped if controls act on the body, if the scene has deformable bodies (their contacts are not recorded),
     or if the contact model does not report forces.

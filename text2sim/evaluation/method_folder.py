@@ -5,8 +5,8 @@ METHOD/<prompt id>/result.json    the result (`CaseResult`); paths in it are rel
 METHOD/<prompt id>/prompt.txt     the prompt that it answers
 METHOD/<prompt id>/…              other files: film, case or program, run folder, calls
 
-A folder from another tool may lack `result.json`: then film and program are searched for (`discovered`), and their cost
-is unknown.
+A folder from another tool may lack `result.json`: then film and program are searched for (`discover_result`), and
+their cost is unknown.
 """
 
 import re

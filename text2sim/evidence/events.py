@@ -228,6 +228,7 @@ def _find_rest(recording: RecordedCase, series: Any, event: events.RestEvent, si
     """
     time = recording.states.time
     targets = [target for selector in event.subjects for target in recording.names.select(selector)]
+    about = {"of": event.of} if isinstance(event.of, str) else {"between": event.of}
     speeds = [_speed(recording, target) for target in targets]
     if not len(time):
         return []
@@ -241,7 +242,7 @@ def _find_rest(recording: RecordedCase, series: Any, event: events.RestEvent, si
             begin = crossings(time[first - 1 : first + 1], height[first - 1 : first + 1])[0]
         begin = max(begin, since)
         if time[last] - begin >= event.for_ - 1e-9:
-            rows.append({"time": begin, "of": ", ".join(event.subjects)})
+            rows.append({"time": begin, **about})
     return rows
 
 

@@ -9,8 +9,8 @@ from text2sim.rendering.film import Filming, Reel
 CUTS = ((1.0, 1, 1), (1.0, 1, 2), (0.75, 1, 2), (0.75, 1, 4), (0.5625, 1, 4), (0.5625, 2, 4), (0.5625, 3, 4))
 """Successive cuts: factor on width and height, factor on the time between pictures, divisor of the samples per pixel.
 
-Fewer samples show least, since frames are denoised: 8, 4 and 2 differed from 64 by 3.0, 3.4 and 4.0 of 255 (RMS, mean
-of three films).
+Fewer samples show least, since frames are denoised: 8 and 4 differed from 64 by 2.4 and 3.1 of 255 (RMS) in brick_wall,
+by 1.5 and 2.0 in laid_table (benchmarks/film_samples.py).
 """
 FEWEST_SAMPLES = 2
 """Smallest number of samples per pixel of a film that is cut down."""
@@ -71,18 +71,21 @@ def fitted(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: fl
     )
 
 
-def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, time: FrameTime) -> FittedFilm:
+def cut_down(
+    filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: float, frame_time: FrameTime
+) -> FittedFilm:
     """Return the largest and smoothest film that fits a time budget; if none does, the quickest.
 
     Args:
         filming: The requested film.
         reels: Returns the reels of a film of any size.
         minutes: Time budget [min].
-        time: Time of one frame of the requested film.
+        frame_time: Time of one frame of the requested film.
     """
     found: list[FittedFilm] = []
+    fewest = min(filming.samples, max(FEWEST_SAMPLES, filming.fewest_samples))
     for scale, every, divisor in CUTS:
-        fps, samples = filming.fps / every, max(FEWEST_SAMPLES, filming.samples // divisor)
+        fps, samples = filming.fps / every, max(fewest, filming.samples // divisor)
         if every > 1 and fps < SLOWEST:
             continue
         size = tuple(max(16, round(length * scale / 2) * 2) for length in filming.size)
@@ -90,7 +93,7 @@ def cut_down(filming: Filming, reels: Callable[[Filming], list[Reel]], minutes: 
         made = reels(other)
         wanted = {other.finished(frame) for reel in made for frame in reel.frames}
         missing = sum(not path.is_file() for path in wanted)
-        each = time.update + scale**2 * (time.finishing + time.tracing * samples / filming.samples)
+        each = frame_time.update + scale**2 * (frame_time.finishing + frame_time.tracing * samples / filming.samples)
         found.append(FittedFilm(other, made, missing, missing * each, found[0].whole if found else missing * each))
         if missing * each <= 60 * minutes:
             break

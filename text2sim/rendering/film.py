@@ -101,6 +101,11 @@ class Filming:
         """Samples per pixel."""
         return self._how.samples
 
+    @property
+    def fewest_samples(self) -> int:
+        """Samples below which a frame takes no less time: one for each moment of a motion-blurred one."""
+        return self._how.blur if self.recording.film["motion_blur"] else 1
+
     def variant(self, size: tuple[int, int], fps: float, samples: int) -> "Filming":
         """Return a copy.
 

@@ -153,7 +153,7 @@ class FilmStage:
             wall = wall_mesh(backdrop, eyes, self._places(), stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
             if blocks_light(wall[0], np.array(backdrop["center"]), stage, self.recording.film["lights"].values()):
-                wall = None  # the background has the wall's colour
+                wall, reach = None, 0.0  # it would shade the scene; the background has its colour
         mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:
             return {}

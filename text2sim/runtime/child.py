@@ -15,6 +15,7 @@ from typing import IO, Literal
 
 import psutil
 
+from text2sim.assets.confined import SECRET_WORDS
 from text2sim.runtime import kernel_cache
 from text2sim.runtime.stop import Stop
 
@@ -44,7 +45,6 @@ if os.getppid() == int(sys.argv[1]):
 """
 THREADS = 1
 """Threads of numeric libraries. Sums depend on it: with another number, fem bodies are 0.1 mm off after 0.3 s."""
-_SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD", "PASSWD", "CREDENTIAL")
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def child_environment(environment: Mapping[str, str]) -> dict[str, str]:
         name: value
         for name, value in environment.items()
         if (name.upper() in _KEPT_VARIABLES or name.upper().startswith(tuple(_KEPT_PREFIXES)))
-        and not any(word in name.upper() for word in _SECRET_WORDS)
+        and not any(word in name.upper() for word in SECRET_WORDS)
     }
     return kept | {
         **dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), str(THREADS)),

@@ -126,7 +126,7 @@ class StudyPage:
 def _render(state: str, status: int = 200, **contents: Any) -> Response:
     nonce = secrets.token_urlsafe(12)
     page = render_page("study", "page.html.j2", {"state": state, "nonce": nonce, **contents})
-    # With `no-referrer`, browsers submit a form with the origin `null`, which `admitted` could not check.
+    # With `no-referrer`, browsers submit a form with the origin `null`, which `admitted_path` could not check.
     headers = {"Content-Security-Policy": content_security_policy(nonce, "'self'"), "Referrer-Policy": "same-origin"}
     return HTMLResponse(page, status, headers)
 

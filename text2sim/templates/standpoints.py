@@ -31,7 +31,7 @@ broad sides of bodies, and contrast with the background."""
 MAX_USEFUL_CONTRAST = 0.25
 """Colour distance above which contrast does not increase the score further."""
 SURROUNDINGS, BENEATH = 0.3, 0.15
-"""How much of statics is shown beside and below what moves, in sizes of the latter."""
+"""How much of statics is shown beside and above what moves, and below it, in sizes of what moves."""
 POINTS_PER_BODY = 3
 """Points of a body from which occlusion is checked."""
 MAX_SIGHT_TESTS = 1_500_000
@@ -55,7 +55,7 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
     standing = states.bounds(auto["statics"], float(moments[0])) if auto["statics"] else np.zeros((0, 3))
     shown = _trimmed(clouds, len(states.boxes(auto["moving"]).names))
-    points = np.concatenate([shown, _near(standing, shown)])
+    points = np.concatenate([shown, _clipped_to_surroundings(standing, shown)])
     if not len(points):
         return camera
     sights = _Sights(film, states, moments)
@@ -204,8 +204,8 @@ def within(cloud: np.ndarray, space: Any) -> np.ndarray:
     return near if len(near) else cloud
 
 
-def _near(standing: np.ndarray, shown: np.ndarray) -> np.ndarray:
-    """Points of statics, moved into a box around what moves: of a large table, the part that matters is shown."""
+def _clipped_to_surroundings(standing: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """Points of statics, clamped to a box around what moves: of a large table, the part that matters is shown."""
     if not len(shown) or not len(standing):
         return standing
     low, high = shown.min(axis=0), shown.max(axis=0)

@@ -88,7 +88,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Print nothing: the terminal is for messages about the case."""
 
     def _path(self) -> str | None:
-        """The path below the secret; see `admitted`."""
+        """The path below the secret; see `admitted_path`."""
         port = self.server.server_port
         headers: Any = self.headers
         return admitted_path(self.path, headers, {f"{HOST}:{port}", f"localhost:{port}"}, self.server.token)

@@ -181,8 +181,7 @@ def test_the_wall_of_a_ring_counts_with_its_reach_and_not_its_staves(
     assert [problem.severity for problem in found] == ([severity] if severity else [])
 
 
-def test_a_link_cannot_leave_soft_bodies_alone(tmp_path: Path) -> None:
-    pin = """\
+PIN = """\
 bodies:
   dough: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.2, 0.2, 0.1]}, pose: {pos: [0, 0, 0.06]}}
   pin:
@@ -192,12 +191,25 @@ bodies:
       root: {shape: {kind: box, size: [0.1, 0.1, 0.1]}}
       rod:
         parent: root
-        shape: {kind: box, size: [0.1, 0.1, 0.1]}
-        material: {touch_soft: false}
-        joint: {kind: slider, axis: z}
+        shape: {kind: box, size: [0.1, 0.1, %s]}
+        material: {%s}
+        joint: {kind: slider, axis: z, actuator: {stiffness: 100, damping: 10}}
+actions: {controls: {down: {kind: drive, joint: pin.rod, position: -0.2}}}
 """
-    (found,) = findings(tmp_path, "unheeded-stuff", pin)
-    assert "touch_soft of a link is ignored" in found.message
+
+
+@pytest.mark.parametrize("key", ["touch_soft: false", "soft_reach: 0.01"])
+def test_a_link_cannot_leave_soft_bodies_alone(tmp_path: Path, key: str) -> None:
+    (found,) = findings(tmp_path, "unheeded-stuff", PIN % (0.1, key))
+    assert f"{key.split(':')[0]} of a link is ignored" in found.message
+    assert found.path == f"/bodies/pin/links/rod/material/{key.split(':')[0]}"
+
+
+def test_a_thin_link_is_named(tmp_path: Path) -> None:
+    (found,) = findings(tmp_path, "thin-wall", PIN % (0.01, "density: 100"))
+    assert "`pin.rod` is 10 mm thick" in found.message
+    assert "decor: true" in found.message
+    assert found.path == "/bodies/pin/links/rod/shape"
 
 
 @pytest.mark.parametrize(("speed", "iterations", "found"), [(4, 4, 0), (8, 4, 0), (16, 4, 1), (16, 20, 0), (32, 20, 1)])

@@ -7,6 +7,7 @@ from email.utils import parsedate_to_datetime
 from typing import Any
 
 from text2sim.agents.models.exchange import ModelError
+from text2sim.assets.confined import SECRET_WORDS
 
 MAX_MESSAGE_LENGTH = 400
 """Longest provider message that is shown [characters]."""
@@ -15,7 +16,6 @@ TRANSIENT_STATUSES = frozenset({408, 409, 425, 429, 500, 502, 503, 504, 520, 522
 _FINAL_WORDS = ("insufficient_quota", "exceeded your current quota", "billing", "credit balance")
 """Words in a 429 response that is about payment, so that waiting does not help."""
 _KEYS = re.compile(r"\b(?:sk|pk|gsk|xai|AIza|hf|key)[-_][\w*.-]{6,}|\bAIza[\w-]{10,}|(?i:bearer)\s+\S+")
-_SECRET_WORDS = ("KEY", "TOKEN", "SECRET", "PASSWORD", "CREDENTIAL")
 _NOISE = re.compile(r"^(?:litellm\.)?(?:\w+(?:Error|Exception)\s*[:-]\s*)+")
 _ADVICE = {
     401: "it does not accept the key",
@@ -30,7 +30,7 @@ _ADVICE = {
 def without_keys(text: str) -> str:
     """Redact everything that is, or looks like, an API key."""
     for name, value in os.environ.items():
-        if len(value) >= 8 and any(word in name.upper() for word in _SECRET_WORDS):
+        if len(value) >= 8 and any(word in name.upper() for word in SECRET_WORDS):
             text = text.replace(value, "[key]")
     return _KEYS.sub("[key]", text)
 

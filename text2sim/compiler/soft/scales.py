@@ -96,6 +96,12 @@ def thickness(shape: Any, folder: Path) -> float:
     """
     if shape.kind in ("text", "sketch"):
         return min(shape.depth, STROKE_SHARE * shape.height)
+    if shape.kind == "tube":  # its staves touch each other: their width does not count
+        return min(shape.outer_radius - shape.inner_radius, shape.height)
+    if shape.kind in ("cup", "funnel"):
+        return shape.thickness
+    if shape.kind == "compound":
+        return min(thickness(part.shape, folder) for part in shape.solids.values())
     if shape.kind == "sculpt":
         from text2sim.compiler.shapes.distances import form_of
 

@@ -55,14 +55,14 @@ def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
     return lost[0]
 
 
-def _leaving(facts: Facts, copy: Copy, t: float, landing: Vec) -> Problem:
+def _leaving(facts: Facts, copy: Copy, t: float, left_at: Vec) -> Problem:
     driven = isinstance(copy.model, Driven)
     word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
     views = shots(facts, t, offset_of(facts))
-    needed = [angle for shot in views if (angle := shot.needed(landing)) is not None]
+    needed = [angle for shot in views if (angle := shot.needed(left_at)) is not None]
     text = (
         f"`{copy.name}`, a subject of the script, {word} out of every camera's picture after {t:.2g} s, at "
-        f"{vector(tuple(round(c, 2) for c in landing))}; use a camera of kind `follow`"
+        f"{vector(tuple(round(c, 2) for c in left_at))}; use a camera of kind `follow`"
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"

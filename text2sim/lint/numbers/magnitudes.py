@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import at_most, length, more_copies, vector
@@ -12,8 +13,6 @@ from text2sim.spec_schema.errors import Problem
 SAG_FACTOR = 0.11
 """Depth [m] to which a sphere sinks into its support, over gravity [m/s2] and the timeconst [s] squared. Measured:
 spheres of 0.5 to 10 mm at 10 ms: 0.11 mm; boxes half of that."""
-MIN_TIMECONST = 0.002
-"""Shortest timeconst [s] to recommend; see `compiler.settings`."""
 MAX_SUNK_SHARE, SUNK_ERROR_SHARE = 0.05, 0.25
 """Shares of its thickness by which a body sinks: the largest without a warning, and the smallest that is an error."""
 MAX_WALL_SUNK_SHARE = 0.1

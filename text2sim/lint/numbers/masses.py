@@ -88,9 +88,9 @@ def _needed_settings(facts: Facts, time: float, *, contact: bool) -> str:
         contact: Whether it is that of contacts, which is at least `MIN_TIMECONST` unless the case gives it.
     """
     substeps = ceil(2 * facts.case.scene.dt / time)
-    is_given = contact and (time < MIN_TIMECONST or facts.case.scene.contact.timeconst is not None)
-    wanted = [f"contact.timeconst of {time:.1g} s"] if is_given else []
-    if substeps > facts.settings.substeps or not is_given:
+    must_be_given = contact and (time < MIN_TIMECONST or facts.case.scene.contact.timeconst is not None)
+    wanted = [f"contact.timeconst of {time:.1g} s"] if must_be_given else []
+    if substeps > facts.settings.substeps or not must_be_given:
         wanted.insert(0, f"scene.substeps of {substeps}")
     return " with ".join(wanted)
 

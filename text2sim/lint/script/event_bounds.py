@@ -39,7 +39,7 @@ class _Known(dict[str, EventBounds]):
 
     def __missing__(self, name: str) -> EventBounds:
         event = self.facts.case.actions.events[name]
-        found = _HAPPENING_OF[event.kind](self.facts, event) if event.kind in _HAPPENING_OF else EventBounds()
+        found = _BOUNDS_BY_KIND[event.kind](self.facts, event) if event.kind in _BOUNDS_BY_KIND else EventBounds()
         if event.after is not None and not found.never:
             first = self[event.after]  # references have no cycles
             if first.never:
@@ -154,7 +154,7 @@ def _removed(facts: Facts, event: Any) -> EventBounds:
     return EventBounds("", times[0], tuple(times))
 
 
-_HAPPENING_OF: dict[str, Callable[[Facts, Any], EventBounds]] = {
+_BOUNDS_BY_KIND: dict[str, Callable[[Facts, Any], EventBounds]] = {
     "contact": _contact,
     "separation": _contact,
     "threshold": _threshold,

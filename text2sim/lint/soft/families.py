@@ -72,7 +72,7 @@ def _no_contact(facts: Facts) -> Iterator[Problem]:
     for body in soft.bodies:
         if body.solver == "ipc" and soft.model != "ipc" or body.solver == "mpm" and soft.model in MODELS_WITH_STILL_MPM:
             continue  # other rules report these
-        for other, family in _bodies_without_contact(soft, body):
+        for other, family in _possible_partners(soft, body):
             if family == "mpm" and soft.model in MODELS_WITH_STILL_MPM:
                 continue
             if (body.body, other.body) in seen or frozenset((family, body.solver)) in TOUCHING_PAIRS[soft.model]:
@@ -83,7 +83,7 @@ def _no_contact(facts: Facts) -> Iterator[Problem]:
             yield _finding(facts, soft, body, other, family)
 
 
-def _bodies_without_contact(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, str]]:
+def _possible_partners(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, str]]:
     for ground in soft.planes:
         yield ground.copy, "rigid"
     for copy in soft.rigid:

@@ -13,14 +13,14 @@ from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Pen
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
-REPLACED_CONTACT_MODELS = ("sap", "ipc")
+REPLACING_CONTACT_MODELS = ("sap", "ipc")
 """Contact models that replace the engine's own rigid contacts."""
 
 
 def _no_records(facts: Facts) -> Iterator[Problem]:
     """Report measures and events of contacts between rigid bodies, which are not recorded."""
     soft = soft_facts(facts)
-    if soft.model not in REPLACED_CONTACT_MODELS:
+    if soft.model not in REPLACING_CONTACT_MODELS:
         return
     actions = facts.case.actions
     for name, measure in actions.measures.items():
@@ -68,7 +68,7 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
                 yield facts.problem("unheeded-stuff", where, text, key=True)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
-        if soft.model in REPLACED_CONTACT_MODELS and facts.value_at(where):
+        if soft.model in REPLACING_CONTACT_MODELS and facts.value_at(where):
             text = f"restitution has no effect under contact model {soft.model}; leave it out"
             yield facts.problem("unheeded-stuff", where, text)
         where = facts.where(name, "material", "soft_reach")

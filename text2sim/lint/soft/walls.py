@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.soft.scales import thickness
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
@@ -49,19 +50,16 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
             else " draw it as a part with `decor: true`, if it need not touch"
         )
         severity = "error" if wanted == LOADED_WALL_CELLS and cells < LEAKING_WALL_CELLS else None
-        yield facts.problem("thin-wall", facts.first_given(copy.body, "shape"), text, key=True, severity=severity)
+        where = (
+            facts.first_given(copy.body, "shape") if link is None else facts.where(copy.body, "links", link, "shape")
+        )
+        yield facts.problem("thin-wall", where, text, key=True, severity=severity)
 
 
 def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
-    """Return the smallest thickness [m] of a copy and the link that has it.
-
-    The staves of a ring touch each other, so that its wall counts, not the width of a stave.
-    """
-    shape = copy.shape
-    if shape is not None and shape.kind == "tube":
-        return min(shape.outer_radius - shape.inner_radius, shape.height), None
-    if shape is not None and shape.kind in ("cup", "funnel"):
-        return shape.thickness, None
+    """Return the smallest thickness [m] of a copy, and the link that has it if there are several."""
+    if copy.shape is not None and copy.shape.kind != "plane":
+        return thickness(copy.shape, facts.folder), None
     thinnest = min(facts.parts(copy), key=lambda part: part.thickness, default=None)
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 

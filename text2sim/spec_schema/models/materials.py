@@ -34,8 +34,8 @@ class Material(Model):
     rolling_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Rolling resistance [m]: the torque is this length times the normal force. For a pair of bodies the larger value
     applies. A rolling ball of radius r decelerates at 5/7 g times this length over r. For a coefficient of rolling
-    resistance c, such as 0.01 for a billiard ball on its cloth, the length is c r. With the pyramidal friction cone,
-    which scenes with trees of links have, it is a third to a half less."""
+    resistance c, such as 0.01 for a billiard ball on its cloth, the length is c r. With the pyramidal friction cone
+    (see `scene.contact.friction_cone`), it decelerates a third to a half less (benchmarks/rolling.py)."""
     torsional_friction: Real = Field(default=0.0, ge=0.0, le=1.0)
     """Resistance [m] to spin about the contact normal, applied like `rolling_friction`: two thirds of `friction` times
     the radius of the contact patch."""

@@ -148,7 +148,7 @@ class Bend(_Of):
 
 
 class Displacement(_OfRegion):
-    """Distance [m] of the body's origin from its start; for a deformable body, of its centre of mass."""
+    """Distance [m] of the body's origin (centre of mass, if it deforms) from its start, in the world or in `frame`."""
 
     kind: Literal["displacement"]
     unit: ClassVar[str] = "m"
@@ -156,8 +156,8 @@ class Displacement(_OfRegion):
     axis: AxisName | None = None
     """Signed displacement along one axis instead."""
     frame: Selector | None = None
-    """A rigid body or link whose origin and axes are the frame; by default the world. So what lies in a drawer has no
-    displacement as long as it moves with the drawer."""
+    """A rigid body or link whose origin and axes are the frame; by default the world. For example, in the frame of a
+    drawer, its contents have no displacement while they move with it."""
 
 
 class Tilt(_Of):

@@ -31,7 +31,7 @@ class Contact(Model):
     friction_cone: Literal["pyramidal", "elliptic"] | None = None
     """`elliptic` is Coulomb's law. `pyramidal` lets bodies on a slope creep (the lint rule `creeps` says how fast), but
     survives hard impacts on trees of links, and piles with the `cg` solver, for which `elliptic` ends in nan or lets
-    stacks shift. By default `elliptic` in scenes of free bodies with slopes or with bodies that lean."""
+    stacks shift. By default `elliptic` in scenes of free bodies with slopes, leaning bodies or rolling friction."""
     timeconst: Positive | None = None
     """Time constant [s] with which the solver resolves a penetration; at least two substeps. Smaller is stiffer."""
     max_pairs: Annotated[Integer, Field(ge=1, le=1_000_000)] | None = None

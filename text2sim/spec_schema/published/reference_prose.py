@@ -13,7 +13,7 @@ it canonically. `text2sim/spec_schema/case.schema.json` is a JSON Schema of the 
 - **Units are SI**: m, kg, s, N, rad. Angles are in degrees only where a field ends in `deg`.
 - **z points up.** Quaternions are (w, x, y, z). Left is -x, in front is -y.
 - **`kind` determines the type** of an entry, and thus its other fields. Unknown fields are errors.
-- **Nothing is implicit.** Values that a case leaves out have the default given here, or are derived from the scene;
+- **Nothing is hidden.** Values that a case leaves out have the default given here, or are derived from the scene;
   `text2sim check --settings` says how.
 - **Bodies move by physics.** There is no field for the path of a `rigid` body: it is moved by a joint with an actuator,
   a force, an impulse, an attachment or a start velocity. A `driven` body has a prescribed motion, is listed in the
