@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.attempts import Attempt, Attempts
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import Attempts
 from text2sim.agents.counterfactual import TITLE, case_without, compare_causes, part_of
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.revising import data_of

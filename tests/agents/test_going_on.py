@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.attempts import Attempt, Attempts
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import Attempts
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome

@@ -15,8 +15,9 @@ from tests.lint.lint_support import data_of
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, examine, owner_of
+from text2sim.agents.attempt_report import AttemptReport, Choices
 from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.deciding import AttemptReport, Choices, decision_faults, foreign_operations
+from text2sim.agents.decision_faults import decision_faults, foreign_operations
 from text2sim.agents.existing_case import plan_of_case
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments, Refer
 from text2sim.agents.section_writer import _patched

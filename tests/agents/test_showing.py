@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from text2sim.agents.attempts import Attempt
+from text2sim.agents.attempt import Attempt
 from text2sim.agents.critic_view import critic_exhibit, only_looks, what_holds
 from text2sim.spec_schema.load import load_text
 

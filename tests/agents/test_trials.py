@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from tests.agents.test_deciding import CASE, agreed
-from text2sim.agents.attempts import Attempt
-from text2sim.agents.deciding import AttemptReport, Choices
+from tests.agents.test_decision_faults import CASE, agreed
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempt_report import AttemptReport, Choices
+from text2sim.agents.deciding import _sound_part
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.replies import Decision
 from text2sim.agents.trials import MAX_TRIALS, Outcome, affordable, trials_text
@@ -105,3 +106,20 @@ def test_only_attempts_with_the_same_checks_can_be_gone_back_to() -> None:
     loop: Any = SimpleNamespace(made=made, agreement=same, _agreed={1: agreed()[0], 2: other, 3: same})
     assert list(AgentLoop._earlier(loop, made[2])) == [1]
     assert Choices().earlier == {}
+
+
+def test_the_planner_is_told_which_attempts_it_can_go_back_to() -> None:
+    earlier, now = agreed()[0], {"height": 2.0, "bound": 0.3, "spare": 2}
+    assert Choices(trials=2).text(now) == "At most 2 trials can be run."
+    assert Choices(earlier={1: (CASE, earlier)}).text(now).endswith("`back_to` can be 1 {height: 1.0}.")
+
+
+def test_trials_that_can_be_run_are_run_although_others_cannot() -> None:
+    wanted = Decision(action="try", why="how high", trials=[{"height": 2}, {"hight": 3}])
+
+    def faults(decision: Decision) -> list[str]:
+        return ["/trials: no such parameter"] if any("hight" in one for one in decision.trials) else []
+
+    sound = _sound_part(wanted, faults)
+    assert sound is not None
+    assert (sound.action, sound.trials) == ("try", [{"height": 2}])

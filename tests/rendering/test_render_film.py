@@ -13,7 +13,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from text2sim.cli.main import app
-from text2sim.cli.render import _part
+from text2sim.cli.render import _suffix
 from text2sim.legibility.film import Watcher
 from text2sim.recording.film_record import read_recording
 from text2sim.rendering.film import Filming, FilmProgress
@@ -194,7 +194,7 @@ def test_what_moves_is_blurred_while_the_shutter_is_open(make_run: MakeRun) -> N
     assert pictures[1].sum() == pytest.approx(pictures[0].sum(), rel=0.15)
 
 
-def test_edges_before_the_background_are_no_darker_than_what_they_part(make_run: MakeRun) -> None:
+def test_edges_before_the_background_are_no_darker_than_what_they_suffix(make_run: MakeRun) -> None:
     pale = CRATE | {"color": (0.9, 0.9, 0.9)}
     filming = Filming(read_recording(make_run({"crate": pale}, background=(0.9, 0.9, 0.9))), "draft")
     traced = filming.trace(filming.reels()[0].frames[0])
@@ -297,8 +297,8 @@ def test_a_film_of_some_seconds_with_fewer_pictures_stands_beside_the_whole_one(
     with pytest.raises(RunError, match="shows 0 s to 0.3 s, and no picture from 2 s to 3 s"):
         whole.reels(during=(2.0, 3.0))
     (reel,) = fewer.reels(during=(0.2, 0.4))
-    assert _part(fewer, reel, whole=False) == "_5fps_1-1"
-    assert _part(whole, whole.reels()[0], whole=True) == ""
+    assert _suffix(fewer, reel, whole=False) == "_5fps_1-1"
+    assert _suffix(whole, whole.reels()[0], whole=True) == ""
 
 
 def test_the_pace_is_told_by_the_preview_alone(make_run: MakeRun) -> None:

@@ -1,21 +1,20 @@
-"""Attempts of a loop, each in a folder with the case, its evidence and its judgement."""
+"""Folder of the attempts of a loop: they are run, stored and recalled here."""
 
 import json
-import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.agents.assembly import Examination
+from text2sim.agents.attempt import Attempt
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.counterfactual import TITLE, Found, compare_causes, part_of, untried_causes
 from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
-from text2sim.agents.requirements import Requirement
 from text2sim.agents.run_summary import citable_items, evidence_text
 from text2sim.agents.tracks import tracks_text
 from text2sim.agents.trials import Outcome, Settings, trials_text
@@ -28,89 +27,10 @@ if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.runtime.warm_runner import WarmRunner
 
-LARGEST_INPUT = 100_000_000
-"""Largest file that comes with a request [bytes]."""
 MAX_REPEAT_SHARE = 0.1
 """Part of the time left that a run may take to be repeated without a cause."""
 DURATION_RULE = "slow-scene"
 """The rule that estimates the duration of a run; it is ignored once a run was timed."""
-
-
-@dataclass
-class Attempt:
-    """One version of the case, and the result of its run."""
-
-    number: int
-    text: str
-    cause: str
-    """Why it was made."""
-    changes: list[str] = field(default_factory=list)
-    """Differences from the previous version."""
-    problems: list[str] = field(default_factory=list)
-    """Reasons why it could not be run."""
-    state: str = "unsound"
-    """`unsound` if it could not be run, else the final state of the run."""
-    run: str = ""
-    """The run folder, relative to the case folder."""
-    evidence: str = ""
-    """Summary of the run for the Critic and the Planner."""
-    expect: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Results of the expectations, by name."""
-    cites: list[str] = field(default_factory=list)
-    """Items of the evidence that a judgement may cite."""
-    pictures: list[str] = field(default_factory=list)
-    """Files in its folder."""
-    wall: float = 0.0
-    """Wall time of the run [s]; 0 without a run."""
-    pace: float = 0.0
-    """Wall time per simulated second [s]; 0 without a run."""
-    critique: dict[str, Any] | None = None
-    fates: list[str] = field(default_factory=list)
-    """Outcome of each of the Critic's patches."""
-    accepted: bool = False
-    facts: list[dict[str, Any]] = field(default_factory=list)
-    """Computed facts about requirements."""
-
-    def missed(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return those of the named expectations that failed."""
-        known = {one: name for name in names for one in numbered_copies(name, self.expect)}
-        return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
-
-    def sound(self, names: Sequence[str]) -> bool:
-        """Return whether the run finished with the named expectations and its own true."""
-        return self.state == "finished" and not self.missed([*names, *self.expect])
-
-    def history_row(self) -> str:
-        """Return one line for the history of attempts."""
-        missed = [name for name, row in self.expect.items() if row.get("ok") is not True]
-        row = f"{self.number}. {self.cause}: "
-        row += self.state if not self.problems else "refused: " + "; ".join(self.problems[:2])
-        if self.expect:
-            row += f"; {len(self.expect) - len(missed)} of {len(self.expect)} expectations true"
-        for name in missed[:4]:
-            row += f"; `{name}` {self.expect[name].get('why', '')}"
-        if self.critique is not None:
-            row += f"; Critic: {self.critique['verdict']}, {self.critique['score']:g} of 100"
-            row += "".join(f"; {failure['what']}" for failure in self.critique["failures"][:3])
-        return row
-
-    def shortcomings(self, requirements: Mapping[str, Requirement]) -> list[str]:
-        """Return its problems, and, unless it was accepted, unmet requirements and the Critic's failures."""
-        if self.accepted:
-            return list(self.problems)
-        marks, failures = (self.critique or {}).get("requirements", {}), (self.critique or {}).get("failures", ())
-        rows = [
-            f"{'half met' if marks[name]['mark'] else 'not met'}: {one.what}"
-            for name, one in requirements.items()
-            if name in marks and marks[name]["mark"] < 1
-        ]
-        return list(dict.fromkeys([*self.problems, *rows, *(failure["what"] for failure in failures)]))
-
-    def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """Sort key of an attempt's quality; larger is better."""
-        critique = self.critique or {}
-        passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
-        return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -self.number
 
 
 class Attempts:
@@ -311,7 +231,7 @@ class Attempts:
             plan: The plan that binds facts to requirements.
             loaded: The case of the attempt.
         """
-        about_causes = [row for row in attempt.facts if row["told"].startswith("without ")]
+        about_causes = [row for row in attempt.facts if row.get("about_cause")]
         attempt.facts = [*facts_as_data(compute_facts(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
@@ -346,7 +266,7 @@ class Attempts:
             else:
                 facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
             attempt.evidence = f"{attempt.evidence}\n\n{part_of(facts)}"
-            attempt.facts += facts_as_data(facts)
+            attempt.facts += facts_as_data(replace(fact, about_cause=True) for fact in facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
 
@@ -405,32 +325,5 @@ class Attempts:
         write_atomically(self.case / "case.yaml", attempt.text)
 
 
-def copy_input(file: Path, folder: Path) -> Path:
-    """Copy an input file of a request into a folder of the case under a safe name, and return its new path.
-
-    Raises:
-        RunError: If the file is too large, or another file has its name.
-    """
-    if file.stat().st_size > LARGEST_INPUT:
-        raise RunError(f"{file}: larger than {LARGEST_INPUT / 1e6:g} MB")
-    folder.mkdir(parents=True, exist_ok=True)
-    target = folder / (re.sub(r"[^A-Za-z0-9_.-]+", "_", file.name).lstrip(".-") or "file")
-    content = file.read_bytes()
-    if target.exists() and target.read_bytes() != content:
-        raise RunError(f"{target}: another file has this name")
-    write_atomically(target, content)
-    return target
-
-
 def _intended_note(why: str | None) -> str:
-    return "" if why is None else f" (meant, as its owner says{f': {why}' if why else ''})"
-
-
-def changed_expectations(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    """Describe the expectations whose result changed."""
-    rows = []
-    for name, row in after.items():
-        was = before.get(name, {}).get("ok")
-        if name in before and was != row.get("ok"):
-            rows.append(f"`{name}` {'came true' if row.get('ok') else 'no longer holds'}")
-    return rows
+    return "" if why is None else f" (intended, says its owner{f': {why}' if why else ''})"

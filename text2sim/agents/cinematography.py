@@ -1,4 +1,4 @@
-"""Cinematography of an accepted case: several treatments are judged by stills, without a new simulation.
+"""Cinematography of a final case: several treatments are judged by stills, without a new simulation.
 
 A treatment is a patch on `render` and on looks (`restyling.py`). A judge sees the request and path-traced stills of the
 start, the events and the end, and nothing else. The best treatment is refined with the judge's remarks on all of them
@@ -96,7 +96,7 @@ class FilmedTreatment:
 
 
 class Cinematography:
-    """The search for the best film of one accepted case.
+    """The search for the best film of one final case: an accepted one, or the best that was made.
 
     Args:
         chat: The conversation with the models.
@@ -114,7 +114,7 @@ class Cinematography:
         """Return the best treatment of a case; None if the judge's model does not accept images.
 
         Args:
-            text: The accepted case. If its film is already good enough, no treatments are requested.
+            text: The final case. If its film is already good enough, no treatments are requested.
 
         Raises:
             RoleFailed, BudgetSpent, ModelError: As `Conversation.ask`, before the first judgement.
@@ -253,7 +253,7 @@ def best_treatment(
 
     Args:
         cinematography: The search.
-        text: The accepted case.
+        text: The final case.
         refilm: Updates the run for a case with another film.
         path: Path of the case file.
         emit: Callback for journal events.
@@ -268,7 +268,7 @@ def best_treatment(
     except StoppedError:
         raise
     except Text2SimError as error:
-        emit("not_styled", why=str(error))  # a failure of the film must not lose the accepted case
+        emit("not_styled", why=str(error))  # a failure of the film must not lose the case
         return text
     except Exception as error:  # noqa: BLE001 - nor may an internal error
         emit("not_styled", why=internal_error_message(error))

@@ -5,7 +5,7 @@ from io import BytesIO
 from pathlib import Path
 
 from text2sim.agents import revising
-from text2sim.agents.attempts import Attempt, changed_expectations
+from text2sim.agents.attempt import Attempt, changed_expectations
 from text2sim.agents.criticism import Exhibit
 from text2sim.agents.facts import Fact
 from text2sim.agents.models.exchange import Image

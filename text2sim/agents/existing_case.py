@@ -2,7 +2,7 @@
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, format_problem
-from text2sim.agents.attempts import Attempt
+from text2sim.agents.attempt import Attempt
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
 from text2sim.agents.opening import as_decision, open_case

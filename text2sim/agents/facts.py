@@ -62,6 +62,8 @@ class Fact:
     """None if undecided."""
     told: str
     """Sentence with the values found."""
+    about_cause: bool = False
+    """Whether it compares the run with one without a cause."""
 
     def __str__(self) -> str:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"

@@ -10,10 +10,30 @@ from text2sim.assets.manifest import Asset, Control, read_manifest, register
 from text2sim.assets.safe_write import FOLDER
 from text2sim.compiler.shapes.sketching import strokes
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError, SpecError
+from text2sim.spec_schema.whole_files import write_atomically
 
+LARGEST_INPUT = 100_000_000
+"""Largest file that comes with a request [bytes]."""
 ACTUATED = ("hinge", "slider")
 MAX_PIECES, MAX_CORNERS, OUTLINE_TOLERANCE = 12, 24, 0.004
 """Largest numbers of pieces of a drawing and of corners of each, and tolerance of their outlines [image heights]."""
+
+
+def copy_input(file: Path, folder: Path) -> Path:
+    """Copy an input file of a request into a folder of the case under a safe name, and return its new path.
+
+    Raises:
+        RunError: If the file is too large, or another file has its name.
+    """
+    if file.stat().st_size > LARGEST_INPUT:
+        raise RunError(f"{file}: larger than {LARGEST_INPUT / 1e6:g} MB")
+    folder.mkdir(parents=True, exist_ok=True)
+    target = folder / (re.sub(r"[^A-Za-z0-9_.-]+", "_", file.name).lstrip(".-") or "file")
+    content = file.read_bytes()
+    if target.exists() and target.read_bytes() != content:
+        raise RunError(f"{target}: another file has this name")
+    write_atomically(target, content)
+    return target
 
 
 def add_inputs(case: Path, files: Sequence[Path], licence: str) -> list[str]:

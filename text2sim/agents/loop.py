@@ -8,13 +8,15 @@ from pathlib import Path
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
-from text2sim.agents.attempts import DURATION_RULE, Attempt, Attempts
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempt_report import AttemptReport, Choices
+from text2sim.agents.attempts import DURATION_RULE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
 from text2sim.agents.critic_view import critic_exhibit, what_holds, with_effects
 from text2sim.agents.criticism import criticise, decision_to_film
 from text2sim.agents.dealt_cards import DealtCards, failure_signatures
-from text2sim.agents.deciding import AttemptReport, Choices, decide
+from text2sim.agents.deciding import decide
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
 from text2sim.agents.mending import Mending
@@ -135,9 +137,7 @@ class AgentLoop:
             if (best := self._unbettered()) is not None:
                 if not self.only_if_accepted:
                     self._styled(next(one for one in self.made if one.number == best))
-                return self.outcome(
-                    "gave_up", f"{MAX_STALLED_ATTEMPTS} attempts brought nothing better than attempt {best}"
-                )
+                return self.outcome("gave_up", f"the attempts after {best} brought nothing better")
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
@@ -350,7 +350,7 @@ class AgentLoop:
     def _earlier(self, attempt: Attempt) -> dict[int, tuple[str, Agreement]]:
         """Return the text and agreement of the earlier attempts that can be changed instead of the latest."""
         return {
-            one.number: (one.text, self._agreed[one.number])
+            one.number: (one.text, copy(self._agreed[one.number]))
             for one in self.made
             if one is not attempt
             and one.number in self._agreed

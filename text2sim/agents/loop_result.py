@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
-from text2sim.agents.attempts import Attempt
+from text2sim.agents.attempt import Attempt
 from text2sim.agents.replies import CasePlan
 
 State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, examine, format_problem, owner_of
-from text2sim.agents.attempts import Attempt
+from text2sim.agents.attempt import Attempt
 from text2sim.agents.journal import Emit
 from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem

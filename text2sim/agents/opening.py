@@ -6,7 +6,7 @@ from text2sim.agents import language, revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import FROZEN_PARTS, examine, format_problem
 from text2sim.agents.conversation import Conversation, Wrong, typed_parser
-from text2sim.agents.deciding import foreign_operations
+from text2sim.agents.decision_faults import foreign_operations
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.planning import PLANNER, Request

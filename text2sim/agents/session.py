@@ -17,11 +17,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any, Literal
 
-from text2sim.agents.attempts import copy_input
 from text2sim.agents.conversation import Conversation
 from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.existing_case import amend
-from text2sim.agents.inputs import add_inputs, describe_assets, probe_joints
+from text2sim.agents.inputs import add_inputs, copy_input, describe_assets, probe_joints
 from text2sim.agents.journal import Journal, Listener
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome
@@ -66,7 +65,7 @@ class SessionWish:
     base: str = ""
     """Text of the existing case that is to be changed."""
     style: bool = False
-    """Whether the best film of an accepted case is searched for."""
+    """Whether the best film of the final case is searched for."""
     planned_minutes: float | None = None
     """`minutes` when the session began. The Planner is told these, so that a session that is resumed with more time
     sends the same prompts and repeats no finished call."""

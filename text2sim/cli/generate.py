@@ -59,7 +59,7 @@ class LoopOptions(AgentOptions):
     no_cards: Annotated[bool, typer.Option("--no-cards", help="Do not use Debug Cards.")] = False
     style: Annotated[
         bool,
-        typer.Option("--style/--no-style", help="Film the accepted case in several ways, and keep the best film."),
+        typer.Option("--style/--no-style", help="Film the final case in several ways, and keep the best film."),
     ] = False
     film: Film = "draft"
     film_minutes: FilmMinutes = None

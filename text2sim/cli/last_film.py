@@ -42,8 +42,8 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     Returns:
         The film, None without one, and a note about it.
     """
+    from text2sim.cli.film_tracing import ProgressReporter, trace_films
     from text2sim.cli.output import say
-    from text2sim.cli.render import Teller, trace_films
     from text2sim.recording.film_record import read_recording
     from text2sim.rendering.budget import fitted
     from text2sim.rendering.film import Filming
@@ -68,7 +68,9 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
             again += _options(fit)
             if not quiet:
                 say(_announcement(fit, quality, minutes), to=sys.stderr)
-            film, missing = next(iter(trace_films(fit, Teller(fit.reels, quiet=quiet), stop, minutes).items()))
+            film, missing = next(
+                iter(trace_films(fit, ProgressReporter(fit.reels, quiet=quiet), stop, minutes).items())
+            )
             with stop.gently():
                 write_legibility(fit.filming, fit.reels)
         total = len(fit.reels[0].frames)

@@ -57,7 +57,7 @@ def render(
     format: str,
     cores: int,
     file: str = "case.yaml",
-    samples: int = 0,
+    samples: int | None = None,
 ) -> dict[str, Any]:
     """Render a part of the films of a run into `place.output`, which has the finished pictures.
 

@@ -68,7 +68,7 @@ class Filming:
         recording: The recording of the run.
         quality: One of `QUALITIES`.
         size: Width and height [pixels]; by default those of the film section.
-        samples: Samples per pixel, instead of those of the quality.
+        samples: Samples per pixel; those of the quality if None.
         fps: Pictures per second of film; by default those of the film section.
     """
 
@@ -78,7 +78,7 @@ class Filming:
         quality: str = "draft",
         *,
         size: tuple[int, int] | None = None,
-        samples: int = 0,
+        samples: int | None = None,
         fps: float | None = None,
     ):
         self.recording, self.quality = recording, quality

@@ -1,0 +1,95 @@
+"""One version of a case, with the result of its run and its judgement."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from text2sim.agents.contract import numbered_copies
+from text2sim.agents.requirements import Requirement
+
+
+@dataclass
+class Attempt:
+    """One version of the case, and the result of its run."""
+
+    number: int
+    text: str
+    cause: str
+    """Why it was made."""
+    changes: list[str] = field(default_factory=list)
+    """Differences from the previous version."""
+    problems: list[str] = field(default_factory=list)
+    """Reasons why it could not be run."""
+    state: str = "unsound"
+    """`unsound` if it could not be run, else the final state of the run."""
+    run: str = ""
+    """The run folder, relative to the case folder."""
+    evidence: str = ""
+    """Summary of the run for the Critic and the Planner."""
+    expect: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Results of the expectations, by name."""
+    cites: list[str] = field(default_factory=list)
+    """Items of the evidence that a judgement may cite."""
+    pictures: list[str] = field(default_factory=list)
+    """Files in its folder."""
+    wall: float = 0.0
+    """Wall time of the run [s]; 0 without a run."""
+    pace: float = 0.0
+    """Wall time per simulated second [s]; 0 without a run."""
+    critique: dict[str, Any] | None = None
+    fates: list[str] = field(default_factory=list)
+    """Outcome of each of the Critic's patches."""
+    accepted: bool = False
+    facts: list[dict[str, Any]] = field(default_factory=list)
+    """Computed facts about requirements."""
+
+    def missed(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return those of the named expectations that failed."""
+        known = {one: name for name in names for one in numbered_copies(name, self.expect)}
+        return tuple(dict.fromkeys(known[one] for one in known if self.expect.get(one, {}).get("ok") is not True))
+
+    def sound(self, names: Sequence[str]) -> bool:
+        """Return whether the run finished with the named expectations and its own true."""
+        return self.state == "finished" and not self.missed([*names, *self.expect])
+
+    def history_row(self) -> str:
+        """Return one line for the history of attempts."""
+        missed = [name for name, row in self.expect.items() if row.get("ok") is not True]
+        row = f"{self.number}. {self.cause}: "
+        row += self.state if not self.problems else "refused: " + "; ".join(self.problems[:2])
+        if self.expect:
+            row += f"; {len(self.expect) - len(missed)} of {len(self.expect)} expectations true"
+        for name in missed[:4]:
+            row += f"; `{name}` {self.expect[name].get('why', '')}"
+        if self.critique is not None:
+            row += f"; Critic: {self.critique['verdict']}, {self.critique['score']:g} of 100"
+            row += "".join(f"; {failure['what']}" for failure in self.critique["failures"][:3])
+        return row
+
+    def shortcomings(self, requirements: Mapping[str, Requirement]) -> list[str]:
+        """Return its problems, and, unless it was accepted, unmet requirements and the Critic's failures."""
+        if self.accepted:
+            return list(self.problems)
+        marks, failures = (self.critique or {}).get("requirements", {}), (self.critique or {}).get("failures", ())
+        rows = [
+            f"{'half met' if marks[name]['mark'] else 'not met'}: {one.what}"
+            for name, one in requirements.items()
+            if name in marks and marks[name]["mark"] < 1
+        ]
+        return list(dict.fromkeys([*self.problems, *rows, *(failure["what"] for failure in failures)]))
+
+    def rank(self, names: Sequence[str]) -> tuple[Any, ...]:
+        """Sort key of an attempt's quality; larger is better."""
+        critique = self.critique or {}
+        passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
+        return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -self.number
+
+
+def changed_expectations(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    """Describe the expectations whose result changed."""
+    rows = []
+    for name, row in after.items():
+        was = before.get(name, {}).get("ok")
+        if name in before and was != row.get("ok"):
+            rows.append(f"`{name}` {'came true' if row.get('ok') else 'no longer holds'}")
+    return rows
