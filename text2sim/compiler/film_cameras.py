@@ -27,7 +27,7 @@ ORBIT_HEIGHT = 0.45
 """Height over radius of a circle that follows from what it frames."""
 MAX_GROUND_DISTANCE = 3.0
 """How far [m] down to the ground a body may be at the start, for the place below it to be in a picture."""
-MAX_STRAY, LEGIBLE = 2.5, 20.0
+MAX_STRAY_SCENE_SIZES, MAX_STRAY_BODY_SIZES = 2.5, 20.0
 """That camera follows a body until it strays this many sizes of the whole scene, or this many of its own, from where
 all began: any farther, and nothing would be large enough to recognise."""
 MAX_STATIC_DISTANCE, MAX_STATIC_SIZE = 2.0, 3.0
@@ -100,7 +100,7 @@ def derived_camera(scene: FilmedScene) -> dict[str, Any]:
     low, high = _box(balls)
     size = _longest(low, high)
     own = 2 * median(radius for _, radius in moving) if moving else size
-    room = max(MAX_STRAY * size, LEGIBLE * own)
+    room = max(MAX_STRAY_SCENE_SIZES * size, MAX_STRAY_BODY_SIZES * own)
     levels = [copy.pos[2] for copy in _planes(scene)]
     lowest = min(levels) - 0.1 * size if levels else low[2] - size
     within = _rounded((low[0] - room, low[1] - room, lowest)), _rounded(c + room for c in high)

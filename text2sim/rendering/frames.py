@@ -14,7 +14,7 @@ from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
 from text2sim.templates.cameras import Cameras
 
-LOOKS = 15
+DRAWING_VERSION = 15
 """Version of this package's output; incremented whenever it draws the same scene differently."""
 ABANDONED = 3600.0
 """Age [s] from which an incomplete file counts as abandoned."""
@@ -46,7 +46,9 @@ class Digests:
         ]  # fmt: skip
         film = {name: recording.film.get(name) for name in SHOWN}
         self._common = hashlib.sha256(
-            json.dumps([LOOKS, film, size, vars(quality), parts, soft, sorted(recording.statics)], default=str).encode()
+            json.dumps(
+                [DRAWING_VERSION, film, size, vars(quality), parts, soft, sorted(recording.statics)], default=str
+            ).encode()
         )
 
     def __call__(self, frame: Frame) -> str:

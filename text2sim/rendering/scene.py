@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.compiler.film_lights import CYCLORAMA_RADIUS as ROOMY
+from text2sim.compiler.film_lights import CYCLORAMA_RADIUS
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
@@ -29,7 +29,7 @@ from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
 
 BACKDROP_FINISH = "rough"
-ROOM = 0.8
+ROOM_BRIGHTNESS = 0.8
 """Brightness of the room that glass reflects, as a fraction of the background's."""
 LENS = ("aperture_radius", "focus_distance")
 """Parameters of a sensor that the renderer would compile as constants; it treats the others as variable by itself."""
@@ -139,7 +139,7 @@ class FilmStage:
         # Besides lamps, glass reflects the lit room, which is black here. A dome replaces it, bright above and fading
         # towards the floor: otherwise a flat pane would reflect a hard line between the two.
         film = self.recording.film
-        room = linear(np.asarray(film["background"])) * ROOM / film["gain"]
+        room = linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"]
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
         return FilmMoment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
 
@@ -149,7 +149,7 @@ class FilmStage:
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            stage = float(backdrop["radius"]) / ROOMY
+            stage = float(backdrop["radius"]) / CYCLORAMA_RADIUS
             wall = wall_mesh(backdrop, eyes, self._places(), stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
             if blocks_light(wall[0], np.array(backdrop["center"]), stage, self.recording.film["lights"].values()):

@@ -12,7 +12,9 @@ from genesis.utils import geom as gu
 from quadrants.lang.snode import SNode
 
 PARTING = 1.0  # largest speed at which the SAP coupler separates overlapping bodies [m/s]
-ROOM = 4  # factor on the number of contacts between rigid triangles and tetrahedra that the SAP coupler allocates
+CONTACT_CAPACITY_FACTOR = (
+    4  # factor on the number of contacts between rigid triangles and tetrahedra that the SAP coupler allocates
+)
 
 
 def mend(sap: bool = False) -> None:
@@ -90,16 +92,16 @@ def _mend_contact_room() -> None:
     handler = sap_coupler.RigidFemTriTetContactHandler
     init = handler.__init__
 
-    def with_room(self, *args, **options):
+    def with_capacity(self, *args, **options):
         init(self, *args, **options)
-        self.max_contact_pairs = room = ROOM * self.max_contact_pairs
-        columns = room, self.rigid_solver.n_dofs
-        self.contact_pairs = self.contact_pair_type.field(shape=(room,))
+        self.max_contact_pairs = capacity = CONTACT_CAPACITY_FACTOR * self.max_contact_pairs
+        columns = capacity, self.rigid_solver.n_dofs
+        self.contact_pairs = self.contact_pair_type.field(shape=(capacity,))
         self.Jt, self.M_inv_Jt = (qd.field(gs.qd_vec3, shape=columns) for _ in range(2))
-        self.W = qd.field(gs.qd_mat3, shape=(room,))
+        self.W = qd.field(gs.qd_mat3, shape=(capacity,))
 
-    handler.__init__ = with_room
-    qd.__version_str__ += f"+{ROOM}"
+    handler.__init__ = with_capacity
+    qd.__version_str__ += f"+{CONTACT_CAPACITY_FACTOR}"
 
 
 def _at_least_one(sizes):

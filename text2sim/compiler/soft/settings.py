@@ -19,19 +19,19 @@ PADDING_CELLS = 3
 """Cells at each side of the grid in which the engine stops everything."""
 MAX_COURANT = 0.5
 """Part of a cell that a sound wave crosses in a substep. From 0.74 on stiff bodies diverge, with finite numbers."""
-GRID_STEP = 0.02
+MAX_STEP_PER_CELL = 0.02
 """Longest substep [s] per metre of cell: the engine's own suggestion."""
-MPM_CELLS, PBD_CELLS = 3_000_000, 1_000_000
+MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
 """Most cells of the grid, which every substep visits at about 5 ns a cell, and of the space of cloth."""
-HASH_CELL, HASH_CELLS = 1.25, 32
+HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
 """Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis. The hash
 repeats in space, and every substep clears all of it: `python -m benchmarks.cloth_hash` measures 5.1 ms a substep, and
 13.8 ms with the engine's default, which covers the whole space."""
 SNOW_HARDENING = exp(10 * 0.1)
 """Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
-PBD_STEP = 0.0005
+MAX_PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
-FEM_STEP = 0.01
+MAX_FEM_STEP = 0.01
 """Longest substep [s] of the implicit solver: longer ones damp motion."""
 
 
@@ -74,7 +74,7 @@ def derive_soft(
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
     if "pbd" in by_solver:
         pbd = _pbd(scene, scales, by_solver["pbd"], around, travel, folder, why)
-        substeps.append((PBD_STEP, "cloth stretches at longer steps"))
+        substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
             substeps.append((pbd.particle_size / 2 / fastest, reason))
@@ -83,7 +83,7 @@ def derive_soft(
             coupler = ipc.settings(scene, scales.edges, why)
         else:
             fem = _fem(scene, by_solver.get("fem", []), placed, why)
-        substeps.append((FEM_STEP, "the implicit solver damps motion at longer steps"))
+        substeps.append((MAX_FEM_STEP, "the implicit solver damps motion at longer steps"))
     if model == "sap":
         sap = SapSettings(fem is not None and fem.floor is not None, bool(around.solids))
         why["precision"] = "the sap model is solved in double precision alone"
@@ -119,7 +119,7 @@ def _mpm(
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
         margin = (PADDING_CELLS + 1) * cell
-        most = MPM_CELLS * cell**3
+        most = MAX_MPM_CELLS * cell**3
         low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, margin, most), cell)
         why["mpm_bounds"] = (
             f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
@@ -130,7 +130,7 @@ def _mpm(
 def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
     fastest = max(wave_speed(copy.model.material, copy.model) for copy in copies)
     return [
-        (GRID_STEP * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
+        (MAX_STEP_PER_CELL * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
         (
             MAX_COURANT * cell / fastest,
             f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step",
@@ -152,7 +152,7 @@ def _pbd(
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
-        most = PBD_CELLS * (HASH_CELL * size) ** 3
+        most = MAX_PBD_CELLS * (HASH_CELL_DISTANCES * size) ** 3
         low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
@@ -160,7 +160,7 @@ def _pbd(
         stretch, why["stretch_iterations"] = 4, "its own weight then stretches a cloth by half a percent"
     if bending is None:
         bending, why["bending_iterations"] = 1, "as the engine has it"
-    reach = HASH_CELLS * HASH_CELL * size
+    reach = HASH_CELLS_PER_AXIS * HASH_CELL_DISTANCES * size
     x, y, z = (round(min(b - a, reach), 6) for a, b in zip(low, high, strict=True))
     return PbdSettings(size, low, high, stretch, bending, (x, y, z))
 

@@ -19,7 +19,7 @@ RESERVED = frozenset(CONSTANTS) | frozenset(FUNCTIONS)
 
 MAX_LENGTH = 500
 MAX_DEPTH = 30
-MAX_ROOMY = (5000, 100)
+MAX_COMPOSED = (5000, 100)
 """Length and depth of composed expressions: those of prefabs with their arguments."""
 
 
@@ -54,14 +54,14 @@ class Expression:
 
 
 @lru_cache(maxsize=4096)
-def parse_expression(text: str, roomy: bool = False) -> Expression:
+def parse_expression(text: str, composed: bool = False) -> Expression:
     """Parse and check the text of an expression, without `${` and `}`.
 
     Args:
         text: The text.
-        roomy: Whether it may be as large as a composed one.
+        composed: Whether it may be as large as a composed one.
     """
-    return Expression(text, MAX_ROOMY) if roomy else Expression(text)
+    return Expression(text, MAX_COMPOSED) if composed else Expression(text)
 
 
 _ALLOWED: set[type[ast.AST]] = {

@@ -24,8 +24,8 @@ class Interpolation:
 
     __slots__ = ("names", "parts", "whole")
 
-    def __init__(self, text: str, roomy: bool = False) -> None:
-        self.parts = _split(text, roomy)
+    def __init__(self, text: str, composed: bool = False) -> None:
+        self.parts = _split(text, composed)
         self.whole = len(self.parts) == 1 and isinstance(self.parts[0], Expression)
         self.names = frozenset().union(*(part.names for part in self.parts if isinstance(part, Expression)))
 
@@ -48,20 +48,20 @@ class Interpolation:
 
 
 @lru_cache(maxsize=4096)
-def parse_interpolation(text: str, roomy: bool = False) -> Interpolation:
+def parse_interpolation(text: str, composed: bool = False) -> Interpolation:
     """Split a scalar into text and expressions.
 
     Args:
         text: The scalar.
-        roomy: See `parse_expression`.
+        composed: See `parse_expression`.
 
     Raises:
         ExpressionError: If an expression is not closed or not arithmetic.
     """
-    return Interpolation(text, roomy)
+    return Interpolation(text, composed)
 
 
-def _split(text: str, roomy: bool) -> list[str | Expression]:
+def _split(text: str, composed: bool) -> list[str | Expression]:
     parts: list[str | Expression] = []
     literal, done = "", 0
     while found := _MARK.search(text, done):
@@ -74,7 +74,7 @@ def _split(text: str, roomy: bool) -> list[str | Expression]:
         if literal:
             parts.append(literal)
             literal = ""
-        parts.append(parse_expression(text[found.end() : end], roomy))
+        parts.append(parse_expression(text[found.end() : end], composed))
         done = end + 1
     literal += text[done:]
     if literal or not parts:

@@ -40,7 +40,7 @@ class Resolver:
                 if left < 0:
                     message = f"the expressions up to here have more than {MAX_TEXTS} characters; use fewer, or numbers"
                     raise ExpressionError(message, rule="too-large")
-                self.sites[path] = parse_interpolation(text, path in document.roomy)
+                self.sites[path] = parse_interpolation(text, path in document.composed)
             except ExpressionError as error:
                 self.fail(path, error)
             if left < 0:

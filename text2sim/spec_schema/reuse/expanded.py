@@ -16,7 +16,7 @@ def expanded_text(loaded: LoadedCase) -> str:
     """
     tree = LocatedValue(loaded.raw, loaded.document.root)
     values = loaded.data.get("params") or {}
-    for path in loaded.document.roomy:
+    for path in loaded.document.composed:
         text = loaded.document.sites[path]
         try:
             parse_interpolation(text)

@@ -46,8 +46,8 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
         tree = put(tree, path, made)
     sites = sites_of(tree.data)
     # Expressions from a prefab may be long, and have a new path now.
-    roomy = document.roomy | (sites.keys() - document.sites.keys() if document.roomy else frozenset())
-    return replace(document, data=tree.data, root=tree.node, sites=sites, roomy=roomy), problems
+    composed = document.composed | (sites.keys() - document.sites.keys() if document.composed else frozenset())
+    return replace(document, data=tree.data, root=tree.node, sites=sites, composed=composed), problems
 
 
 def without_repeats(problems: list[Problem]) -> list[Problem]:

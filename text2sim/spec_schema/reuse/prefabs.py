@@ -47,7 +47,7 @@ def expand(layers: "Layers", folder: FilePath) -> None:
     layers.problems += work.problems
     layers.arguments += work.arguments
     layers.failed = work.failed
-    layers.document = replace(layers.document, data=tree.data, root=tree.node, roomy=work.roomy(tree.data))
+    layers.document = replace(layers.document, data=tree.data, root=tree.node, composed=work.composed(tree.data))
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class _Expansion:
                 tree = put(tree, section, self._section(inner, section))
         return tree
 
-    def roomy(self, data: Any) -> frozenset[Path]:
+    def composed(self, data: Any) -> frozenset[Path]:
         """Return the paths of the expressions in expanded entries."""
         found: set[Path] = set()
         for root in self.roots:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.spec_schema.arithmetic.expressions import MAX_ROOMY, Expression, parse_expression
+from text2sim.spec_schema.arithmetic.expressions import MAX_COMPOSED, Expression, parse_expression
 from text2sim.spec_schema.arithmetic.interpolation import as_text, parse_interpolation
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.text.document import Node
@@ -72,7 +72,7 @@ def fill(text: str, known: Mapping[str, BoundParameter], spend: Spend = lambda s
         value = alone.data if alone is not None else _worked_out(part, known, spend)
         filled += value if isinstance(value, str) else as_text(value)
         spend(len(filled))
-        if len(filled) > 2 * MAX_ROOMY[0]:
+        if len(filled) > 2 * MAX_COMPOSED[0]:
             raise ExpressionError("the text becomes too long with its parameters", rule="too-large")
     return filled, None
 
@@ -109,8 +109,8 @@ def _replaced(expression: Expression, known: Mapping[str, BoundParameter], spend
             raise ExpressionError(f"the value of `{name}` can only be used alone, as ${{{name}}}")
         codes.append(code.encode())
     size = len(text) + sum(map(len, codes))
-    if size > MAX_ROOMY[0]:
-        message = f"the expression is longer than {MAX_ROOMY[0]} characters with its parameters"
+    if size > MAX_COMPOSED[0]:
+        message = f"the expression is longer than {MAX_COMPOSED[0]} characters with its parameters"
         raise ExpressionError(message, rule="too-large")
     spend(size)
     pieces, done = [], 0
@@ -145,7 +145,7 @@ def _code(data: Any) -> str | None:
     if isinstance(data, list):
         items = [_code(item) for item in data]
         code = f"[{', '.join(item for item in items if item is not None)}]"
-        return None if None in items or len(code) > MAX_ROOMY[0] else code
+        return None if None in items or len(code) > MAX_COMPOSED[0] else code
     if not isinstance(data, str):
         return None
     if "${" not in data:

@@ -31,14 +31,14 @@ class Document:
         data: Its content, with `${…}` as text.
         root: Positions.
         sites: Every scalar with `${` in it, by path.
-        roomy: Paths of composed expressions, which may be longer than written ones.
+        composed: Paths of composed expressions, which may be longer than written ones.
     """
 
     source: Source
     data: Any
     root: Node
     sites: dict[Path, str]
-    roomy: frozenset[Path] = frozenset()
+    composed: frozenset[Path] = frozenset()
 
     def place(self, path: Path, *, key: bool = False) -> tuple[int, int]:
         """Return the line and column of a value, or of its key; of its nearest existing ancestor, if it is missing."""
