@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempt import Attempt, unbettered
 from text2sim.agents.attempts import Attempts
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
@@ -82,7 +82,7 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     texts: list[str] = []
     loop = stub(
         [], [RoleFailed("planner", ["/event: missing"])], made=[], chat=SimpleNamespace(attempt=0),
-        _try_attempt=lambda attempt: texts.append(attempt.text), _unbettered=lambda: None, limits=LoopLimits(),
+        _try_attempt=lambda attempt: texts.append(attempt.text), limits=LoopLimits(),
         _decide=lambda attempt, report: decisions.pop(0), _revised=lambda attempt, decision: ("name: b\n", []),
         outcome=lambda state, why: LoopOutcome(state, why), attempts=Attempts(Path("none")),
     )  # fmt: skip
@@ -92,11 +92,13 @@ def test_a_second_plan_that_fails_leaves_the_first_to_be_mended() -> None:
     assert "Planning anew came to nothing" in loop.workshop.referred[0]
 
 
-def test_the_best_version_is_filmed_well_although_it_was_not_accepted() -> None:
+def test_the_best_version_is_filmed_well_although_it_was_not_accepted(monkeypatch: pytest.MonkeyPatch) -> None:
     styled: list[int] = []
+    monkeypatch.setattr("text2sim.agents.loop.unbettered", lambda made, names: made[0])
     loop: Any = SimpleNamespace(
         made=[], chat=SimpleNamespace(attempt=0), limits=LoopLimits(), only_if_accepted=False,
-        _try_attempt=lambda attempt: None, _unbettered=lambda: 1, _styled=lambda attempt: styled.append(attempt.number),
+        _try_attempt=lambda attempt: None, _styled=lambda attempt: styled.append(attempt.number),
+        agreement=SimpleNamespace(names=()),
         outcome=lambda state, why: LoopOutcome(state, why),
     )  # fmt: skip
     assert AgentLoop.work(loop, "name: a\n", "first version").state == "gave_up"
@@ -120,5 +122,5 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted() -> None:
 def test_attempts_that_only_film_again_are_cheap(runs: list[str], ended: int | None) -> None:
     made = [Attempt(k, "", "", state="finished", run=run) for k, run in enumerate(["a", *runs], 1)]
     made[0].critique = {"verdict": "repair", "score": 90}
-    loop = SimpleNamespace(made=made, agreement=SimpleNamespace(names=()))
-    assert AgentLoop._unbettered(loop) == ended  # type: ignore[arg-type]
+    best = unbettered(made, ())
+    assert (best and best.number) == ended

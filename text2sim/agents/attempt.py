@@ -7,6 +7,11 @@ from typing import Any
 from text2sim.agents.contract import numbered_copies
 from text2sim.agents.requirements import Requirement
 
+MAX_STALLED_ATTEMPTS = 2
+"""Number of attempts without improvement that end the loop, once all expectations are true."""
+MAX_STALLED_REFILMS = 5
+"""The same for attempts that only film a run again, which is cheap."""
+
 
 @dataclass
 class Attempt:
@@ -83,6 +88,31 @@ class Attempt:
         critique = self.critique or {}
         passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
         return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -self.number
+
+
+def best_of(made: Sequence[Attempt], names: Sequence[str]) -> Attempt:
+    """Return the best attempt.
+
+    Args:
+        made: Attempts, at least one.
+        names: Names of the expectations that come from the request.
+    """
+    return max(made, key=lambda one: one.rank(names))
+
+
+def unbettered(made: Sequence[Attempt], names: Sequence[str]) -> Attempt | None:
+    """Return the best attempt if all its expectations are true and enough later ones were no better; else None.
+
+    Args:
+        made: Attempts in the order in which they were made, at least one.
+        names: Names of the expectations that come from the request.
+    """
+    best = best_of(made, names)
+    until = made.index(best) + 1
+    before, later = made[:until], made[until:]
+    fresh = {one.run or one.number for one in later} - {one.run for one in before}
+    stalled = len(fresh) >= MAX_STALLED_ATTEMPTS or len(later) >= MAX_STALLED_REFILMS
+    return best if stalled and best.sound(names) else None
 
 
 def changed_expectations(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:

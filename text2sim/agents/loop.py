@@ -8,7 +8,7 @@ from pathlib import Path
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
-from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempt import Attempt, best_of, unbettered
 from text2sim.agents.attempt_report import AttemptReport, Choices
 from text2sim.agents.attempts import DURATION_RULE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
@@ -30,10 +30,6 @@ from text2sim.agents.writer_team import Workshop
 
 JUDGING_OVERTIME = 5.0
 """Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
-MAX_STALLED_ATTEMPTS = 2
-"""Number of attempts without improvement that end the loop, once all expectations are true."""
-MAX_STALLED_REFILMS = 5
-"""The same for attempts that only film a run again, which is cheap."""
 MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
 
@@ -134,10 +130,10 @@ class AgentLoop:
             if attempt.accepted:
                 self._styled(attempt)
                 return self.outcome("accepted", "the Critic passed it and everything expected came true")
-            if (best := self._unbettered()) is not None:
+            if (best := unbettered(self.made, self.agreement.names)) is not None:
                 if not self.only_if_accepted:
-                    self._styled(next(one for one in self.made if one.number == best))
-                return self.outcome("gave_up", f"the attempts after {best} brought nothing better")
+                    self._styled(best)
+                return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
             if attempt.number >= self.limits.attempts:
                 return self.outcome("spent", f"{attempt.number} attempts were made")
             if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
@@ -170,14 +166,6 @@ class AgentLoop:
         self.emit("stage", name="style")
         way = Cinematography(self.chat, self.request.text, self.path, self.case / attempt.run, self.emit)
         attempt.text = best_treatment(way, attempt.text, self.attempts.refilm, self.path, self.emit)
-
-    def _unbettered(self) -> int | None:
-        """Number of the best attempt if its expectations are all true and later attempts were no better; else None."""
-        best = max(self.made, key=lambda one: one.rank(self.agreement.names))
-        before, later = self.made[: self.made.index(best) + 1], self.made[self.made.index(best) + 1 :]
-        fresh = {one.run or one.number for one in later} - {one.run for one in before}
-        stale = len(later) if len(later) >= MAX_STALLED_REFILMS else len(fresh)
-        return best.number if best.sound(self.agreement.names) and stale >= MAX_STALLED_ATTEMPTS else None
 
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
@@ -414,7 +402,7 @@ class AgentLoop:
 
     def outcome(self, state: State, why: str) -> LoopOutcome:
         """Publish the best attempt, and return the outcome."""
-        best = max(self.made, key=lambda one: one.rank(self.agreement.names), default=None)
+        best = best_of(self.made, self.agreement.names) if self.made else None
         unresolved: list[str] = []
         if best is not None:
             if best.accepted or not self.only_if_accepted:
