@@ -59,9 +59,10 @@ def test_trials_take_a_share_of_the_time_left(wall: float, minutes: float | None
     assert affordable(wall, minutes) == count
 
 
-def test_after_its_trials_the_planner_decides_and_may_not_try_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_two_rounds_of_trials_the_planner_has_to_decide(monkeypatch: pytest.MonkeyPatch) -> None:
     answers = [
         Decision(action="try", why="how high", trials=[{"height": 2}]),
+        Decision(action="try", why="closer", trials=[{"height": 1.8}]),
         Decision(action="repair", why="2 m", params={"height": 2}),
     ]
     asked: list[tuple[str, int]] = []
@@ -84,7 +85,8 @@ def test_after_its_trials_the_planner_decides_and_may_not_try_again(monkeypatch:
         setattr(loop, name, getattr(AgentLoop, name).__get__(loop))
     decision = AgentLoop._decide(loop, attempt, AttemptReport())
     assert decision.params == {"height": 2}
-    assert asked == [("", 1), ("- {'height': 2}: finished", 0)]
+    first, second = "- {'height': 2}: finished", "- {'height': 1.8}: finished"
+    assert asked == [("", 1), (first, 1), (f"{first}\n{second}", 0)]
 
 
 def test_an_earlier_attempt_is_changed_with_its_own_parameters() -> None:

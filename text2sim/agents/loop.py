@@ -25,7 +25,7 @@ from text2sim.agents.planning import Request, TriedPlan, make_plan, plan_text
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.trials import TRIALS_SHARE, affordable
+from text2sim.agents.trials import MAX_TRIAL_ROUNDS, TRIALS_SHARE, affordable
 from text2sim.agents.writer_team import Workshop
 
 JUDGING_OVERTIME = 5.0
@@ -317,9 +317,13 @@ class AgentLoop:
             if decision is not None:
                 return self._emit_decision(attempt, decision)
         decision = self._ask_planner(attempt, report, offer, choices)
-        if decision.action == "try":
-            report.trials, choices.trials = self._run_trials(attempt, decision, choices, minutes), 0
-            report.left = self.left()
+        for rounds_left in reversed(range(MAX_TRIAL_ROUNDS)):
+            if decision.action != "try":
+                break
+            outcomes = self._run_trials(attempt, decision, choices, minutes)
+            report.trials = f"{report.trials}\n{outcomes}".strip()
+            report.left, minutes = self._time_left()
+            choices.trials = affordable(max(one.wall for one in self.made), minutes) if rounds_left else 0
             decision = self._ask_planner(attempt, report, offer, choices)
         return decision
 

@@ -16,8 +16,10 @@ from text2sim.spec_schema.whole_files import write_atomically
 
 MAX_TRIALS = 6
 """Largest number of trials at a time."""
+MAX_TRIAL_ROUNDS = 2
+"""Largest number of times that the Planner may have trials run before it decides: the second narrows the first."""
 TRIALS_SHARE = 0.3
-"""Largest share of the time left that all trials together may take."""
+"""Largest share of the time left that all trials of a round may take."""
 Settings = Mapping[str, Any]
 """Values of parameters, by name."""
 Outcome = tuple[str, Mapping[str, Any] | None]
