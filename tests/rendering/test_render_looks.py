@@ -9,7 +9,8 @@ from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.recording.film_record import _look_by_color
 from text2sim.rendering.backdrop import backdrop_mesh, clearness
-from text2sim.rendering.finishes import FINISHES, drawn_finish
+from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
+from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
 
 CASE = """
@@ -102,3 +103,12 @@ def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:
     assert walls[0][:, 1].min() > -3, "nothing between a still camera and what it looks at"
     assert np.hypot(*walls[0][:, :2].T).max() < 8
     assert np.hypot(*walls[1][:, :2].T).min() > 20, "and none of it before a camera that goes round"
+
+
+def test_textures_are_finer_in_small_scenes_and_never_show_their_texels() -> None:
+    assert [texture_scale(radius) for radius in (0.1, 1.0, 5.0)] == [0.2, 0.5, 1.0]
+    for name in ("specks", "clouds", "grain"):
+        # Neighbouring texels of a band-limited texture differ little compared to its contrast.
+        values = _pattern(name)
+        step = np.abs(np.diff(values, axis=0)).mean()
+        assert step < 0.6 * values.std(), name  # white noise: 1.13

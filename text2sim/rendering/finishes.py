@@ -4,7 +4,7 @@ Colours are attributes of mesh faces, so that all parts with one finish share on
 a texture blends from the colour to a darker or lighter shade.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,9 @@ Array = NDArray[np.floating]
 COLOR, SHADE = "face_color", "face_shade"
 """Face attributes of the meshes: linear colour, and the shade that it is blended with. Vertex attributes would be black
 in thin triangles, where the renderer finds no interpolation weights."""
-TEXELS = 512
+TEXELS = 1024
+FINEST = 256
+"""Largest number of periods of a detail along a texture: finer ones would show the texels in close views."""
 HAZE = 0.045
 """Fraction of the light that clear glass scatters, which makes it visible."""
 MILKY = 0.45
@@ -47,7 +49,7 @@ class Finish:
     shade: float = 1.0
     """Factor on the colour at the other end of the blend."""
     tile: float = 1.0
-    """Length that the texture covers [m]."""
+    """Length that the texture covers in a scene of the size of a room [m]."""
     bump: float = 0.0
     """Depth of its relief, as a fraction of the tile."""
     kind: str = "solid"
@@ -104,6 +106,7 @@ def material(
     two_sided: bool = False,
     picture: Array | None = None,
     layer: "Layer | None" = None,
+    texture_scale: float = 1.0,
 ) -> Any:
     """Return a Mitsuba material; cached by its arguments, because the renderer treats each object separately.
 
@@ -113,19 +116,28 @@ def material(
         two_sided: Whether its back is visible.
         picture: Texture instead of its colour: sRGB with or without alpha, 0 to 1, top row first.
         layer: Layer over its colour.
+        texture_scale: Factor on the length that the texture of the finish covers.
     """
     if picture is None and layer is None:
-        return _plain(name, opacity, two_sided)
-    return _made(name, opacity, two_sided, picture, layer)
+        return _plain(name, opacity, two_sided, texture_scale)
+    return _made(name, opacity, two_sided, texture_scale, picture, layer)
 
 
 @cache
-def _plain(name: str, opacity: float, two_sided: bool) -> Any:
-    return _made(name, opacity, two_sided, None)
+def _plain(name: str, opacity: float, two_sided: bool, texture_scale: float) -> Any:
+    return _made(name, opacity, two_sided, texture_scale)
 
 
-def _made(name: str, opacity: float, two_sided: bool, picture: Array | None, layer: "Layer | None" = None) -> Any:
+def _made(
+    name: str,
+    opacity: float,
+    two_sided: bool,
+    texture_scale: float,
+    picture: Array | None = None,
+    layer: "Layer | None" = None,
+) -> Any:
     mi, finish = mitsuba(), finish_of(name)
+    finish = replace(finish, tile=finish.tile * texture_scale)
     if finish.kind == "clear":
         haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}}
         return mi.load_dict({
@@ -271,6 +283,7 @@ def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, floa
     f = np.fft.fftfreq(TEXELS) * TEXELS
     size = np.hypot(f[None] / stretch[0], f[:, None] / stretch[1])
     spectrum = np.fft.fft2(chance.standard_normal((TEXELS, TEXELS))) / np.maximum(size, 0.7) ** slope
+    spectrum *= np.exp(-((np.hypot(f[None], f[:, None]) / FINEST) ** 4))
     spectrum[0, 0] = 0
     made = np.fft.ifft2(spectrum).real
     return 0.5 + 0.25 * made / made.std()

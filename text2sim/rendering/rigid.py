@@ -26,6 +26,7 @@ class BatchMaterial:
     moves: bool
     has_uvs: bool
     layer: Layer | None = None
+    texture_scale: float = 1.0
 
 
 class Batch:
@@ -43,7 +44,13 @@ class Batch:
     def __init__(self, name: str, shared: BatchMaterial, parts: list[WornMesh], meshes: list[RenderMesh]):
         self.name, self.moves, self.is_clear = name, shared.moves, finish_of(shared.finish).kind == "clear"
         picture = None if shared.picture is None else read_picture(shared.picture)
-        self._bsdf = material(shared.finish, opacity=shared.opacity, picture=picture, layer=shared.layer)
+        self._bsdf = material(
+            shared.finish,
+            opacity=shared.opacity,
+            picture=picture,
+            layer=shared.layer,
+            texture_scale=shared.texture_scale,
+        )
         sizes = [len(mesh.vertices) for mesh in meshes]
         starts = np.cumsum([0, *sizes[:-1]])
         self._faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
@@ -80,12 +87,13 @@ class Batch:
         return self._made
 
 
-def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
+def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float = 1.0) -> list[Batch]:
     """Return the batches of all visible parts.
 
     Args:
         parts: The parts.
         statics: Names of the static bodies.
+        texture_scale: Factor on the lengths that textures of finishes cover.
     """
     read: dict[Any, RenderMesh] = {}
     laid: dict[Any, tuple[RenderMesh, Layer]] = {}
@@ -117,7 +125,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str]) -> list[Batch]:
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
         opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
-        shared = BatchMaterial(finish, opacity, picture, part.body not in statics, mesh.uvs is not None, layer)
+        moves, has_uvs = part.body not in statics, mesh.uvs is not None
+        shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
     return [
         Batch(f"rigid{k}", shared, [part for part, _ in rows], [mesh for _, mesh in rows])

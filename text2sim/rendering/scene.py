@@ -31,10 +31,22 @@ from text2sim.templates.cameras import Cameras, View, basis
 BACKDROP_FINISH = "rough"
 ROOM_BRIGHTNESS = 0.8
 """Brightness of the room that glass reflects, as a fraction of the background's."""
+ROOM_RADIUS = 2.0
+"""Radius of what a film shows [m] from which textures have their full size."""
+SMALLEST_TEXTURE_SCALE = 0.2
 LENS = ("aperture_radius", "focus_distance")
 """Parameters of a sensor that the renderer would compile as constants; it treats the others as variable by itself."""
 EYES = 60
 """Number of moments of the films at which camera positions are sampled."""
+
+
+def texture_scale(radius: float) -> float:
+    """Return the factor on the lengths that textures cover, so that a small scene shows their details, too.
+
+    Args:
+        radius: Radius of what a film shows [m].
+    """
+    return round(min(1.0, max(SMALLEST_TEXTURE_SCALE, radius / ROOM_RADIUS)), 2)
 
 
 @dataclass(frozen=True)
@@ -57,6 +69,8 @@ class FilmStage:
     def __init__(self, recording: FilmRecord):
         self.recording, film = recording, recording.film
         self.backdrop = film["backdrop"] | {"level": self._level()}
+        self._stage = float(self.backdrop["radius"]) / CYCLORAMA_RADIUS
+        """Radius of what the film shows [m]."""
         self._fixed: dict[str, Any] = {"type": "scene"}
         self._floor, replaced = self._floor_look()
         self._backdrop = self._make_backdrop()
@@ -69,9 +83,11 @@ class FilmStage:
             painted = _painted("supports", posts, np.broadcast_to(linear(np.array(POSTS)), posts.vertices.shape))
             self._backdrop["supports"] = painted, material("painted", two_sided=True)
         self._fixed |= {name: make(bsdf) for name, (make, bsdf) in self._backdrop.items()}
-        self._rigid = batches([part for part in recording.parts if part.body not in replaced], recording.statics)
+        scale = texture_scale(self._stage)
+        shown = [part for part in recording.parts if part.body not in replaced]
+        self._rigid = batches(shown, recording.statics, scale)
         states = recording.states.soft
-        self._soft = None if states is None else SoftBodies(recording.soft, states)
+        self._soft = None if states is None else SoftBodies(recording.soft, states, scale)
 
     def _floor_look(self) -> tuple[SurfaceLook, set[str]]:
         """Return the look of the backdrop, and the planes of the scene that it replaces.
@@ -149,10 +165,9 @@ class FilmStage:
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            stage = float(backdrop["radius"]) / CYCLORAMA_RADIUS
-            wall = wall_mesh(backdrop, eyes, self._places(), stage, rays)
+            wall = wall_mesh(backdrop, eyes, self._places(), self._stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
-            if blocks_light(wall[0], np.array(backdrop["center"]), stage, self.recording.film["lights"].values()):
+            if blocks_light(wall[0], np.array(backdrop["center"]), self._stage, self.recording.film["lights"].values()):
                 wall, reach = None, 0.0  # it would shade the scene; the background has its colour
         mesh = backdrop_mesh(backdrop, eyes, rays, reach)
         if mesh is None:

@@ -37,11 +37,15 @@ SMOOTHING_ITERATIONS = 20
 class SoftSurface:
     """A body with a mesh; both sides of cloth are visible.
 
-    Attributes:
+    Args:
         name: Name of its shape.
+        part: The body.
+        at_rest: Its vertices at rest [m], shape (n, 3).
+        arrays: Its triangles and texture coordinates.
+        texture_scale: Factor on the lengths that textures of finishes cover.
     """
 
-    def __init__(self, name: str, part: SoftPart, at_rest: Array, arrays: dict[str, Array]):
+    def __init__(self, name: str, part: SoftPart, at_rest: Array, arrays: dict[str, Array], texture_scale: float = 1.0):
         self.name, look = name, part.look
         shell = Shell(at_rest, arrays["faces"])
         self._shell = shell
@@ -61,17 +65,15 @@ class SoftSurface:
         elif picture is None and any(needs_uvs(worn.finish) for worn in (look, *filter(None, part.parts))):
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
-        both = part.kind == "cloth"
-        self._coats = [
-            (np.ones(len(self._faces), bool), look, _material(look, two_sided=both, picture=picture, layer=layer))
-        ]
+        rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
+        self._coats = [(np.ones(len(self._faces), bool), look, _material(look, picture=picture, layer=layer, **rest))]
         if part.regions is not None:
             placed = np.asarray(part.row["pos"]), np.asarray(part.row["quat"])
             worn = parts_worn(part.regions, at_rest, arrays["faces"], *placed)
             own = np.isin(worn, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
             self._coats[0] = (own, *self._coats[0][1:])
             self._coats += [
-                (worn == k, one, _material(one, two_sided=both))
+                (worn == k, one, _material(one, **rest))
                 for k, one in enumerate(part.parts)
                 if one is not None and (worn == k).any()
             ]
@@ -206,9 +208,10 @@ class SoftBodies:
     Args:
         parts: The bodies.
         states: Their recorded states.
+        texture_scale: Factor on the lengths that textures of finishes cover.
     """
 
-    def __init__(self, parts: list[SoftPart], states: SoftStates):
+    def __init__(self, parts: list[SoftPart], states: SoftStates, texture_scale: float = 1.0):
         self._states, self._figures = states, []
         for k, part in enumerate(parts):
             if not part.look.visible or part.look.opacity <= 0:
@@ -217,7 +220,7 @@ class SoftBodies:
             with np.load(part.geometry) as file:
                 arrays = dict(file)
             if "faces" in arrays:
-                figure: Any = SoftSurface(name, part, self._places(part, (0, 0, 0.0)), arrays)
+                figure: Any = SoftSurface(name, part, self._places(part, (0, 0, 0.0)), arrays, texture_scale)
             else:
                 figure = LiquidSurface(name, part) if part.kind == "liquid" else Grains(name, part)
             self._figures.append((part, figure))
