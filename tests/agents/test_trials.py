@@ -26,7 +26,8 @@ def simulate(loaded: LoadedCase, seconds: float) -> Outcome:
     row = {"problem": None, "min": 0.1, "max": height, "last": 0.1 * height, "unit": "m"}
     expect = {"low": {"ok": height < 2, "why": f"{0.1 * height:g} m at 1 s"}}
     events = {"lands": {"first": 0.45}, "bounces": {"first": None}}
-    return "finished", {"expect": expect, "measures": {"z": row}, "events": events, "suspicions": []}
+    evidence = {"expect": expect, "measures": {"z": row}, "events": events, "suspicions": []}
+    return Outcome("finished", evidence, [f"`ball`: start (0, 0, {height:g}); end (0, 0, 0.1)"])
 
 
 def test_a_trial_tells_what_was_missed_and_measured_and_is_not_run_twice(tmp_path: Path) -> None:
@@ -39,8 +40,10 @@ def test_a_trial_tells_what_was_missed_and_measured_and_is_not_run_twice(tmp_pat
     settings = [{"height": 1.5}, {"height": 3}, {"height": 10}]
     told = trials_text(CASE, settings, tmp_path / "case.yaml", store, 60.0, counted)
     assert told.splitlines() == [
-        "- {height: 1.5}: finished; all expectations true; `z` 0.1 to 1.5, at the end 0.15 m; `lands` at 0.45 s",
-        "- {height: 3}: finished; MISSED `low` (0.3 m at 1 s); `z` 0.1 to 3, at the end 0.3 m; `lands` at 0.45 s",
+        "- {height: 1.5}: finished; all expectations true; `z` 0.1 to 1.5, at the end 0.15 m; `lands` at 0.45 s; "
+        "`ball`: start (0, 0, 1.5); end (0, 0, 0.1)",
+        "- {height: 3}: finished; MISSED `low` (0.3 m at 1 s); `z` 0.1 to 3, at the end 0.3 m; `lands` at 0.45 s; "
+        "`ball`: start (0, 0, 3); end (0, 0, 0.1)",
         "- {height: 10}: failed: no memory",
     ]
     assert trials_text(CASE, settings, tmp_path / "case.yaml", store, 60.0, counted) == told

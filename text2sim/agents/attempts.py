@@ -16,8 +16,8 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.run_summary import citable_items, evidence_text
-from text2sim.agents.tracks import tracks_text
-from text2sim.agents.trials import Outcome, Settings, trials_text
+from text2sim.agents.tracks import track_rows, tracks_text
+from text2sim.agents.trials import MAX_TRACKS, Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
@@ -31,6 +31,8 @@ MAX_REPEAT_SHARE = 0.1
 """Part of the time left that a run may take to be repeated without a cause."""
 DURATION_RULE = "slow-scene"
 """The rule that estimates the duration of a run; it is ignored once a run was timed."""
+UNJUDGED_RULES = (DURATION_RULE, "unused-param")
+"""Rules whose warnings say nothing about a run."""
 
 
 class Attempts:
@@ -194,7 +196,7 @@ class Attempts:
             text += f"\n\n{tracks}"
         if examined.derived:
             text += f"\n\n{examined.derived}"
-        if warnings := [p for p in examined.warnings if p.rule != DURATION_RULE]:
+        if warnings := [p for p in examined.warnings if p.rule not in UNJUDGED_RULES]:
             text += "\n\n## Warnings of the lint\n\n" + "\n".join(
                 f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
                 for p in warnings[:10]
@@ -293,7 +295,10 @@ class Attempts:
 
         def simulate(loaded: LoadedCase, limit: float) -> Outcome:
             result = self._simulated(loaded, limit, on_progress)
-            return result.state, result.evidence
+            if result.evidence is None:
+                return Outcome(result.state)
+            tracks = track_rows(result.folder, loaded.case, result.evidence["events"], MAX_TRACKS)
+            return Outcome(result.state, result.evidence, tracks)
 
         store = self.of(attempt.number) / "trials.json"
         return trials_text(text, settings, self.case / "case.yaml", store, seconds, simulate)

@@ -75,11 +75,11 @@ def moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
     happened = sorted(
         ((row["first"], name) for name, row in evidence["events"].items() if row.get("first") is not None),
     )[:MAX_EVENTS]
-    events = [FrameMoment(t, name, _bodies((actions.get("events") or {}).get(name))) for t, name in happened]
+    events = [FrameMoment(t, name, named_bodies((actions.get("events") or {}).get(name))) for t, name in happened]
     yield from events
     used = {row.get("measure") for row in (actions.get("expect") or {}).values() if isinstance(row, dict)}
     extremes = [
-        FrameMoment(row[f"{end}_at"], f"{end} of {name}", _bodies((actions.get("measures") or {}).get(name)))
+        FrameMoment(row[f"{end}_at"], f"{end} of {name}", named_bodies((actions.get("measures") or {}).get(name)))
         for name, row in (evidence.get("measures") or {}).items()
         if name in used and not row.get("problem")
         for end in ("max", "min")
@@ -109,7 +109,9 @@ def _deciding_moments(evidence: Data, actions: Data) -> Iterator[FrameMoment]:
         part = "measures" if asked.get("measure") else "events"
         if found.get("at") is not None:
             about = (actions.get(part) or {}).get(asked.get(part[:-1]))
-            rows.append((found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", _bodies(about))))
+            rows.append(
+                (found.get("ok") is True, part, FrameMoment(found["at"], f"expect:{name}", named_bodies(about)))
+            )
     rows.sort(key=lambda row: (row[0], row[1] == "events"))
     yield from [moment for *_, moment in rows][:MAX_DECIDED]
 
@@ -197,8 +199,8 @@ def with_attached(bodies: tuple[str, ...], actions: Data) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*bodies, *sorted(set().union(*(pair for pair in pairs if pair & {*bodies})))]))
 
 
-def _bodies(row: Any) -> tuple[str, ...]:
-    """Names of the bodies of a measure or an event."""
+def named_bodies(row: Any) -> tuple[str, ...]:
+    """Return the names of the bodies of a measure or an event, given as data."""
     if not isinstance(row, Mapping):
         return ()
     of = row.get("of")

@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.agents.frame_choice import named_bodies
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.spec_schema.models.case import Case
 
 MAX_BODIES = 5
-"""Largest number of bodies whose tracks are told; of several copies, only the first."""
+"""Largest number of bodies whose tracks are listed, those of measures first; of several copies, only the first."""
 MAX_EVENTS = 3
-"""Largest number of events at which they are told, the earliest first."""
+"""Largest number of events at which they are listed, the earliest first."""
 SLOW = 0.005
-"""Speed [m/s] below which no velocity is told, and displacement [m] below which a body is left out."""
+"""Speed [m/s] below which no velocity is listed, and displacement [m] below which a body is left out."""
 
 
 def tracks_text(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]]) -> str:
@@ -25,33 +26,47 @@ def tracks_text(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]]) 
         case: The case.
         events: Events of the evidence, by name.
     """
+    rows = track_rows(run, case, events)
+    return "\n".join(["## Positions [m], velocities v [m/s]", "", *(f"- {row}" for row in rows)]) if rows else ""
+
+
+def track_rows(run: Path, case: Case, events: Mapping[str, Mapping[str, Any]], limit: int = MAX_BODIES) -> list[str]:
+    """Return the position and velocity of each body that moves, at the start, at events and at the end.
+
+    Args:
+        run: The run folder.
+        case: The case.
+        events: Events of the evidence, by name.
+        limit: Largest number of bodies.
+    """
     recording = RecordedCase.load(run, case)
     time = recording.states.time
     if not len(time):
-        return ""
+        return []
     firsts = sorted((row["first"], name) for name, row in events.items() if row.get("first") is not None)
     moments = [("start", float(time[0])), *((name, t) for t, name in firsts[:MAX_EVENTS]), ("end", float(time[-1]))]
     frames = np.abs(time[:, None] - [t for _, t in moments]).argmin(axis=0)
+    measured = [name for measure in case.actions.measures.values() for name in named_bodies(measure.model_dump())]
     rows = []
-    for name in case.bodies:
+    for name in dict.fromkeys([*(name for name in measured if name in case.bodies), *case.bodies]):
         target = recording.names.select(name)[0]
         places, velocities = recording.origin(target)[frames], recording.velocity(target)[frames]
         if np.nanmax(np.linalg.norm(places - places[:1], axis=1), initial=0.0) < SLOW:
             continue
-        told = [
-            f"{label} {_vector(place)}{_moving(velocity)}"
+        found = [
+            f"{label} {_vector(place)}{_velocity_text(velocity)}"
             for (label, _), place, velocity in zip(moments, places, velocities, strict=True)
             if np.isfinite(place).all()
         ]
-        rows.append(f"- `{target.label}`: " + "; ".join(told))
-    return "## Positions [m], velocities v [m/s]\n\n" + "\n".join(rows[:MAX_BODIES]) if rows else ""
+        rows.append(f"`{target.label}`: " + "; ".join(found))
+    return rows[:limit]
 
 
 def _vector(values: Any) -> str:
     return "(" + ", ".join(f"{round(float(value), 2) + 0.0:g}" for value in values) + ")"
 
 
-def _moving(velocity: Any) -> str:
+def _velocity_text(velocity: Any) -> str:
     if not np.isfinite(velocity).all():
         return ""
     return "" if np.linalg.norm(velocity) < SLOW else f" v {_vector(velocity)}"

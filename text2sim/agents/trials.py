@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, format_problem
@@ -22,8 +22,18 @@ TRIALS_SHARE = 0.3
 """Largest share of the time left that all trials of a round may take."""
 Settings = Mapping[str, Any]
 """Values of parameters, by name."""
-Outcome = tuple[str, Mapping[str, Any] | None]
-"""Final state of a run, and its evidence if there is any."""
+MAX_TRACKS = 2
+"""Largest number of bodies whose tracks are listed for each trial."""
+
+
+class Outcome(NamedTuple):
+    """Outcome of a trial."""
+
+    state: str
+    """Final state of the run."""
+    evidence: Mapping[str, Any] | None = None
+    tracks: Sequence[str] = ()
+    """Positions and velocities of bodies."""
 
 
 def affordable(wall: float, minutes: float | None) -> int:
@@ -99,7 +109,7 @@ def trials_text(
 def _outcome(text: str, path: Path, seconds: float, simulate: Callable[[LoadedCase, float], Outcome]) -> str:
     loaded = load_text(text, path)  # `settings_faults` has examined it
     try:
-        state, evidence = simulate(loaded, seconds)
+        state, evidence, tracks = simulate(loaded, seconds)
     except RunError as error:
         return f"failed: {error}"
     if evidence is None:
@@ -113,4 +123,4 @@ def _outcome(text: str, path: Path, seconds: float, simulate: Callable[[LoadedCa
     rows += [
         f"`{name}` at {row['first']:.3g} s" for name, row in evidence["events"].items() if row.get("first") is not None
     ]
-    return "; ".join([*rows, *evidence["suspicions"][:2]])
+    return "; ".join([*rows, *evidence["suspicions"][:2], *tracks])
