@@ -55,6 +55,13 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     assert "`pushed` COMES TRUE AS WELL: no cause" in part_of(compare_causes(made, TEXT, FILE, simulate))
 
 
+def test_the_causes_that_are_not_tested_are_named() -> None:
+    causes = {name: ["ball"] for name in ("knocked", "rolled", "fell")}
+    made = plan(meets={}, causes=causes)
+    rows = part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {}))).splitlines()
+    assert rows[-1] == "- `fell`: not run without `ball`: 2 causes are tested at most"
+
+
 def test_what_has_to_stay_needs_no_cause() -> None:
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}, keeps=["pushed"])
     told = part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}})))

@@ -119,11 +119,19 @@ def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run:
 
 
 @pytest.mark.usefixtures("tracer")
-def test_a_film_that_is_good_costs_one_question(make_run: MakeRun, tmp_path: Path) -> None:
-    studio = Studio(make_run, tmp_path, {"viewer": [marks(90, 85, 80, 82)]})
+def test_a_film_that_is_excellent_costs_one_question(make_run: MakeRun, tmp_path: Path) -> None:
+    studio = Studio(make_run, tmp_path, {"viewer": [marks(92, 90, 86, 86)]})
     assert studio.shoot() == CASE
     assert studio.asked == ["viewer"]
     assert not studio.refilmed
+
+
+@pytest.mark.usefixtures("untraced")
+def test_a_film_that_is_good_gets_one_more_treatment(make_run: MakeRun, tmp_path: Path) -> None:
+    good, less = marks(84, 82, 80, 80), marks(80, 80, 80, 80)
+    studio = Studio(make_run, tmp_path, {"viewer": [good, less], "render": [light("golden_hour")]})
+    assert studio.shoot() == CASE
+    assert studio.asked == ["viewer", "render", "viewer"]
 
 
 @pytest.mark.usefixtures("tracer")

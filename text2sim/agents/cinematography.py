@@ -32,8 +32,8 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 
-GOOD_ENOUGH_MARK = 80.0
-"""Total mark (0 to 100) at which no better treatment is sought."""
+GOOD_ENOUGH_MARK, EXCELLENT_MARK = 80.0, 88.0
+"""Total marks (0 to 100): from the first, only one more treatment is tried; from the second, none."""
 MAX_ROUNDS = 3
 """Number of rounds of proposals and judgements."""
 FIRST_PROPOSALS = 2
@@ -126,9 +126,11 @@ class Cinematography:
         self._tried = [self._judge_still("as_it_is", text, self._sheet(text))]
         try:
             for round_ in range(MAX_ROUNDS):
-                if self._best_so_far().marks.total >= GOOD_ENOUGH_MARK:
+                best = self._best_so_far()
+                good_enough = best.marks.total >= GOOD_ENOUGH_MARK
+                if best.marks.total >= EXCELLENT_MARK or (good_enough and round_ > 0):
                     break
-                for name, tried in self._proposed(self._best_so_far(), first=round_ == 0).items():
+                for name, tried in self._proposed(best, first=round_ == 0 and not good_enough).items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
                         self._tried.append(self._judge_still(name, tried, sheet))
         except StoppedError:

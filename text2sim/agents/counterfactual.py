@@ -61,7 +61,8 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
     """Run a case once without each cause that the plan names, and compare.
 
     Args:
-        plan: The plan. By requirement, `causes` lists bodies and controls, and `meets` the expectations of the effect.
+        plan: The plan. By requirement, the most important first, `causes` lists bodies and controls, and `meets` the
+            expectations of the effect.
         text: The case, in which all expectations hold.
         path: Path of the case file.
         simulate: Runs a loaded case; returns its final status and the results of its expectations, by name.
@@ -70,8 +71,11 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
         A fact for each effect; none if the plan names no cause.
     """
     facts = []
-    for requirement, causes in list(plan.causes.items())[:MAX_CAUSES]:
+    for number, (requirement, causes) in enumerate(plan.causes.items()):
         description = f"without {', '.join(f'`{name}`' for name in causes)}"
+        if number >= MAX_CAUSES:
+            facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
+            continue
         case = case_without(revising.data_of(text), causes)
         examined = examine(format_text(json.dumps(case, ensure_ascii=False)), path)
         expected = (case.get("actions") or {}).get("expect") or {}

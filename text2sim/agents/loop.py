@@ -28,6 +28,8 @@ from text2sim.agents.requirements import Requirement, take_apart
 from text2sim.agents.trials import MAX_TRIAL_ROUNDS, TRIALS_SHARE, affordable
 from text2sim.agents.writer_team import Workshop
 
+RECENT_RUNS = 3
+"""Number of the latest attempts whose longest run says what the next will take."""
 JUDGING_OVERTIME = 5.0
 """Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
 MAX_UNASKED_SHARE = 0.25
@@ -370,9 +372,11 @@ class AgentLoop:
         words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
         if minutes is not None:
             words.append(f"{minutes:.0f} minutes are left for everything")
-        if ran := [one for one in self.made if one.wall]:
-            took = f"took {ran[-1].wall:.0f} s of wall time, of which {ran[-1].pace:.3g} s per simulated second"
-            words.append(f"the run of attempt {ran[-1].number} {took}, the rest for start, judging and film")
+        # The run of an attempt that was a trial before takes no time.
+        longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.wall, default=attempt)
+        if longest.wall:
+            took = f"took {longest.wall:.0f} s of wall time, of which {longest.pace:.3g} s per simulated second"
+            words.append(f"the run of attempt {longest.number} {took}, the rest for start, judging and film")
         return "; ".join(words) + ".", minutes
 
     def _history(self) -> str:

@@ -88,7 +88,11 @@ def make_plan(
     )
     read = typed_parser(CasePlan, lambda plan: _check_plan(plan, dealt, path, request.requirements, tried))
     more = PageRequests(dealt.pages)
-    return chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
+    plan = chat.ask("planner", system, question, read, request.images, read_pages=more, rounds=MAX_PLAN_ANSWERS)
+    # Only the causes of the most important effects are tested.
+    importance = {name: requirement.importance for name, requirement in request.requirements.items()}
+    causes = sorted(plan.causes.items(), key=lambda row: -importance.get(row[0], 0))
+    return plan.model_copy(update={"causes": dict(causes)})
 
 
 def _tried_plan_text(tried: TriedPlan | None) -> str:
