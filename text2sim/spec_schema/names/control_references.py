@@ -20,9 +20,8 @@ from text2sim.spec_schema.models.controls import (
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
-from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
-    WORLD,
     check_attach_kind,
     check_push_kind,
     check_release_moment,
@@ -139,8 +138,8 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
         return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    ones = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
-    message = f"`{member.name}` cannot: {ones}" if member.dynamic else f"{member.why_not_dynamic}; {ones}"
+    who_can = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
+    message = f"`{member.name}` cannot: {who_can}" if member.dynamic else f"{member.why_not_dynamic}; {who_can}"
     table.report((*where, "body"), message, "not-free")
 
 
@@ -155,14 +154,11 @@ def _check_push(table: NameTable, where: Path, control: Impulse | Force | Torque
 
 
 def _check_drive(table: NameTable, where: Path, control: Drive) -> None:
-    events = table.loaded.case.actions.events
-    if control.on is not None and control.on not in events:
-        message = f"there is no event `{control.on}`"
-        table.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
+    table.check_known((*where, "on"), "event", control.on, table.loaded.case.actions.events)
     member = table.find(control.joint, (*where, "joint"), joint=True, many=True)
-    for one in table.each(member, joint=True) if member is not None else ():
+    for single in table.each(member, joint=True) if member is not None else ():
         before = len(table.problems)
-        _check_motor(table, where, control, one)
+        _check_motor(table, where, control, single)
         if len(table.problems) > before:  # one problem for a group is enough
             return
 

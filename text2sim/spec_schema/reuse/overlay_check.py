@@ -7,7 +7,7 @@ variant that is never used.
 import re
 from typing import Any
 
-from text2sim.spec_schema.errors import Problem, nearest
+from text2sim.spec_schema.errors import Problem, nearest, there_are
 from text2sim.spec_schema.models.base import Name
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Document, Path
@@ -131,8 +131,7 @@ class _Walk:
         whole = {member.structure for slot in found.names for member in slot.members} <= {"number", "text", "list"}
         for name, value in over.items():
             if name not in known and not whole and not _whole(found.names, value, (*path, name)):
-                listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
-                message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{listed}"
+                message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{there_are(known)}"
                 self.report((*path, name), message, "unknown-name", nearest(name, known))
             elif isinstance(value, dict):
                 self.mapping(found.names, value, _inside(bases, name), (*path, name))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import nearest, there_are
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.document import Path
@@ -204,10 +204,9 @@ def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) 
 def _unknown_step(step: str, here: str, known: list[str], named: bool) -> str:
     if here == "a case":
         return f"`{step}` cannot be changed, only {', '.join(known)}"
-    listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 40 else ""
-    return (
-        f"there is no `{step}` in {here}{listed}" if named else f"unknown key `{step}`; {here} takes {', '.join(known)}"
-    )
+    if named:
+        return f"there is no `{step}` in {here}{there_are(known, 40)}"
+    return f"unknown key `{step}`; {here} takes {', '.join(known)}"
 
 
 def _check_item(value: Any, step: int, index: int, here: str, missing: bool) -> None:
