@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.prefab_models import PrefabFile
-from text2sim.spec_schema.text.document import Path, parse_document
+from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout, written_layout
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import block_lines, key, scalar
@@ -62,9 +62,13 @@ def format_text(text: str, file: str = "case.yaml") -> str:
 
 def format_source(source: Source) -> str:
     """Return the text of a file in canonical form; see `format_text`."""
-    document = parse_document(source)
+    return format_document(parse_document(source))
+
+
+def format_document(document: Document) -> str:
+    """Return the text of a document in canonical form; see `format_text`."""
     text = dump_layout(*written_layout(document))
-    again = parse_document(Source(text, source.file))
+    again = parse_document(Source(text, document.source.file))
     if again.data != document.data:
         raise AssertionError("the canonical form has other data than the original")
     return text
