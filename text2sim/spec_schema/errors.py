@@ -107,9 +107,9 @@ def did_you_mean(word: object, allowed: Iterable[str]) -> str:
     return f"; did you mean `{hint}`?" if hint else ""
 
 
-def there_are(names: Collection[str], most: int = 12) -> str:
+def there_are(names: Collection[str], most: int | None = 12) -> str:
     """Return the end of a message that lists the allowed names; empty if there are none, or more than `most`."""
-    return f"; there are {', '.join(names)}" if 0 < len(names) <= most else ""
+    return f"; there are {', '.join(names)}" if names and (most is None or len(names) <= most) else ""
 
 
 def format_problems(problems: Iterable[Problem], source: Any = None) -> str:

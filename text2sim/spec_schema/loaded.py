@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
-from text2sim.spec_schema.text.document import Document, Path, parse_pointer
+from text2sim.spec_schema.text.document import Document, Path, parse_pointer, value_at
 from text2sim.spec_schema.text.source import Source
 
 if TYPE_CHECKING:
@@ -111,11 +111,8 @@ class LoadedCase:
     def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
         if root not in self._varying:
             return model
-        value: Any = self.data
-        for step in root:
-            value = value[step]
         known = {**COPY_VARIABLES, **variables}
-        data, problems = self.resolver.copy(root, value, known)
+        data, problems = self.resolver.copy(root, value_at(self.data, root), known)
         problems = self._judge_arguments(root, known) or problems
         if not problems:
             try:
@@ -138,4 +135,4 @@ class LoadedCase:
 
 
 def _path(where: str | Path) -> Path:
-    return parse_pointer(where) if isinstance(where, str) else tuple(where)
+    return parse_pointer(where) if isinstance(where, str) else where

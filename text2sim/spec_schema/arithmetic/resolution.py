@@ -10,7 +10,7 @@ from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_i
 from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
-from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at, value_at
 
 MAX_TEXTS = 600_000
 """Most characters of all expressions together, which take a second to parse."""
@@ -122,10 +122,7 @@ class Resolver:
 
     def _evaluate(self, path: Path, names: Mapping[str, Value]) -> Value:
         if path[:1] == ("params",) and path[1:2] and path[1] in self.params:
-            value: Any = self.params[str(path[1])]
-            for step in path[2:]:
-                value = value[step]
-            return value
+            return value_at(self.params, path[1:])
         return self.sites[path].evaluate(names)
 
     def _in_scope(self, path: Path, used: list[str]) -> bool:
@@ -152,13 +149,11 @@ class _Parameters(Mapping[str, Value]):
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
-        params = mapping_at(resolver.document.data, "params")
-        self._raw: dict[str, Any] = params
+        self._raw = mapping_at(resolver.document.data, "params")
         self._values: dict[str, Value] = {}
         self._failed: set[str] = set()
-        taken = {*RESERVED, *COPY_VARIABLES}
         for name, value in self._raw.items():
-            if name in taken:
+            if name in RESERVED or name in COPY_VARIABLES:
                 message = f"`{name}` already has a meaning in expressions; choose another name"
                 problem = resolver.document.problem(("params", name), message, key=True, rule="taken-name")
                 resolver.problems.append(problem)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from math import dist
 from typing import Any, Literal
 
@@ -69,9 +70,7 @@ def operations(a: Any, b: Any) -> list[Operation]:
 
 
 def _shots(case: Any) -> dict[str, Any]:
-    for key in SHOTS:
-        case = mapping_at(case, key)
-    return case
+    return reduce(mapping_at, SHOTS, case)
 
 
 # --- for people -----------------------------------------------------------------------------------------------
