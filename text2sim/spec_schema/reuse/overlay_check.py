@@ -9,6 +9,7 @@ from typing import Any
 
 from text2sim.spec_schema.errors import Problem, nearest, there_are
 from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.text.document import Document, Path, mapping_at, value_at
 from text2sim.spec_schema.vocabulary.slot_path import (
@@ -18,9 +19,8 @@ from text2sim.spec_schema.vocabulary.slot_path import (
     PrefabInterfaces,
     is_entry,
     mapping_slots,
-    root_slots,
-    slot_entry,
 )
+from text2sim.spec_schema.vocabulary.slots import ENTRY
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, bounds_of, fields_of, noun_of, show, slot_of
 
 _NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
@@ -84,7 +84,7 @@ def check_overlay(document: Document, at: Path, others: list[Any], interfaces: P
             walk.report((key,), message, "unknown-key", nearest(key, ROOTS))
     bases = [document.data, *(other for other in others if isinstance(other, dict) and other is not over)]
     kept = {key: value for key, value in over.items() if key in ROOTS}
-    walk.mapping(root_slots(), kept, bases, ())
+    walk.mapping([slot_of(Case)], kept, bases, ())
     walk.params(over, bases)
     return walk.problems
 
@@ -101,7 +101,7 @@ def check_body(document: Document, at: Path, body: dict[str, Any]) -> list[Probl
         return []  # checked when it is expanded
     walk = _Walk(document, at, lambda use: PrefabInterface())
     walk.skipped = 2
-    walk.mapping(slot_entry(), body, [body], ("bodies", "body"))
+    walk.mapping([ENTRY], body, [body], ("bodies", "body"))
     return walk.problems
 
 
