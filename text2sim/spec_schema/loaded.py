@@ -37,7 +37,8 @@ class LoadedCase:
     written: Document
     """The case as it is in the file."""
     resolver: Resolver = field(repr=False)
-    _varying: frozenset[Path] = field(repr=False)
+    varying: frozenset[Path] = field(repr=False)
+    """Paths of the values that vary between copies, or contain such values."""
     overlay: CaseOverlay = NOTHING
     """Changes that were applied to it."""
     _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
@@ -86,7 +87,7 @@ class LoadedCase:
 
     def varies(self, where: str | Path) -> bool:
         """Return whether the value, or a part of it, varies between copies."""
-        return _path(where) in self._varying
+        return _path(where) in self.varying
 
     def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
         """Return the model of one copy of a body.
@@ -109,7 +110,7 @@ class LoadedCase:
         return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
 
     def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
-        if root not in self._varying:
+        if root not in self.varying:
             return model
         known = {**COPY_VARIABLES, **variables}
         data, problems = self.resolver.copy(root, value_at(self.data, root), known)

@@ -10,6 +10,7 @@ from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_i
 from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.reuse.sections import placed_entries
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at, value_at
 
 MAX_TEXTS = 600_000
@@ -246,11 +247,8 @@ class _Scope(Mapping[str, Value]):
 
 def _scopes(data: Any) -> Iterator[Path]:
     """Yield the paths in which copy variables are defined: repeated bodies and statics, and controls on bodies."""
-    bodies, statics = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
-    for section, entries in ((("bodies",), bodies), (("scene", "statics"), statics)):
-        for name in entries:
-            if mapping_at(entries, name).get("repeat") is not None:
-                yield (*section, name)
+    yield from (path for path, entry in placed_entries(data) if entry.get("repeat") is not None)
+    bodies = mapping_at(data, "bodies")
     controls = mapping_at(mapping_at(data, "actions"), "controls")
     for name in controls:
         control = mapping_at(controls, name)

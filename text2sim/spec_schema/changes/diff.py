@@ -6,6 +6,7 @@ from functools import reduce
 from math import dist
 from typing import Any, Literal
 
+from text2sim.spec_schema.arithmetic.values import is_number
 from text2sim.spec_schema.changes.operation import Operation, common_ends
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.text.document import Path, mapping_at, pointer
@@ -138,7 +139,7 @@ def _distance(a: Any, b: Any) -> tuple[float, ...] | None:
     """Return the vector from one point to another; None if they are not points."""
     if not (isinstance(a, list) and isinstance(b, list) and len(a) == len(b)):
         return None
-    if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in [*a, *b]) or dist(a, b) == 0:
+    if not all(map(is_number, [*a, *b])) or dist(a, b) == 0:
         return None
     return tuple(float(f"{new - old:.9g}") for old, new in zip(a, b, strict=True))
 
