@@ -61,18 +61,6 @@ def check_controls(table: NameTable) -> None:
             table.report((*where, "during"), message, "empty-span")
 
 
-def joint_of(table: NameTable, member: Member) -> Any:
-    """Return the joint that a member names: that of its mount, or of one of its links; None if it names none."""
-    model = member.model
-    if member.part is not None and member.name in table.parts:
-        return table.parts[member.name].joints.get(member.part)
-    if isinstance(model, Rigid) and member.part is None:
-        return model.mount
-    if isinstance(model, Articulated) and model.links is not None and member.part is not None:
-        return model.links[member.part].joint
-    return None
-
-
 def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> Any:
     """Return the hinge or slider that a member names, or report that there is none.
 
@@ -88,22 +76,25 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     model, name = member.model, member.name
     if isinstance(member.model, Linked) and name not in table.parts:
         return None
-    joints = joints_of(table, name, model).items()
-    near = [f"{name}.{key}" for key, joint in joints if isinstance(joint, HingeMount | SliderMount)]
-    if member.part is None and (isinstance(member.model, Articulated) or near):
+    joints = joints_of(table, member)
+    near = [f"{name}.{key}" for key, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
+    if member.part is None and (isinstance(model, Articulated) or near):
         listed = f": {', '.join(near)}" if 0 < len(near) <= 12 else ""
         several = "one joint; name it" if len(near) == 1 else "several joints; name one"
         table.report(where, f"`{name}` has {several}{listed}", "no-joint", near[0] if near else None)
         return None
-    if isinstance(member.model, Articulated) and model.links is None and name not in table.parts:
+    if isinstance(model, Articulated) and model.links is None and name not in table.parts:
         return None
-    joint = joint_of(table, member)
+    if member.part is not None:
+        joint = joints.get(member.part)
+    else:
+        joint = model.mount if isinstance(model, Rigid) else None
     if isinstance(joint, HingeMount | SliderMount):
         return joint
     if isinstance(model, Rigid):
         mount = f"its mount is {joint.kind}" if joint is not None else "it has no links"
         message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
-    elif joint is not None or isinstance(member.model, Articulated):
+    elif joint is not None or isinstance(model, Articulated):
         what = _why_none(model, member.part) if joint is None else f"has a {joint.kind} joint"
         message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
     else:
@@ -113,17 +104,11 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     return None
 
 
-def joints_of(table: NameTable, body: str, model: Any) -> Mapping[str, Any]:
-    """Return the model of each joint of a body of links, by name, as far as they are known.
-
-    Args:
-        table: The bodies of the case.
-        body: Name of the body.
-        model: Its model.
-    """
-    if body in table.parts:
-        return table.parts[body].joints
-    links = (model.links or {}) if isinstance(model, Articulated) else {}
+def joints_of(table: NameTable, member: Member) -> Mapping[str, Any]:
+    """Return the model of each joint of a body of links, by name, as far as they are known."""
+    if member.name in table.parts:
+        return table.parts[member.name].joints
+    links = (member.model.links or {}) if isinstance(member.model, Articulated) else {}
     return {name: link.joint for name, link in links.items() if link.joint is not None}
 
 

@@ -83,10 +83,10 @@ def check_carrier(table: NameTable, where: Path, thing: measures.Measure | event
         _check_rigid(table, (*where, "region", "moves_with"), member, "can carry a region")
 
 
-def _check_rigid(table: NameTable, where: Path, member: Member, does: str) -> None:
+def _check_rigid(table: NameTable, where: Path, member: Member, role: str) -> None:
     if member.count > 1 or member.deforms:
         what = "deforms" if member.deforms else f"selects {member.count} copies"
-        table.report(where, f"`{member.text}` {what}: only one rigid body, or one link, {does}", "carrier")
+        table.report(where, f"`{member.text}` {what}: only one rigid body, or one link, {role}", "carrier")
 
 
 def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -> None:
@@ -124,7 +124,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
 def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
-    joints = joints_of(table, member.name, model)
+    joints = joints_of(table, member)
     bending = mounted or sum(isinstance(joint, HingeMount | BallMount) for joint in joints.values())
     if not (mounted or isinstance(model, Articulated | Linked)) or (joints and not bending):
         message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"
