@@ -116,7 +116,8 @@ def go_round(draft: Draft, case: Any) -> None:
     """Take the ways that lead back to where they began."""
     from text2sim.compiler.build import resolve_case
     from text2sim.compiler.explicit import explicit
-    from text2sim.spec_schema.changes.edit import edit_source, identical
+    from text2sim.spec_schema.changes.amendment import identical
+    from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.changes.patch import PatchError, apply_operations, inverse
     from text2sim.spec_schema.errors import SpecError
     from text2sim.spec_schema.load import load_text

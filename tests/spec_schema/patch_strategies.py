@@ -1,4 +1,4 @@
-"""Random patches that can be applied to given data."""
+"""Operations of patches, and random patches that can be applied to given data."""
 
 import copy
 from collections.abc import Iterator
@@ -24,6 +24,16 @@ _KEYS = st.sampled_from(["ball", "look", "kind", "material", "pose", "on", "x y"
 VALUES = st.recursive(
     _SCALARS, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(_KEYS, inner, max_size=4), max_leaves=8
 )
+
+
+def op(name: str, path: str, value: Any = ..., *, source: str | None = None) -> dict[str, Any]:
+    """Return an operation of a patch."""
+    row: dict[str, Any] = {"op": name, "path": path}
+    if value is not ...:
+        row["value"] = value
+    if source is not None:
+        row["from"] = source
+    return row
 
 
 def paths_of(data: Any, path: Path = ()) -> Iterator[Path]:

@@ -11,7 +11,7 @@ from text2sim.spec_schema.text.canonical import dump_case
 from text2sim.spec_schema.text.document import parse_document, parse_pointer
 from text2sim.spec_schema.text.source import Source, read_source
 
-STAGE = Path(__file__).with_name("stage.yaml")
+STAGE = parse_document(read_source(Path(__file__).with_name("stage.yaml"))).data
 PARENTS = {
     "shapes": "/bodies/ball",
     "sculpt_parts": "/bodies/ball/shape",
@@ -41,8 +41,13 @@ FRAMES = {
 
 def staged(edits: dict[str, Any] | None = None) -> LoadedCase:
     """Load the stage with values set at JSON Pointers; None takes a value away."""
-    data = copy.deepcopy(parse_document(read_source(STAGE)).data)
-    for where, value in (edits or {}).items():
+    return load_text(dump_case(edited(edits or {})))
+
+
+def edited(edits: dict[str, Any], data: Any = STAGE) -> Any:
+    """Return a copy of data with values set at JSON Pointers; None takes a value away."""
+    data = copy.deepcopy(data)
+    for where, value in edits.items():
         *way, last = parse_pointer(where)
         target = data
         for step in way:
@@ -51,7 +56,7 @@ def staged(edits: dict[str, Any] | None = None) -> LoadedCase:
             del target[last]
         else:
             target[last] = value
-    return load_text(dump_case(data))
+    return data
 
 
 def edits_of(section: str, kind: str) -> dict[str, Any]:

@@ -9,34 +9,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import VALUES, patches
+from staged import STAGE, edited
 
 from text2sim.spec_schema.changes.diff import Change, difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
 from text2sim.spec_schema.changes.effects import effects
 from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.load import load_case
-from text2sim.spec_schema.text.document import parse_document, parse_pointer
-from text2sim.spec_schema.text.source import read_source
 
-STAGE = parse_document(read_source(Path(__file__).with_name("stage.yaml"))).data
 CASES = sorted((Path(__file__).parents[2] / "cases").glob("*/case.yaml"))
 LAX = settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
 Stage = Callable[..., Any]
-
-
-def edited(edits: dict[str, Any]) -> Any:
-    """The stage with values set at JSON Pointers; None takes a value away."""
-    data = copy.deepcopy(STAGE)
-    for where, value in edits.items():
-        *way, last = parse_pointer(where)
-        target = data
-        for step in way:
-            target = target[step]
-        if value is None:
-            del target[last]
-        else:
-            target[last] = value
-    return data
 
 
 def lines(edits: dict[str, Any]) -> list[str]:

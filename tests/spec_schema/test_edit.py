@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from patch_strategies import patches
+from patch_strategies import op, patches
 
-from text2sim.spec_schema.changes.edit import edit_text, identical
+from text2sim.spec_schema.changes.amendment import identical
+from text2sim.spec_schema.changes.edit import edit_text
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations, inverse
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.text.canonical import format_text
@@ -22,15 +23,6 @@ ODD = (HERE / "odd.yaml").read_text()
 CASES = [(HERE / "stage.yaml").read_text()]
 CASES += [path.read_text() for path in sorted((HERE.parents[1] / "cases").glob("*/case.yaml"))]
 LAX = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
-
-
-def op(name: str, path: str, value: Any = ..., *, source: str | None = None) -> dict[str, Any]:
-    row: dict[str, Any] = {"op": name, "path": path}
-    if value is not ...:
-        row["value"] = value
-    if source is not None:
-        row["from"] = source
-    return row
 
 
 def changed(text: str, *operations: dict[str, Any]) -> list[str]:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from patch_strategies import patches
+from staged import STAGE, edited
 
 from text2sim.spec_schema.changes.diff import NOTHING
 from text2sim.spec_schema.changes.edit import edit_text
@@ -18,27 +19,12 @@ from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.reuse.migration import LATEST
 from text2sim.spec_schema.text.canonical import format_text
-from text2sim.spec_schema.text.document import parse_document, parse_pointer
+from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source
 
 TEXT = Path(__file__).with_name("stage.yaml").read_text()
 STYLE = Path(__file__).with_name("own_style.yaml").read_text()
-STAGE = parse_document(Source(TEXT)).data
 LAX = settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
-
-
-def edited(edits: dict[str, Any], data: Any = STAGE) -> Any:
-    data = copy.deepcopy(data)
-    for where, value in edits.items():
-        *way, last = parse_pointer(where)
-        target = data
-        for step in way:
-            target = target[step]
-        if value is None:
-            del target[last]
-        else:
-            target[last] = value
-    return data
 
 
 def texts(ours: str, theirs: str, base: str = TEXT) -> Any:

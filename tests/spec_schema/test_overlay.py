@@ -5,8 +5,9 @@ import json
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from small_case import problems_of
 
-from text2sim.spec_schema.errors import Problem, SpecError
+from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.expanded import expanded_text
@@ -49,9 +50,7 @@ def load(*variants: str, sets: tuple[str, ...] = (), text: str = CASE) -> Loaded
 
 
 def problems(*variants: str, sets: tuple[str, ...] = (), text: str = CASE) -> list[Problem]:
-    with pytest.raises(SpecError) as caught:
-        load(*variants, sets=sets, text=text)
-    return caught.value.problems
+    return problems_of(text, overlay=CaseOverlay(variants, sets))
 
 
 # --- variants ---------------------------------------------------------------------------------------------------

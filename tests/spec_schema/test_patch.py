@@ -6,27 +6,18 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from patch_strategies import VALUES, patches
+from patch_strategies import VALUES, op, patches
 
+from text2sim.spec_schema.changes.operation import split_pointer
 from text2sim.spec_schema.changes.patch import (
     MAX_OPERATIONS,
     PatchError,
     apply_operations,
     inverse,
     same,
-    split_pointer,
 )
 
 LAX = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
-
-
-def op(name: str, path: str, value: Any = ..., *, source: str | None = None) -> dict[str, Any]:
-    row: dict[str, Any] = {"op": name, "path": path}
-    if value is not ...:
-        row["value"] = value
-    if source is not None:
-        row["from"] = source
-    return row
 
 
 # The rules of RFC 6902 and 6901, one or two rows for each: document, patch, result.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from small_case import only_problem
 
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
@@ -229,22 +230,16 @@ def test_an_expanded_case_loads_to_the_same(load, tmp_path):
         assert again.body_copy("s", {"i": index, "n": 2}) == loaded.body_copy("s", {"i": index, "n": 2})
 
 
-def test_texts_that_look_like_code_stay_texts(load, write):
+def test_texts_that_look_like_code_stay_texts(problems, write):
     write(
         label=STICK.replace("stick", "label")
         .replace("{kind: color, default: red}", "{kind: text}")
         .replace("hue if plain else 'black'", "hue")
     )
-    (problem,) = _problems(load, "  s: {use: label, with: {hue: '$${__import__(1)}'}}\n")
+    (problem,) = problems("  s: {use: label, with: {hue: '$${__import__(1)}'}}\n")
     assert "unknown colour `${__import__(1)}`" in problem.message
-    (problem,) = _problems(load, "  s: {use: label, with: {hue: \"red' if 1 else '\"}}\n")
+    (problem,) = problems("  s: {use: label, with: {hue: \"red' if 1 else '\"}}\n")
     assert problem.rule == "unknown-color"
-
-
-def _problems(load, bodies: str) -> list[Problem]:
-    with pytest.raises(SpecError) as caught:
-        load(bodies)
-    return caught.value.problems
 
 
 # --- what is wrong with a use -----------------------------------------------------------------------------------
@@ -328,9 +323,7 @@ def test_two_bodies_cannot_have_one_name(problems):
 def test_a_static_is_one_rigid_body(tmp_path: Path, write, bodies):
     write(doll="text2sim: 2\nprefab: doll\nbody: {kind: ragdoll, height: 1}\n")
     text = HEAD.replace("floor: {", f"pole: {bodies}, floor: {{") + "bodies: {b: {kind: ragdoll, height: 1}}\n"
-    with pytest.raises(SpecError) as caught:
-        load_text(text, tmp_path / "case.yaml")
-    (problem,) = caught.value.problems
+    problem = only_problem(text, tmp_path / "case.yaml")
     assert problem.path == "/scene/statics/pole"
     assert "static" in problem.message
     assert "got" not in problem.message

@@ -1,6 +1,7 @@
 """Sweeps: their form, and the runs that they mean."""
 
 import pytest
+from small_case import problems_of
 
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
@@ -28,9 +29,7 @@ def runs(name: str) -> list[tuple[str, CaseOverlay]]:
 
 
 def problems(sweeps: str) -> list[Problem]:
-    with pytest.raises(SpecError) as caught:
-        load_text(CASE.split("sweeps:")[0] + f"sweeps:\n  s: {sweeps}\n")
-    return caught.value.problems
+    return problems_of(CASE.split("sweeps:")[0] + f"sweeps:\n  s: {sweeps}\n")
 
 
 def test_a_grid_is_every_combination():

@@ -41,7 +41,7 @@ def _flat_rows(entry: LayoutEntry, path: Path) -> Iterator[str]:
                 yield f"{dotted(inner)}:{trail}"
             yield from _flat_rows(child, inner)
         else:
-            yield f"{dotted(inner)}: {value_text(plain_data(child), shown=100_000)}{trail}"
+            yield f"{dotted(inner)}: {value_text(plain_data(child), width=100_000)}{trail}"
         yield from child.after
 
 

@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -105,6 +105,11 @@ def did_you_mean(word: object, allowed: Iterable[str]) -> str:
     """Return the end of a message that suggests the nearest allowed word, if there is one."""
     hint = nearest(word, allowed)
     return f"; did you mean `{hint}`?" if hint else ""
+
+
+def there_are(names: Collection[str], most: int | None = 12) -> str:
+    """Return the end of a message that lists the allowed names; empty if there are none, or more than `most`."""
+    return f"; there are {', '.join(names)}" if names and (most is None or len(names) <= most) else ""
 
 
 def format_problems(problems: Iterable[Problem], source: Any = None) -> str:

@@ -70,11 +70,12 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
         faults += found
     varying = frozenset(path[:depth] for path in resolver.varying for depth in range(len(path) + 1))
     arguments = () if layers is None else tuple(layers.arguments)
+    models = case or Case.model_construct()
+    loaded = LoadedCase(path, models, data, document, written, resolver, varying, overlay, arguments)
     if problems and not faults:
         from text2sim.spec_schema.names.partial_check import further_problems
 
-        half = LoadedCase(path, Case.model_construct(), data, document, written, resolver, varying, overlay, arguments)
-        problems += further_problems(half, problems, lambda data: _validate(document, data))
+        problems += further_problems(loaded, problems, lambda data: _validate(document, data))
     if faults or problems:
         if layers is not None and layers.multiplied:
             from text2sim.spec_schema.reuse.multiples import without_repeats
@@ -82,7 +83,7 @@ def _load(source: Source, path: FilePath, overlay: CaseOverlay) -> LoadedCase:
             problems = without_repeats(problems)
         raise SpecError([*faults, *problems])
     assert case is not None
-    return LoadedCase(path, case, data, document, written, resolver, varying, overlay, arguments)
+    return loaded
 
 
 def _validate(document: Document, data: dict[str, Any]) -> tuple[Case | None, list[Problem]]:

@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
-from text2sim.spec_schema.text.document import Document, Path, parse_pointer
+from text2sim.spec_schema.text.document import Document, Path, parse_pointer, value_at
 from text2sim.spec_schema.text.source import Source
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ class LoadedCase:
     written: Document
     """The case as it is in the file."""
     resolver: Resolver = field(repr=False)
-    _varying: frozenset[Path] = field(repr=False)
+    varying: frozenset[Path] = field(repr=False)
+    """Paths of the values that vary between copies, or contain such values."""
     overlay: CaseOverlay = NOTHING
     """Changes that were applied to it."""
     _arguments: "tuple[Argument, ...]" = field(default=(), repr=False)
@@ -86,7 +87,7 @@ class LoadedCase:
 
     def varies(self, where: str | Path) -> bool:
         """Return whether the value, or a part of it, varies between copies."""
-        return _path(where) in self._varying
+        return _path(where) in self.varying
 
     def body_copy(self, name: str, variables: Mapping[str, Value]) -> Body:
         """Return the model of one copy of a body.
@@ -109,13 +110,10 @@ class LoadedCase:
         return self._copy(("actions", "controls", name), self.case.actions.controls[name], variables)
 
     def _copy(self, root: Path, model: Any, variables: Mapping[str, Value]) -> Any:
-        if root not in self._varying:
+        if root not in self.varying:
             return model
-        value: Any = self.data
-        for step in root:
-            value = value[step]
         known = {**COPY_VARIABLES, **variables}
-        data, problems = self.resolver.copy(root, value, known)
+        data, problems = self.resolver.copy(root, value_at(self.data, root), known)
         problems = self._judge_arguments(root, known) or problems
         if not problems:
             try:
@@ -138,4 +136,4 @@ class LoadedCase:
 
 
 def _path(where: str | Path) -> Path:
-    return parse_pointer(where) if isinstance(where, str) else tuple(where)
+    return parse_pointer(where) if isinstance(where, str) else where

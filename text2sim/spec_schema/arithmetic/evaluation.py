@@ -16,7 +16,7 @@ from text2sim.spec_schema.arithmetic.values import (
     show,
     truth,
 )
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import nearest, there_are
 
 CONSTANTS: dict[str, Value] = {"pi": math.pi, "tau": math.tau, "true": True, "false": False}
 
@@ -77,10 +77,8 @@ def _name(name: str, names: Mapping[str, Value]) -> Value:
         return CONSTANTS[name]
     if name not in names:
         known = list(names)
-        message = f"unknown name `{name}`" + (f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else "")
-        if not known:
-            message += "; there are no names here: add it to `params`"
-        raise ExpressionError(message, nearest(name, [*known, *CONSTANTS]), "unknown-name")
+        there = there_are(known) if known else "; there are no names here: add it to `params`"
+        raise ExpressionError(f"unknown name `{name}`{there}", nearest(name, [*known, *CONSTANTS]), "unknown-name")
     return names[name]
 
 

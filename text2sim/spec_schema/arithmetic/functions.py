@@ -53,11 +53,7 @@ _OF_NUMBERS: dict[str, tuple[Callable[..., int | float], int, int]] = {
     "hypot": (math.hypot, 1, 10),
     "clamp": (_clamp, 3, 3),
 }
-_OF_LISTS: dict[str, Callable[[list[Any]], int | float]] = {
-    "min": lambda arguments: min(_spread(arguments)),
-    "max": lambda arguments: max(_spread(arguments)),
-    "sum": lambda arguments: sum(_spread(arguments)),
-}
+_OF_LISTS: dict[str, Callable[[list[int | float]], int | float]] = {"min": min, "max": max, "sum": sum}
 FUNCTIONS = (*_OF_NUMBERS, *_OF_LISTS, "len")
 
 
@@ -74,7 +70,7 @@ def call(name: str, arguments: list[Value]) -> Value:
     if name in _OF_LISTS:
         if not arguments:
             raise ExpressionError(f"{name} takes numbers, or one list of numbers")
-        return bounded(_OF_LISTS[name](arguments))
+        return bounded(_OF_LISTS[name](_spread(arguments)))
     function, fewest, most = _OF_NUMBERS[name]
     if not fewest <= len(arguments) <= most:
         wanted = str(fewest) if fewest == most else f"{fewest} to {most}"

@@ -18,7 +18,7 @@ class Interpolation:
 
     Attributes:
         parts: Its text and its expressions, in order.
-        whole: Whether it is one expression.
+        whole: The expression, if it consists of one; otherwise None.
         names: Parameters and copy variables that it uses.
     """
 
@@ -26,7 +26,8 @@ class Interpolation:
 
     def __init__(self, text: str, composed: bool = False) -> None:
         self.parts = _split(text, composed)
-        self.whole = len(self.parts) == 1 and isinstance(self.parts[0], Expression)
+        only = self.parts[0] if len(self.parts) == 1 else None
+        self.whole = only if isinstance(only, Expression) else None
         self.names = frozenset().union(*(part.names for part in self.parts if isinstance(part, Expression)))
 
     def evaluate(self, names: Mapping[str, Value]) -> Value:
@@ -35,10 +36,8 @@ class Interpolation:
         Raises:
             ExpressionError: If an expression in it has no value, or the text becomes too long.
         """
-        if self.whole:
-            part = self.parts[0]
-            assert isinstance(part, Expression)
-            return part.evaluate(names)
+        if self.whole is not None:
+            return self.whole.evaluate(names)
         text = ""
         for part in self.parts:
             text += part if isinstance(part, str) else as_text(part.evaluate(names))

@@ -10,7 +10,8 @@ from text2sim.spec_schema.arithmetic.interpolation import Interpolation, parse_i
 from text2sim.spec_schema.arithmetic.values import ExpressionError, Value, count_items
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
-from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at
+from text2sim.spec_schema.reuse.sections import placed_entries
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Path, mapping_at, value_at
 
 MAX_TEXTS = 600_000
 """Most characters of all expressions together, which take a second to parse."""
@@ -122,10 +123,7 @@ class Resolver:
 
     def _evaluate(self, path: Path, names: Mapping[str, Value]) -> Value:
         if path[:1] == ("params",) and path[1:2] and path[1] in self.params:
-            value: Any = self.params[str(path[1])]
-            for step in path[2:]:
-                value = value[step]
-            return value
+            return value_at(self.params, path[1:])
         return self.sites[path].evaluate(names)
 
     def _in_scope(self, path: Path, used: list[str]) -> bool:
@@ -152,13 +150,11 @@ class _Parameters(Mapping[str, Value]):
 
     def __init__(self, resolver: Resolver) -> None:
         self._resolver = resolver
-        params = mapping_at(resolver.document.data, "params")
-        self._raw: dict[str, Any] = params
+        self._raw = mapping_at(resolver.document.data, "params")
         self._values: dict[str, Value] = {}
         self._failed: set[str] = set()
-        taken = {*RESERVED, *COPY_VARIABLES}
         for name, value in self._raw.items():
-            if name in taken:
+            if name in RESERVED or name in COPY_VARIABLES:
                 message = f"`{name}` already has a meaning in expressions; choose another name"
                 problem = resolver.document.problem(("params", name), message, key=True, rule="taken-name")
                 resolver.problems.append(problem)
@@ -251,11 +247,8 @@ class _Scope(Mapping[str, Value]):
 
 def _scopes(data: Any) -> Iterator[Path]:
     """Yield the paths in which copy variables are defined: repeated bodies and statics, and controls on bodies."""
-    bodies, statics = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
-    for section, entries in ((("bodies",), bodies), (("scene", "statics"), statics)):
-        for name in entries:
-            if mapping_at(entries, name).get("repeat") is not None:
-                yield (*section, name)
+    yield from (path for path, entry in placed_entries(data) if entry.get("repeat") is not None)
+    bodies = mapping_at(data, "bodies")
     controls = mapping_at(mapping_at(data, "actions"), "controls")
     for name in controls:
         control = mapping_at(controls, name)

@@ -19,6 +19,11 @@ class ExpressionError(ValueError):
         self.rule = rule
 
 
+def is_number(value: object) -> bool:
+    """Return whether a value is a number; booleans are not."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def number(value: object) -> int | float:
     """Return the value, if it is a number and not a boolean.
 

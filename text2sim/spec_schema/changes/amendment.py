@@ -4,15 +4,14 @@ import copy
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from text2sim.spec_schema.changes.operation import Operation, common_ends, split_pointer
-from text2sim.spec_schema.text.canonical import dump_layout
-from text2sim.spec_schema.text.document import Document
+from text2sim.spec_schema.changes.operation import Operation, Steps, common_ends, split_pointer
+from text2sim.spec_schema.text.canonical import dump_layout, format_document
+from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.layout import LayoutEntry, plain_data, plain_layout, written_layout
+from text2sim.spec_schema.text.source import Source, check_source
 
-Origin = Callable[[tuple[str, ...]], LayoutEntry | None]
-"""Entry with comments from which an added value may come, by path."""
-
-
+EntryLookup = Callable[[Steps], LayoutEntry | None]
+"""Returns the entry, with comments, from which the value that is added at a path may come."""
 ORDERED = (("shots",), ("cameras",))
 """Mappings whose order has a meaning: a replacement has its own."""
 
@@ -26,13 +25,25 @@ class DocumentLayout:
         foot: Comments below it.
     """
 
-    def __init__(self, document: Document, origin: Origin | None = None) -> None:
+    def __init__(self, document: Document, lookup: EntryLookup | None = None) -> None:
         self.root, self.head, self.foot = written_layout(document)
-        self.origin = origin
+        self._file = document.source.file
+        self._lookup = lookup
 
-    def dump(self) -> str:
-        """Return the current document in canonical form."""
-        return dump_layout(self.root, self.head, self.foot)
+    def dump(self, wanted: Any) -> str:
+        """Return the current document in canonical form.
+
+        Args:
+            wanted: Its expected data.
+
+        Raises:
+            SpecError: If it is too large.
+            AssertionError: If it has other data.
+        """
+        document = parse_document(check_source(Source(dump_layout(self.root, self.head, self.foot), self._file)))
+        if not identical(document.data, wanted):
+            raise AssertionError("the edited text has other data than the patch gives")
+        return format_document(document)  # comments of the remaining entries may have another place now
 
     def apply(self, operations: Sequence[Operation]) -> None:
         """Apply operations that were successful on the data."""
@@ -43,13 +54,19 @@ class DocumentLayout:
             if op == "remove":
                 self.detach(path)
             elif op == "replace" or not path:
-                self.set(self.find(path), _value(operation, self), path)
+                self.set(self.find(path), self._value(operation), path)
             elif op == "move":
                 self.move(split_pointer(operation["from"]), path)
             elif op == "copy":
-                self.put(path, plain_layout(_value(operation, self)))
+                self.put(path, plain_layout(self._value(operation)))
             else:
                 self.put(path, self.fresh(path, operation["value"]))
+
+    def _value(self, operation: Operation) -> Any:
+        """Return the value that an operation writes."""
+        if "value" in operation:
+            return operation["value"]
+        return plain_data(self.find(split_pointer(operation["from"])))
 
     def find(self, path: Sequence[str]) -> LayoutEntry:
         """Return the entry at a path."""
@@ -59,9 +76,9 @@ class DocumentLayout:
             assert entry is not None
         return entry
 
-    def fresh(self, path: tuple[str, ...], value: Any) -> LayoutEntry:
-        """Return a new entry for a value, with the comments of its origin if that has the same data."""
-        entry = self.origin(path) if self.origin is not None else None
+    def fresh(self, path: Steps, value: Any) -> LayoutEntry:
+        """Return a new entry for a value, with the comments of the entry that it comes from, if any."""
+        entry = self._lookup(path) if self._lookup is not None else None
         if entry is None or not identical(plain_data(entry), value):
             return plain_layout(value)
         entry = copy.copy(entry)
@@ -105,7 +122,7 @@ class DocumentLayout:
         moved.before = [row for row in moved.before if row]
         self.put(path, _loose(moved))
 
-    def set(self, entry: LayoutEntry, value: Any, path: tuple[str, ...]) -> None:
+    def set(self, entry: LayoutEntry, value: Any, path: Steps) -> None:
         """Give an entry another value; equal parts stay as they are written.
 
         Args:
@@ -133,10 +150,10 @@ class DocumentLayout:
         elif isinstance(entry.value, list) or isinstance(value, dict | list) or not identical(entry.value, value):
             fresh = self.fresh(path, value)
             entry.value, entry.mapping = fresh.value, fresh.mapping
-            for child in entry.value if isinstance(entry.value, list) else ():
+            for child in entry.inner:
                 child.parent = entry
 
-    def _set_items(self, entry: LayoutEntry, value: list[Any], path: tuple[str, ...]) -> None:
+    def _set_items(self, entry: LayoutEntry, value: list[Any], path: Steps) -> None:
         """Set the items of a list: equal items at both ends stay; those between take the new values in order."""
         now = [plain_data(child) for child in entry.value]
         first, last = common_ends(now, value, identical)
@@ -149,13 +166,6 @@ class DocumentLayout:
             item = self.fresh((*path, str(index)), inner)
             item.parent = entry
             entry.value.insert(index, item)
-
-
-def _value(operation: Operation, amendment: DocumentLayout) -> Any:
-    op = operation["op"]
-    if op in ("add", "replace"):
-        return operation["value"]
-    return plain_data(amendment.find(split_pointer(operation["from"])))
 
 
 def _child(entry: LayoutEntry, step: str) -> LayoutEntry | None:

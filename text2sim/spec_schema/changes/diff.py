@@ -2,12 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from math import dist
 from typing import Any, Literal
 
+from text2sim.spec_schema.arithmetic.values import is_number
 from text2sim.spec_schema.changes.operation import Operation, common_ends
 from text2sim.spec_schema.changes.patch import same
-from text2sim.spec_schema.text.document import Path, pointer
+from text2sim.spec_schema.text.document import Path, mapping_at, pointer
 
 Kind = Literal["changed", "added", "removed", "moved", "kind"]
 _SPACE = (("pose", "pos"), ("place", "at"), ("place", "offset"))
@@ -69,9 +71,7 @@ def operations(a: Any, b: Any) -> list[Operation]:
 
 
 def _shots(case: Any) -> dict[str, Any]:
-    for key in SHOTS:
-        case = case.get(key) if isinstance(case, dict) else None
-    return case if isinstance(case, dict) else {}
+    return reduce(mapping_at, SHOTS, case)
 
 
 # --- for people -----------------------------------------------------------------------------------------------
@@ -81,7 +81,7 @@ def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]
     if same(a, b):
         return
     if isinstance(a, dict) and isinstance(b, dict):
-        if a.get("kind") != b.get("kind") and _small(a) and _small(b):
+        if is_another_kind(a, b):
             yield Change("kind", path, a, b, *_evaluated(a, was, b, now))
             return
         for key in [*a, *(key for key in b if key not in a)]:
@@ -107,8 +107,9 @@ def _compare(a: Any, b: Any, was: Any, now: Any, path: Path) -> Iterator[Change]
         yield Change("changed", path, a, b, *values)
 
 
-def _small(value: dict[str, Any]) -> bool:
-    return not any(isinstance(item, dict) for item in value.values())
+def is_another_kind(a: dict[str, Any], b: dict[str, Any]) -> bool:
+    """Return whether two mappings are of different kinds and contain no mappings: then one replaces the other."""
+    return a.get("kind") != b.get("kind") and not any(isinstance(x, dict) for x in (*a.values(), *b.values()))
 
 
 def _nested(items: list[Any]) -> bool:
@@ -138,7 +139,7 @@ def _distance(a: Any, b: Any) -> tuple[float, ...] | None:
     """Return the vector from one point to another; None if they are not points."""
     if not (isinstance(a, list) and isinstance(b, list) and len(a) == len(b)):
         return None
-    if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in [*a, *b]) or dist(a, b) == 0:
+    if not all(map(is_number, [*a, *b])) or dist(a, b) == 0:
         return None
     return tuple(float(f"{new - old:.9g}") for old, new in zip(a, b, strict=True))
 

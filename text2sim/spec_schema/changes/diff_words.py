@@ -46,8 +46,8 @@ def sections(changes: Iterable[Change]) -> dict[str, list[Change]]:
     return {name: rows for name, rows in groups.items() if rows}
 
 
-def value_text(value: Any, shown: int = MAX_VALUE_LENGTH) -> str:
-    """Return a value as YAML, shortened."""
+def value_text(value: Any, width: int = MAX_VALUE_LENGTH) -> str:
+    """Return a value as YAML, shortened to `width` characters."""
     if value is NOTHING:
         return "nothing"
     if isinstance(value, str):
@@ -57,7 +57,7 @@ def value_text(value: Any, shown: int = MAX_VALUE_LENGTH) -> str:
         text = _number(value)
     else:
         text = flow_text(_rounded(value))
-    return text if len(text) <= shown else text[: shown - 1] + "…"
+    return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _from_to(change: Change) -> str:

@@ -1,12 +1,10 @@
 """Patches on the text of a case, which keep the comments and the order of unchanged entries."""
 
 from collections.abc import Sequence
-from typing import Any
 
-from text2sim.spec_schema.changes.amendment import DocumentLayout, Origin, identical
+from text2sim.spec_schema.changes.amendment import DocumentLayout, EntryLookup
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.changes.patch import apply_operations
-from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 
@@ -28,32 +26,18 @@ def edit_text(text: str, operations: Sequence[Operation], file: str = "case.yaml
     return edit_source(check_source(Source(text, file)), operations)
 
 
-def edit_source(source: Source, operations: Sequence[Operation], origin: Origin | None = None) -> str:
+def edit_source(source: Source, operations: Sequence[Operation], lookup: EntryLookup | None = None) -> str:
     """Apply a patch to a source; see `edit_text`.
 
     Args:
         source: The text.
         operations: The patch.
-        origin: Entries from which added values take their comments.
+        lookup: Returns entries from which added values take their comments.
     """
     document = parse_document(source)
     wanted = apply_operations(document.data, operations)
     if not operations:
         return source.text
-    amendment = DocumentLayout(document, origin)
-    amendment.apply(operations)
-    return write_amended(source, amendment, wanted)
-
-
-def write_amended(source: Source, amendment: DocumentLayout, wanted: Any) -> str:
-    """Return an amended text in canonical form, with its comments.
-
-    Args:
-        source: The text.
-        amendment: Its layout, amended.
-        wanted: The expected data.
-    """
-    text = format_text(amendment.dump(), source.file)  # comments of what is left may have another place now
-    if not identical(parse_document(check_source(Source(text, source.file))).data, wanted):
-        raise AssertionError("the edited text has other data than the patch gives")
-    return text
+    layout = DocumentLayout(document, lookup)
+    layout.apply(operations)
+    return layout.dump(wanted)

@@ -6,7 +6,7 @@ from typing import Any
 
 from text2sim.spec_schema.changes.diff import NOTHING
 from text2sim.spec_schema.changes.patch import same
-from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.text.document import Path, leaves
 
 
 @dataclass(frozen=True)
@@ -45,16 +45,3 @@ def effects(a: Any, b: Any, values: tuple[Any, Any], depends: Mapping[Path, froz
         if not same(was[path], value):
             names = next((depends[path[:d]] for d in range(len(path), 0, -1) if path[:d] in depends), frozenset())
             yield Effect(path, was[path], value, tuple(sorted(names & changed)))
-
-
-def leaves(data: Any) -> Iterator[tuple[Path, Any]]:
-    """Yield scalars and empty collections, by path."""
-    stack: list[tuple[Path, Any]] = [((), data)]
-    while stack:
-        path, value = stack.pop()
-        if isinstance(value, dict) and value:
-            stack += [((*path, key), item) for key, item in reversed(value.items())]
-        elif isinstance(value, list) and value:
-            stack += [((*path, index), item) for index, item in reversed(list(enumerate(value)))]
-        else:
-            yield path, value

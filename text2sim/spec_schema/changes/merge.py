@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from text2sim.spec_schema.changes.amendment import identical
-from text2sim.spec_schema.changes.diff import NOTHING
+from text2sim.spec_schema.changes.diff import NOTHING, is_another_kind
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.text.document import Path
 
@@ -73,7 +73,7 @@ class _Merger:
         if base is NOTHING and path in _CONTAINERS:
             base = {}
         if isinstance(base, dict) and isinstance(ours, dict) and isinstance(theirs, dict):
-            if not (_other_kind(ours, theirs) and _small(ours) and _small(theirs)):
+            if not is_another_kind(ours, theirs):
                 return self.mappings(base, ours, theirs, path)
         elif _lists_of_collections(base, ours, theirs):
             rows = enumerate(zip(base, ours, theirs, strict=True))
@@ -103,14 +103,6 @@ def _as_we_wrote(data: Any, ours: Any) -> Any:
     if isinstance(data, list) and isinstance(ours, list) and len(data) == len(ours):
         return [_as_we_wrote(*pair) for pair in zip(data, ours, strict=True)]
     return ours if same(data, ours) else data
-
-
-def _other_kind(a: dict[str, Any], b: dict[str, Any]) -> bool:
-    return a.get("kind") != b.get("kind")
-
-
-def _small(value: dict[str, Any]) -> bool:
-    return not any(isinstance(item, dict) for item in value.values())
 
 
 def _lists_of_collections(*values: Any) -> bool:

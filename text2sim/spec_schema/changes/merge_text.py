@@ -9,15 +9,13 @@ from typing import Any
 
 from text2sim.spec_schema.changes.amendment import DocumentLayout
 from text2sim.spec_schema.changes.diff import NOTHING, operations
-from text2sim.spec_schema.changes.edit import edit_source, write_amended
+from text2sim.spec_schema.changes.edit import edit_source
 from text2sim.spec_schema.changes.merge import Conflict, merge
-from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.operation import Operation, Steps
 from text2sim.spec_schema.reuse.migration import steps_for
 from text2sim.spec_schema.text.document import Path, parse_document, pointer
 from text2sim.spec_schema.text.layout import LayoutEntry, written_layout
 from text2sim.spec_schema.text.source import Source
-
-Steps = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -52,16 +50,15 @@ def merge_texts(
     """
     if _version(ours) != _version(theirs):
         base, ours, theirs = (_migrated(source) for source in (base, ours, theirs))
-    old, mine, others = (_data(source) for source in (base, ours, theirs))
-    merged = merge(old, mine, others, opposed)
-    entries = dict(_entries(written_layout(parse_document(theirs))[0])) if theirs.text.strip() else {}
-    text = _apply_theirs(ours, operations(mine, merged.data), merged.data, entries, base)
+    versions = _data(base), _data(ours), _data(theirs)
+    merged = merge(*versions, opposed)
+    entries = _entries_of(theirs)
+    text = _apply_theirs(ours, merged.data, entries, _entries_of(base))
     lost, lost_ours = (_lost_comments(text, source, base) for source in (theirs, ours))
     if merged.conflicts:
-        steps = list(_take_theirs(merged.conflicts))
-        theirs_taken = edit_source(Source(text, ours.file), steps, entries.get)
+        theirs_taken = edit_source(Source(text, ours.file), list(_take_theirs(merged.conflicts)), entries.get)
         text = with_conflict_markers(text, theirs_taken, marker)
-    return MergedText(text, merged.conflicts, lost, lost_ours, (old, mine, others))
+    return MergedText(text, merged.conflicts, lost, lost_ours, versions)
 
 
 def _data(source: Source) -> Any:
@@ -79,16 +76,14 @@ def _migrated(source: Source) -> Source:
     return replace(source, text=edit_source(source, steps)) if steps else source
 
 
-def _apply_theirs(
-    ours: Source, steps: list[Operation], wanted: Any, theirs: dict[Steps, LayoutEntry], base: Source
-) -> str:
+def _apply_theirs(ours: Source, wanted: Any, theirs: dict[Steps, LayoutEntry], base: dict[Steps, LayoutEntry]) -> str:
     """Return our text with their changes and their comments."""
-    amendment = DocumentLayout(parse_document(ours), theirs.get)
-    written = {entry for _, entry in _entries(amendment.root)}
-    amendment.apply(steps)
-    known = dict(_entries(written_layout(parse_document(base))[0])) if base.text.strip() else {}
-    for path, entry in list(_entries(amendment.root)):
-        other, old = theirs.get(path), known.get(path)
+    document = parse_document(ours)
+    layout = DocumentLayout(document, theirs.get)
+    written = {entry for _, entry in _entries(layout.root)}
+    layout.apply(operations(document.data, wanted))
+    for path, entry in list(_entries(layout.root)):
+        other, old = theirs.get(path), base.get(path)
         if other is None or old is None or entry not in written:
             continue
         above = _both_sides(_comments_above(old.before), _comments_above(entry.before), _comments_above(other.before))
@@ -96,7 +91,7 @@ def _apply_theirs(
         entry.before = [*rest, *above]
         entry.trail = "  ".join(_both_sides(_as_list(old.trail), _as_list(entry.trail), _as_list(other.trail))) or None
         entry.after = _both_sides(old.after, entry.after, other.after)
-    return write_amended(ours, amendment, wanted)
+    return layout.dump(wanted)
 
 
 def _both_sides(base: list[str], ours: list[str], theirs: list[str]) -> list[str]:
@@ -115,6 +110,11 @@ def _as_list(trail: str | None) -> list[str]:
     return [trail] if trail else []
 
 
+def _entries_of(source: Source) -> dict[Steps, LayoutEntry]:
+    """Return the entries of a text by path; none of an empty text."""
+    return dict(_entries(written_layout(parse_document(source))[0])) if source.text.strip() else {}
+
+
 def _entries(entry: LayoutEntry, path: Steps = ()) -> Iterator[tuple[Steps, LayoutEntry]]:
     for index, child in enumerate(entry.inner):
         inner = (*path, child.key if child.key is not None else str(index))
@@ -128,11 +128,10 @@ def _lost_comments(text: str, side: Source, base: Source) -> list[str]:
 
 
 def _comments(text: str) -> list[str]:
-    document = parse_document(Source(text))
-    root, head, foot = written_layout(document)
+    root, head, foot = written_layout(parse_document(Source(text)))
     rows = [*head, *foot]
     for _, entry in _entries(root):
-        rows += [*entry.before, *entry.after, *([entry.trail] if entry.trail else [])]
+        rows += [*entry.before, *entry.after, *_as_list(entry.trail)]
     return [row for row in rows if row]
 
 

@@ -16,14 +16,11 @@ from text2sim.spec_schema.changes.operation import (
     index_of,
     measure,
     place_of,
-    split_pointer,
     steps_of,
 )
 from text2sim.spec_schema.errors import Text2SimError, nearest
 from text2sim.spec_schema.text.document import MAX_DEPTH, MAX_NODES, pointer
 from text2sim.spec_schema.vocabulary.words import show
-
-__all__ = ["Operation", "PatchError", "apply_operations", "inverse", "same", "split_pointer"]
 
 MAX_OPERATIONS = 1000
 
@@ -136,7 +133,7 @@ class _Patch:
         if not path:
             self.replace(path, value)
             return
-        parent = self.find(path[:-1], whole=path)
+        parent = self.find(path[:-1])
         if isinstance(parent, list):
             index = len(parent) if path[-1] == "-" else index_of(path, parent, len(parent))
             parent.insert(index, value)
@@ -167,7 +164,7 @@ class _Patch:
         self.undo.append({"op": "add", "path": pointer(path), "value": old})
         return old
 
-    def find(self, path: Steps, member: str = "path", whole: Steps = ()) -> Any:
+    def find(self, path: Steps, member: str = "path") -> Any:
         value = self.data
         for depth, step in enumerate(path):
             if isinstance(value, list):

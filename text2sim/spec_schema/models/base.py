@@ -30,8 +30,9 @@ from text2sim.spec_schema.arithmetic.values import MAX_NUMBER
 class Noun:
     """Name of a kind of text in messages."""
 
-    one: str
-    many: str
+    singular: str
+    """With its article."""
+    plural: str
     form: str = ""
     """Its form."""
 

@@ -1,6 +1,7 @@
 """Cameras of a film: positions, targets, framing, lenses."""
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -177,7 +178,7 @@ class Keyframed(_Camera):
         if isinstance(self.look_at, list) and len(self.look_at) != len(self.times):
             counts = f"{len(self.times)} and {len(self.look_at)}"
             raise ValueError(f"times and look_at must have the same length (got {counts})")
-        if any(late - early < 1e-6 for early, late in zip(self.times, self.times[1:], strict=False)):
+        if any(late - early < 1e-6 for early, late in pairwise(self.times)):
             raise ValueError("times must be ascending")
         return self
 

@@ -1,5 +1,6 @@
 """Controls: actions on bodies."""
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -150,7 +151,7 @@ class Reach(Acting):
         for key, count in counts.items():
             if count != len(self.times):
                 raise ValueError(f"times and {key} must have the same length (got {len(self.times)} and {count})")
-        if any(b <= a for a, b in zip([self.start, *self.times], self.times, strict=False)):
+        if any(b <= a for a, b in pairwise([self.start, *self.times])):
             raise ValueError("times must be ascending, and the first must be later than start")
         return self
 

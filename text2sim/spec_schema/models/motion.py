@@ -1,6 +1,7 @@
 """Schedules of drives and forces, and the motion of driven bodies."""
 
-from typing import Annotated, Literal
+from itertools import pairwise
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -39,6 +40,13 @@ class Ramp(Model):
         return self
 
 
+def _check_times(times: list[float], key: str, items: list[Any]) -> None:
+    if len(times) != len(items):
+        raise ValueError(f"times and {key} must have the same length (got {len(times)} and {len(items)})")
+    if any(b <= a for a, b in pairwise(times)):
+        raise ValueError("times must be ascending")
+
+
 class _Table(Model):
     times: list[Seconds] = Field(min_length=1, max_length=1000)
     """Times [s], ascending."""
@@ -47,12 +55,7 @@ class _Table(Model):
 
     @model_validator(mode="after")
     def _growing(self) -> "_Table":
-        if len(self.times) != len(self.values):
-            raise ValueError(
-                f"times and values must have the same length (got {len(self.times)} and {len(self.values)})"
-            )
-        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("times must be ascending")
+        _check_times(self.times, "values", self.values)
         return self
 
 
@@ -113,11 +116,7 @@ class Waypoints(Model):
 
     @model_validator(mode="after")
     def _growing(self) -> "Waypoints":
-        if len(self.times) != len(self.positions):
-            counts = f"{len(self.times)} and {len(self.positions)}"
-            raise ValueError(f"times and positions must have the same length (got {counts})")
-        if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-            raise ValueError("times must be ascending")
+        _check_times(self.times, "positions", self.positions)
         return self
 
 

@@ -1,5 +1,6 @@
 """Sculpted shapes: parts that are blended into one solid."""
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -86,7 +87,7 @@ class SculptLimb(SculptPart):
     def _match(self) -> "SculptLimb":
         if isinstance(self.radii, list) and len(self.radii) != len(self.points):
             raise ValueError(f"give one radius, or one for each point (got {len(self.radii)} and {len(self.points)})")
-        if any(a == b for a, b in zip(self.points, self.points[1:], strict=False)):
+        if any(a == b for a, b in pairwise(self.points)):
             raise ValueError("consecutive points must differ")
         return self
 
@@ -110,7 +111,7 @@ class SculptRevolve(SculptPart):
             raise ValueError("a closed profile needs at least three points")
         if max(radius for radius, _ in self.profile) <= 0:
             raise ValueError("the profile lies on the axis: it encloses nothing")
-        if any(a == b for a, b in zip(self.profile, self.profile[1:], strict=False)):
+        if any(a == b for a, b in pairwise(self.profile)):
             raise ValueError("consecutive points must differ")
         return self
 
@@ -141,7 +142,7 @@ class SculptLoft(SculptPart):
 
     @model_validator(mode="after")
     def _ordered(self) -> "SculptLoft":
-        if any(b.at <= a.at for a, b in zip(self.sections, self.sections[1:], strict=False)):
+        if any(b.at <= a.at for a, b in pairwise(self.sections)):
             raise ValueError("`at` must be ascending")
         return self
 

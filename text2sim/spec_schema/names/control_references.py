@@ -20,9 +20,8 @@ from text2sim.spec_schema.models.controls import (
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
-from text2sim.spec_schema.names.selectors import parse_selector
+from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
-    WORLD,
     check_attach_kind,
     check_push_kind,
     check_release_moment,
@@ -62,18 +61,6 @@ def check_controls(table: NameTable) -> None:
             table.report((*where, "during"), message, "empty-span")
 
 
-def joint_of(table: NameTable, member: Member) -> Any:
-    """Return the joint that a member names: that of its mount, or of one of its links; None if it names none."""
-    model = member.model
-    if member.part is not None and member.name in table.parts:
-        return table.parts[member.name].joints.get(member.part)
-    if isinstance(model, Rigid) and member.part is None:
-        return model.mount
-    if isinstance(model, Articulated) and model.links is not None and member.part is not None:
-        return model.links[member.part].joint
-    return None
-
-
 def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> Any:
     """Return the hinge or slider that a member names, or report that there is none.
 
@@ -89,22 +76,25 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     model, name = member.model, member.name
     if isinstance(member.model, Linked) and name not in table.parts:
         return None
-    joints = joints_of(table, name, model).items()
-    near = [f"{name}.{key}" for key, joint in joints if isinstance(joint, HingeMount | SliderMount)]
-    if member.part is None and (isinstance(member.model, Articulated) or near):
+    joints = joints_of(table, member)
+    near = [f"{name}.{key}" for key, joint in joints.items() if isinstance(joint, HingeMount | SliderMount)]
+    if member.part is None and (isinstance(model, Articulated) or near):
         listed = f": {', '.join(near)}" if 0 < len(near) <= 12 else ""
         several = "one joint; name it" if len(near) == 1 else "several joints; name one"
         table.report(where, f"`{name}` has {several}{listed}", "no-joint", near[0] if near else None)
         return None
-    if isinstance(member.model, Articulated) and model.links is None and name not in table.parts:
+    if isinstance(model, Articulated) and model.links is None and name not in table.parts:
         return None
-    joint = joint_of(table, member)
+    if member.part is not None:
+        joint = joints.get(member.part)
+    else:
+        joint = model.mount if isinstance(model, Rigid) else None
     if isinstance(joint, HingeMount | SliderMount):
         return joint
     if isinstance(model, Rigid):
         mount = f"its mount is {joint.kind}" if joint is not None else "it has no links"
         message = f"`{name}` has no joint to {purpose}: {mount}, not hinge or slider"
-    elif joint is not None or isinstance(member.model, Articulated):
+    elif joint is not None or isinstance(model, Articulated):
         what = _why_none(model, member.part) if joint is None else f"has a {joint.kind} joint"
         message = f"`{member.text}` {what}; only a hinge or slider has something to {purpose}"
     else:
@@ -114,17 +104,11 @@ def check_joint(table: NameTable, where: Path, member: Member, purpose: str) -> 
     return None
 
 
-def joints_of(table: NameTable, body: str, model: Any) -> Mapping[str, Any]:
-    """Return the model of each joint of a body of links, by name, as far as they are known.
-
-    Args:
-        table: The bodies of the case.
-        body: Name of the body.
-        model: Its model.
-    """
-    if body in table.parts:
-        return table.parts[body].joints
-    links = (model.links or {}) if isinstance(model, Articulated) else {}
+def joints_of(table: NameTable, member: Member) -> Mapping[str, Any]:
+    """Return the model of each joint of a body of links, by name, as far as they are known."""
+    if member.name in table.parts:
+        return table.parts[member.name].joints
+    links = (member.model.links or {}) if isinstance(member.model, Articulated) else {}
     return {name: link.joint for name, link in links.items() if link.joint is not None}
 
 
@@ -139,8 +123,8 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
         return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    ones = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
-    message = f"`{member.name}` cannot: {ones}" if member.dynamic else f"{member.why_not_dynamic}; {ones}"
+    who_can = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
+    message = f"`{member.name}` cannot: {who_can}" if member.dynamic else f"{member.why_not_dynamic}; {who_can}"
     table.report((*where, "body"), message, "not-free")
 
 
@@ -155,14 +139,11 @@ def _check_push(table: NameTable, where: Path, control: Impulse | Force | Torque
 
 
 def _check_drive(table: NameTable, where: Path, control: Drive) -> None:
-    events = table.loaded.case.actions.events
-    if control.on is not None and control.on not in events:
-        message = f"there is no event `{control.on}`"
-        table.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
+    table.check_known((*where, "on"), "event", control.on, table.loaded.case.actions.events)
     member = table.find(control.joint, (*where, "joint"), joint=True, many=True)
-    for one in table.each(member, joint=True) if member is not None else ():
+    for single in table.each(member, joint=True) if member is not None else ():
         before = len(table.problems)
-        _check_motor(table, where, control, one)
+        _check_motor(table, where, control, single)
         if len(table.problems) > before:  # one problem for a group is enough
             return
 

@@ -1,6 +1,6 @@
 """Checks of the bodies, measures and controls of events."""
 
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import Severity, nearest
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.controls import Attach, Release, Remove
 from text2sim.spec_schema.names.control_references import check_joint
@@ -12,7 +12,6 @@ from text2sim.spec_schema.names.measure_references import (
 )
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.reference_cycles import find_cycles
-from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
 NEVER = "never-released"
@@ -24,14 +23,12 @@ def check_events(table: NameTable) -> None:
     script = table.loaded.case.actions
     for name, event in script.events.items():
         where: Path = ("actions", "events", name)
-        if event.after is not None and event.after not in script.events:
-            message = f"there is no event `{event.after}`"
-            table.report((*where, "after"), message, "unknown-event", nearest(event.after, script.events))
+        table.check_known((*where, "after"), "event", event.after, script.events)
         check_carrier(table, where, event)
         if isinstance(event, events.ContactEvent | events.SeparationEvent):
             _check_pair(table, where, event)
         elif isinstance(event, events.ThresholdEvent):
-            _check_threshold(table, where, event)
+            check_tested_measure(table, (*where, "measure"), event.measure)
         elif isinstance(event, events.ReleasedEvent):
             _check_released(table, where, event)
         elif isinstance(event, events.RemovedEvent):
@@ -49,7 +46,7 @@ def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | even
         table.find(selector, (*where, "between", index), many=True) for index, selector in enumerate(event.between)
     ]
     first, second = found
-    if any(member is not None and deforms(member) for member in found):
+    if any(member is not None and member.deforms for member in found):
         if isinstance(event, events.ContactEvent) and event.min_impulse > 0:
             message = "the engine reports no forces on deformable bodies, so contacts cannot be filtered by impulse"
             table.report((*where, "min_impulse"), message, "contacts-not-recorded", key=True)
@@ -64,18 +61,22 @@ def _check_pair(table: NameTable, where: Path, event: events.ContactEvent | even
         table.report((*where, "between"), f"physics moves neither body: {why}", "driven-subject")
 
 
-def _check_threshold(table: NameTable, where: Path, event: events.ThresholdEvent) -> None:
-    measures = table.loaded.case.actions.measures
-    measure = measures.get(event.measure)
-    if measure is None:
-        message = f"there is no measure `{event.measure}`"
-        table.report((*where, "measure"), message, "unknown-measure", nearest(event.measure, measures))
-    elif prescribed(table, measure):
-        message = f"`{event.measure}` measures a body with prescribed motion, which tests nothing"
-        table.report((*where, "measure"), message, "driven-subject")
+def check_tested_measure(table: NameTable, where: Path, name: str, severity: Severity = "error") -> None:
+    """Report a measure that does not exist, or that only repeats prescribed motion.
+
+    Args:
+        table: The table; problems are added to it.
+        where: Path of the measure's name.
+        name: The name.
+        severity: Severity of a measure of prescribed motion.
+    """
+    known = table.loaded.case.actions.measures
+    if table.check_known(where, "measure", name, known) and _is_prescribed(table, known[name]):
+        message = f"`{name}` measures a body with prescribed motion, which tests nothing"
+        table.report(where, message, "driven-subject", severity=severity)
 
 
-def prescribed(table: NameTable, measure: measures.Measure) -> bool:
+def _is_prescribed(table: NameTable, measure: measures.Measure) -> bool:
     """Return whether a measure only repeats the motion that the case prescribes."""
     members = measured(table, measure)
     moved_by_the_case = bool(members) and not any(member.dynamic for member in members)
@@ -85,9 +86,7 @@ def prescribed(table: NameTable, measure: measures.Measure) -> bool:
 def _check_released(table: NameTable, where: Path, event: events.ReleasedEvent) -> None:
     controls = table.loaded.case.actions.controls
     attaches = [name for name, control in controls.items() if isinstance(control, Attach)]
-    if event.attach not in attaches:
-        message = f"there is no attach `{event.attach}`"
-        table.report((*where, "attach"), message, "unknown-attach", nearest(event.attach, attaches))
+    if not table.check_known((*where, "attach"), "attach", event.attach, attaches):
         return
     released = [control.attach for control in controls.values() if isinstance(control, Release)]
     # A release with an unknown `attach` is reported itself, and may be meant for this one.

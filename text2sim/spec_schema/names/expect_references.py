@@ -1,9 +1,8 @@
 """Checks of the events, measures and times of expectations."""
 
-from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
-from text2sim.spec_schema.names.event_references import prescribed
+from text2sim.spec_schema.names.event_references import check_tested_measure
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.text.document import Path
 
@@ -14,13 +13,12 @@ def check_expectations(table: NameTable) -> None:
         where: Path = ("actions", "expect", name)
         events = table.loaded.case.actions.events
         for field in ("event", "before", "on"):
-            named = getattr(expect, field)
-            if named is not None and named not in events:
-                table.report((*where, field), f"there is no event `{named}`", "unknown-event", nearest(named, events))
+            table.check_known((*where, field), "event", getattr(expect, field), events)
         if expect.event is not None:
             _check_event(table, where, expect)
-        else:
-            _check_measure(table, where, expect)
+        elif expect.measure is not None:
+            check_tested_measure(table, (*where, "measure"), expect.measure, "warning")
+            _check_values(table, where, expect)
 
 
 def _check_event(table: NameTable, where: Path, expect: Expect) -> None:
@@ -36,16 +34,9 @@ def _check_event(table: NameTable, where: Path, expect: Expect) -> None:
         table.report((*where, "count"), "an event cannot happen less than 0 times", "impossible")
 
 
-def _check_measure(table: NameTable, where: Path, expect: Expect) -> None:
-    measures = table.loaded.case.actions.measures
+def _check_values(table: NameTable, where: Path, expect: Expect) -> None:
+    """Check the times and bounds of the values of a measure."""
     duration = table.loaded.case.scene.duration
-    measure = measures.get(expect.measure or "")
-    if measure is None:
-        message = f"there is no measure `{expect.measure}`"
-        table.report((*where, "measure"), message, "unknown-measure", nearest(expect.measure, measures))
-    elif prescribed(table, measure):
-        message = f"`{expect.measure}` measures a body with prescribed motion, which tests nothing"
-        table.report((*where, "measure"), message, "driven-subject", severity="warning")
     if isinstance(expect.at, float) and expect.at > duration:
         table.report((*where, "at"), f"is after the end of the run ({duration:g} s)", "after-end")
     window = expect.during if isinstance(expect.during, tuple) else None

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.regions import BodyPoint
 from text2sim.spec_schema.names.name_table import NameTable
@@ -23,9 +22,7 @@ def check_film(table: NameTable) -> None:
     _check_shots(table)
     measures = table.loaded.case.actions.measures
     for i, name in enumerate(render.overlay.values):
-        if name not in measures:
-            message = f"there is no measure `{name}`"
-            table.report(("render", "overlay", "values", i), message, "unknown-measure", nearest(name, measures))
+        table.check_known(("render", "overlay", "values", i), "measure", name, measures)
     _check_length(table)
     if render.quality == "final":
         message = "a run makes the rasterised preview; `text2sim render RUN --quality final` makes the final film"
@@ -52,9 +49,7 @@ def _check_shots(table: NameTable) -> None:
     start, end = span_of(render.during, scene.duration)
     for name, shot in render.shots.items():
         where: Path = ("render", "shots", name)
-        if shot.camera not in known:
-            message = f"there is no camera `{shot.camera}`"
-            table.report((*where, "camera"), message, "unknown-camera", nearest(shot.camera, known))
+        table.check_known((*where, "camera"), "camera", shot.camera, known)
         first = start if shot.from_ is None else shot.from_
         last = min(end, scene.duration) if shot.to is None else shot.to
         if first >= scene.duration:

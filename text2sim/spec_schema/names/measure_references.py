@@ -5,7 +5,6 @@ from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMoun
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
 from text2sim.spec_schema.names.name_table import Member, NameTable
-from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
 from text2sim.spec_schema.text.document import Path
 
@@ -35,7 +34,7 @@ def check_measures(table: NameTable) -> None:
                 check_other_side(table, where, measure, other)
             sides = [*measured(table, measure), other]
             # The penetration of deformable bodies comes from the positions of their points.
-            if measure.kind != "penetration" or not any(side is not None and deforms(side) for side in sides):
+            if measure.kind != "penetration" or not any(side is not None and side.deforms for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
         if isinstance(measure, measures.Extent | measures.Displacement) and measure.frame is not None:
@@ -84,10 +83,10 @@ def check_carrier(table: NameTable, where: Path, thing: measures.Measure | event
         _check_rigid(table, (*where, "region", "moves_with"), member, "can carry a region")
 
 
-def _check_rigid(table: NameTable, where: Path, member: Member, does: str) -> None:
-    if member.count > 1 or deforms(member):
-        what = "deforms" if deforms(member) else f"selects {member.count} copies"
-        table.report(where, f"`{member.text}` {what}: only one rigid body, or one link, {does}", "carrier")
+def _check_rigid(table: NameTable, where: Path, member: Member, role: str) -> None:
+    if member.count > 1 or member.deforms:
+        what = "deforms" if member.deforms else f"selects {member.count} copies"
+        table.report(where, f"`{member.text}` {what}: only one rigid body, or one link, {role}", "carrier")
 
 
 def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -> None:
@@ -106,7 +105,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
         _check_bend(table, where, measure, member)
         return
     if isinstance(measure, JOINT_KINDS):
-        found = [check_joint(table, (*where, "of"), one, "measure") for one in table.each(member, joint=True)]
+        found = [check_joint(table, (*where, "of"), each, "measure") for each in table.each(member, joint=True)]
         if len({joint.kind for joint in found if joint is not None}) > 1:
             message = f"`{member.text}` selects hinges and sliders, whose positions have different units"
             table.report((*where, "of"), message, "measure-kind")
@@ -125,7 +124,7 @@ def _check_subject(table: NameTable, where: Path, measure: measures.Measure, mem
 def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
     model = member.model
     mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
-    joints = joints_of(table, member.name, model)
+    joints = joints_of(table, member)
     bending = mounted or sum(isinstance(joint, HingeMount | BallMount) for joint in joints.values())
     if not (mounted or isinstance(model, Articulated | Linked)) or (joints and not bending):
         message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"

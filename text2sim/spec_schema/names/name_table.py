@@ -1,10 +1,10 @@
 """Table of a case's names, with lookup of its selectors."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from text2sim.spec_schema.errors import Problem, Severity, nearest
+from text2sim.spec_schema.errors import Problem, Severity, nearest, there_are
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Deformable
@@ -58,6 +58,11 @@ class Member:
         return not (self.fixed or self.driven)
 
     @property
+    def deforms(self) -> bool:
+        """Whether it is a deformable body."""
+        return isinstance(self.model, Deformable)
+
+    @property
     def why_not_dynamic(self) -> str:
         """Why physics does not move it."""
         if self.static:
@@ -108,6 +113,20 @@ class NameTable:
         """
         self.problems.append(self.loaded.problem(where, message, key=key, rule=rule, hint=hint, severity=severity))
 
+    def check_known(self, where: Path, noun: str, name: str | None, known: Collection[str]) -> bool:
+        """Report a name that does not exist; return whether it is known, or not given.
+
+        Args:
+            where: Path of the name.
+            noun: What it names, such as `event`.
+            name: The name; None if it is not given.
+            known: Existing names.
+        """
+        if name is None or name in known:
+            return True
+        self.report(where, f"there is no {noun} `{name}`", f"unknown-{noun}", nearest(name, known))
+        return False
+
     def find(
         self, selector: str, where: Path, *, parts: bool = True, joint: bool = False, many: bool = False
     ) -> Member | None:
@@ -124,7 +143,7 @@ class NameTable:
         model = self.bodies.get(chosen.body) or self.statics.get(chosen.body)
         if model is None:
             known = list(dict.fromkeys([*self.bodies, *self.statics]))
-            message = f"there is no body or static `{chosen.body}`" + _listed(known)
+            message = f"there is no body or static `{chosen.body}`" + there_are(known)
             self.report(where, message, "unknown-body", nearest(chosen.body, known))
             return None
         copies = self.copies(chosen.body, model)
@@ -186,7 +205,7 @@ class NameTable:
             self.report(where, f"`{name}` is one body without links", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
-            message = f"`{name}` has no link `{part}`" + _listed(list(model.links))
+            message = f"`{name}` has no link `{part}`" + there_are(model.links)
             self.report(where, message, "unknown-link", _nearest(part, model.links))
             return False
         return True
@@ -202,7 +221,7 @@ class NameTable:
             return True
         what, other = ("joint", "link") if joint else ("link", "joint")
         elsewhere = part in (known.links if joint else known.joints)
-        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + _listed(names)
+        message = f"`{name}` has no {what} `{part}`{f', which is a {other}' * elsewhere}" + there_are(names)
         self.report(where, message, f"unknown-{what}", _nearest(part, names))
         return False
 
@@ -213,7 +232,3 @@ def _nearest(part: str, names: Iterable[str]) -> str | None:
         return nearest(part, names)
     cuts = [(name, i) for name in names for i, letter in enumerate(name) if letter == "_"]
     return nearest(part, [f"*{name[i:]}" for name, i in cuts] + [f"{name[: i + 1]}*" for name, i in cuts])
-
-
-def _listed(words: list[str]) -> str:
-    return f"; there are {', '.join(words)}" if 0 < len(words) <= 12 else ""

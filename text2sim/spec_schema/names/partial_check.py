@@ -62,9 +62,10 @@ def further_problems(loaded: LoadedCase, problems: Iterable[Problem], validate: 
             return []
         case, found = validate(data)
         if case is not None:
-            varying = frozenset(path for path in loaded._varying if _entry(path) not in changed)
-            valid = replace(loaded, case=case, data=data, _varying=varying)
-            return [one for one in check_references(valid) if one.severity == "error" and _holds(one, data, changed)]
+            varying = frozenset(path for path in loaded.varying if _entry(path) not in changed)
+            valid = replace(loaded, case=case, data=data, varying=varying)
+            found = check_references(valid)
+            return [problem for problem in found if problem.severity == "error" and _holds(problem, data, changed)]
         wrong = {parse_pointer(problem.path) for problem in found}
     return []
 

@@ -18,7 +18,6 @@ from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
-from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.names.time_references import check_time
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
 from text2sim.spec_schema.text.document import Path
@@ -75,7 +74,7 @@ def _check_friction(table: NameTable) -> None:
         found = [table.find(selector, (*where, "between", k)) for k, selector in enumerate(pair.between)]
         members = [member for member in found if member is not None]
         for k, member in enumerate(members):
-            if deforms(member):
+            if member.deforms:
                 message = f"`{member.name}` deforms, and its friction is that of the other body's material"
                 table.report((*where, "between", k), message, "pair-friction")
         if len(members) == 2 and all(member.static for member in members):

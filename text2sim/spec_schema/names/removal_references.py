@@ -2,13 +2,11 @@
 
 from typing import Any
 
-from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Remove
 from text2sim.spec_schema.names.measure_references import measured
 from text2sim.spec_schema.names.name_table import NameTable
-from text2sim.spec_schema.names.selectors import parse_selector
-from text2sim.spec_schema.names.soft_control_references import WORLD, deforms
+from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.text.document import Path
 
 LATE = "after-removal"
@@ -22,13 +20,11 @@ def check_removals(table: NameTable) -> None:
         if not isinstance(control, Remove):
             continue
         where: Path = ("actions", "controls", name)
-        if control.on is not None and control.on not in actions.events:
-            message = f"there is no event `{control.on}`"
-            table.report((*where, "on"), message, "unknown-event", nearest(control.on, actions.events))
+        table.check_known((*where, "on"), "event", control.on, actions.events)
         member = table.find(control.body, (*where, "body"), parts=False)
         if member is None:
             continue
-        if deforms(member):
+        if member.deforms:
             message = f"`{member.name}` deforms; only rigid and driven bodies, trees and statics can be removed"
             table.report((*where, "body"), message, "not-removable")
         elif scene.contact.model in ("sap", "ipc") or scene.solver.hibernation:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 _FORM = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[\d:*]+)\])?(?:\.(?P<part>[\w*]+))?\Z", re.ASCII)
 WORLD = "world"
-"""Name of the world in model files."""
+"""Name of the world, for attachments, for loops and in model files."""
 
 
 @dataclass(frozen=True)

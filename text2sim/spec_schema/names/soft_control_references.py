@@ -1,20 +1,12 @@
 """Checks of controls against the kind of body: rigid or deformable."""
 
-from text2sim.spec_schema.errors import nearest
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release, Torque
-from text2sim.spec_schema.models.placed import Deformable
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.text.document import Path
 
-WORLD = "world"
 HELD = ("soft", "cloth")
 """Kinds whose points can be held."""
-
-
-def deforms(member: Member) -> bool:
-    """Return whether a body is deformable."""
-    return isinstance(member.model, Deformable)
 
 
 def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | Torque, member: Member) -> None:
@@ -26,7 +18,7 @@ def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | To
         control: The control.
         member: Its body.
     """
-    if not deforms(member):
+    if not member.deforms:
         for key in ("region", "drag"):
             if getattr(control, key, None):
                 message = f"{key} is for deformable bodies, and `{member.name}` is rigid"
@@ -59,12 +51,12 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
         body: The attached body.
         target: Its holder; None for the world.
     """
-    if not deforms(body):
+    if not body.deforms:
         for key in ("region", "points", "stiffness") if body.dynamic else ():
             if getattr(control, key) is not None:
                 message = f"{key} is for deformable bodies, and `{body.name}` is rigid: it is welded as a whole"
                 table.report((*where, key), message, "not-soft", key=True)
-        if target is not None and deforms(target):
+        if target is not None and target.deforms:
             message = f"a deformable body cannot be the holder; attach `{target.text}` to `{body.text}` instead"
             table.report((*where, "to"), message, "soft-holder")
             return False
@@ -78,7 +70,7 @@ def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Memb
         return False
     if target is None:
         return False
-    if deforms(target):
+    if target.deforms:
         message = f"`{target.name}` also deforms, and the engine cannot connect points; attach both to a rigid body"
         table.report((*where, "to"), message, "soft-holder")
         return False
@@ -97,10 +89,7 @@ def check_release_moment(table: NameTable, where: Path, control: Release, attach
         control: The release.
         attach: The control that it releases.
     """
-    events = table.loaded.case.actions.events
-    if control.on is not None and control.on not in events:
-        message = f"there is no event `{control.on}`"
-        table.report((*where, "on"), message, "unknown-event", nearest(control.on, events))
-    elif control.at is not None and control.at <= attach.at:
+    known = table.check_known((*where, "on"), "event", control.on, table.loaded.case.actions.events)
+    if known and control.at is not None and control.at <= attach.at:
         message = f"is released before it is attached ({attach.at:g} s)"
         table.report((*where, "at"), message, "order")

@@ -2,7 +2,6 @@
 
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.name_table import Member, NameTable
-from text2sim.spec_schema.names.soft_control_references import deforms
 from text2sim.spec_schema.text.document import Path
 
 MEASURED_OF: dict[str, tuple[str, ...]] = {
@@ -46,10 +45,10 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         member: Its body.
     """
     kind = measure.kind
-    if kind in MEASURED_OF and (not deforms(member) or member.model.kind not in MEASURED_OF[kind]):
+    if kind in MEASURED_OF and (not member.deforms or member.model.kind not in MEASURED_OF[kind]):
         _report_kind(table, where, kind, member)
         return True
-    if not deforms(member):
+    if not member.deforms:
         if getattr(measure, "region", None) is not None and kind != "count_in":
             message = f"a region is for deformable bodies, and `{member.name}` is rigid: leave it out"
             table.report((*where, "region"), message, "not-soft", key=True)
@@ -74,7 +73,7 @@ def check_other_side(table: NameTable, where: Path, measure: measures.Measure, o
         measure: The measure.
         other: The body in `by`.
     """
-    if measure.kind in FORCES and deforms(other):
+    if measure.kind in FORCES and other.deforms:
         table.report((*where, "by"), _unreported(other), "contacts-not-recorded")
 
 
@@ -91,7 +90,7 @@ def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
         return
     if first.text == second.text and first.count == 1:
         table.report((*where, "to"), f"`{first.text}` has no gap to itself", "itself")
-    elif not (deforms(first) or deforms(second)):
+    elif not (first.deforms or second.deforms):
         message = f"neither `{first.name}` nor `{second.name}` deforms; measure the `distance` of their origins"
         table.report((*where, "of"), message, "measure-kind")
 
@@ -99,7 +98,7 @@ def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
 def _report_kind(table: NameTable, where: Path, kind: str, member: Member) -> None:
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
-    known = INSTEAD.get((kind, own if own in ("soft", "cloth") else "grains")) if deforms(member) else None
+    known = INSTEAD.get((kind, own if own in ("soft", "cloth") else "grains")) if member.deforms else None
     takes = " or ".join(MEASURED_OF[kind]) if len(MEASURED_OF[kind]) < 4 else "a deformable body"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
     table.report((*where, "of"), f"{message}; {known or f'it needs {takes}'}", "measure-kind")

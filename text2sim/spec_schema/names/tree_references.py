@@ -4,14 +4,12 @@ from collections.abc import Mapping
 from math import degrees
 from typing import Any
 
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import nearest, there_are
 from text2sim.spec_schema.models.bodies import Articulated, HingeMount, Link, Rigid, SliderMount
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.reference_cycles import find_cycles
-from text2sim.spec_schema.names.selectors import named_by
+from text2sim.spec_schema.names.selectors import WORLD, named_by
 from text2sim.spec_schema.text.document import Path
-
-WORLD = "world"
 
 
 def check_tree(table: NameTable, name: str, body: Articulated) -> None:
@@ -58,11 +56,10 @@ def _check_file(table: NameTable, root: Path, body: Articulated, joints: Mapping
         where = (*root, "joints", name)
         meant = named_by(name, joints)
         if not meant:
-            known = f"; there are {', '.join(joints)}" if 0 < len(joints) <= 12 else ""
-            message = f"`{body.file}` has no joint `{name}`{known}"
+            message = f"`{body.file}` has no joint `{name}`{there_are(joints)}"
             table.report(where, message, "unknown-joint", nearest(name, joints), key=True)
             continue
-        odd = [one for one in meant if not isinstance(joints[one], HingeMount | SliderMount)]
+        odd = [joint for joint in meant if not isinstance(joints[joint], HingeMount | SliderMount)]
         if change.actuator is not None and odd:
             message = f"`{odd[0]}` is a {joints[odd[0]].kind} joint; only a hinge or slider can have a motor"
             table.report((*where, "actuator"), message, "no-joint", key=True)
@@ -84,9 +81,7 @@ def _check_roots(table: NameTable, root: Path, links: dict[str, Link]) -> None:
                 table.report((*where, "joint"), message, "tree", key=True)
             first = first or name
             continue
-        if link.parent not in links:
-            message = f"there is no link `{link.parent}`"
-            table.report((*where, "parent"), message, "unknown-link", nearest(link.parent, links))
+        table.check_known((*where, "parent"), "link", link.parent, links)
         if link.joint is None:
             message = "`joint` is missing: every link except the root has one; `joint: {kind: fixed}` welds it"
             table.report(where, message, "tree", key=True)
@@ -120,28 +115,23 @@ def _check_initial(table: NameTable, root: Path, body: Articulated, joints: Mapp
             what = f"`{name}` has no hinge or slider" if name in joints else f"there is no joint `{name}`"
             table.report(where, what, "unknown-joint", nearest(name, movable), key=True)
             continue
-        for one in meant:
+        for joint in meant:
             before = len(table.problems)
-            _check_range(table, where, joints[one], value)
-            if len(table.problems) > before:
+            _check_range(table, where, joints[joint], value)
+            if len(table.problems) > before:  # one problem for a pattern is enough
                 break
 
 
 def _check_range(table: NameTable, where: Path, joint: HingeMount | SliderMount, value: float) -> None:
-    low, high, start, unit = _start_and_range(joint, value)
-    if not low <= start <= high:
-        message = f"starts outside its range: {start:.5g} {unit} is not from {low:g} to {high:g}"
+    """Report a start position [rad or m] outside the range of its joint."""
+    if isinstance(joint, HingeMount):
+        limits, start, unit = joint.range_deg, round(degrees(value), 9), "deg"
+    else:
+        limits, start, unit = joint.range, value, "m"
+    if limits is not None and not limits[0] <= start <= limits[1]:
+        message = f"starts outside its range: {start:.5g} {unit} is not from {limits[0]:g} to {limits[1]:g}"
         table.report(where, message, "range")
 
 
 def _range_field(joint: HingeMount | SliderMount) -> str:
     return "range_deg" if isinstance(joint, HingeMount) else "range"
-
-
-def _start_and_range(joint: HingeMount | SliderMount, value: float) -> tuple[float, float, float, str]:
-    """Return the range and the start position of a joint, in the unit of its range."""
-    if isinstance(joint, HingeMount) and joint.range_deg is not None:
-        return (*joint.range_deg, round(degrees(value), 9), "deg")
-    if isinstance(joint, SliderMount) and joint.range is not None:
-        return (*joint.range, value, "m")
-    return (value, value, value, "")

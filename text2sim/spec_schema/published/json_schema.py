@@ -103,15 +103,12 @@ class _Builder:
         if origin is dict:
             return self.mapping(arguments, bounds, hint)
         if origin in (list, tuple):
-            length = (
-                {"minItems": len(arguments), "maxItems": len(arguments)}
-                if origin is tuple
-                else _length(bounds, "Items")
-            )
+            if origin is tuple:
+                bounds = {"min_length": len(arguments), "max_length": len(arguments)}
             # All items of a vector have one type; those of a span are a time or `end`.
             kinds = [self.slot(slot_of(item), hint) for item in dict.fromkeys(arguments)]
             items = kinds[0] if len(kinds) == 1 else kinds[-1]
-            return _or_expression({"type": "array", "items": items, **length})
+            return _or_expression({"type": "array", "items": items, **_length(bounds, "Items")})
         if slot.base in (int, float):
             limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
             return _or_expression({"type": "integer" if slot.base is int else "number", **limits})
@@ -191,7 +188,7 @@ class _Builder:
         if name not in self.definitions:
             self.definitions[name] = {}
             own, loose = self.model(Use), _Builder(self.definitions, self.unions, loose=True)
-            bodies = [model for model in dict.fromkeys(ENTRY.models.values())]
+            bodies = list(dict.fromkeys(ENTRY.models.values()))
             for model in bodies:
                 for key, schema in loose.model(model)["properties"].items():
                     own["properties"].setdefault(key, schema)

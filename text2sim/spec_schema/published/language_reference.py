@@ -104,9 +104,8 @@ def shared_bases(models: list[type[BaseModel]]) -> list[type[BaseModel]]:
 
 def section_kinds(union: Any) -> dict[str, type[BaseModel]]:
     """Return the models of a union on `kind`, which may have a plain type as another alternative."""
-    return {kind: model for member in slot_of(union).members for kind, model in member.models.items()} or slot_of(
-        union
-    ).models
+    slot = slot_of(union)
+    return slot.models or {kind: model for member in slot.members for kind, model in member.models.items()}
 
 
 def _table(model: type[BaseModel], without: list[type[BaseModel]]) -> list[str]:
@@ -152,7 +151,7 @@ def _type(slot: LanguageSlot) -> str:
 def _with_magnitudes(slot: LanguageSlot, text: str) -> str:
     """Return the description of a number or list of numbers, with the supported magnitudes if it has a unit."""
     inner = [slot_of(item) for item in get_args(slot.base)] if get_origin(slot.base) in (tuple, list) else []
-    found = next((supported for one in (slot, *inner) if (supported := supported_range(one)) is not None), None)
+    found = next((supported for part in (slot, *inner) if (supported := supported_range(part)) is not None), None)
     if found is None or not found.unit or not text.endswith(GREATER):
         return text
     return f"{text.removesuffix(GREATER)} {magnitudes(found)}"

@@ -77,7 +77,7 @@ Parts of a compound, links, measures, events and expectations can also be multip
 PLACES = """\
 In `pose` or `place`, one of the two. Placement uses the true shapes, not their bounding boxes.
 
-| `place` | position | open |
+| `place` | position | open directions |
 |---|---|---|
 | `on: table` | lowered until it touches, on the centre of the table | x, y |
 | `above: table` | its lowest point above the other's highest | x, y |

@@ -47,89 +47,75 @@ class ReferenceSection:
     """A part of the reference."""
 
     title: str
-    noun: str
-    """Noun for one of its kinds."""
     level: int
     models: Any
     """A union on `kind`, or a tuple of models."""
     intro: str = ""
     examples: str = ""
     """Key in `examples.yaml`."""
+    noun: str = ""
+    """Noun for one kind of a union."""
 
 
 SECTIONS = (
-    ReferenceSection("The case", "case", 2, (Case,)),
-    ReferenceSection("`scene`: the stage", "scene", 2, (scene.Scene,)),
-    ReferenceSection(
-        "Statics", "static", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."
-    ),
+    ReferenceSection("The case", 2, (Case,)),
+    ReferenceSection("`scene`: the stage", 2, (scene.Scene,)),
+    ReferenceSection("Statics", 3, (scene.Static,), "By name in `scene.statics`. Only a static can be a `plane`."),
     ReferenceSection(
         "Settings of the scene",
-        "setting",
         3,
         (scene.Contact, scene.PairFriction, scene.Solver, scene.Record, scene.Domain),
         "In `contact`, `solver`, `record`, `domain`.",
     ),
     ReferenceSection(
         "Solvers of deformable bodies",
-        "solver",
         3,
         (solvers.Mpm, solvers.Pbd, solvers.Fem, solvers.Ipc, solvers.SolverBounds),
         "In `mpm`, `pbd`, `fem`, `ipc` and `bounds`.",
     ),
-    ReferenceSection("`bodies`: the actors", "body", 2, bodies.Body, "By name in `bodies`.", "bodies"),
+    ReferenceSection("`bodies`: the actors", 2, bodies.Body, "By name in `bodies`.", "bodies", noun="body"),
     ReferenceSection(
         "Mounts",
-        "mount",
         3,
         bodies.Mount,
         "In `mount` of a rigid body; joints of an articulated body have the same fields.",
         "mounts",
+        noun="mount",
     ),
     ReferenceSection(
         "Parts of articulated bodies and chains",
-        "part",
         3,
         (bodies.Link, bodies.Loop, bodies.JointOverride, bodies.Payload),
         "In `links`, `loops`, `joints`, `payload`. All links but the root have a `joint`, much like a mount.",
     ),
-    ReferenceSection("Pulleys of a rope", "pulley", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
-    ReferenceSection("Motions", "motion", 3, motion.Motion, "In `motion` of a driven body.", "motions"),
-    ReferenceSection("Shapes", "shape", 2, shapes.StaticShape, "In `shape`.", "shapes"),
+    ReferenceSection("Pulleys of a rope", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
+    ReferenceSection("Motions", 3, motion.Motion, "In `motion` of a driven body.", "motions", noun="motion"),
+    ReferenceSection("Shapes", 2, shapes.StaticShape, "In `shape`.", "shapes", noun="shape"),
     ReferenceSection(
-        "Shapes of cloth", "shape of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes"
+        "Shapes of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes", noun="shape of cloth"
     ),
-    ReferenceSection("Parts of a compound", "part", 3, (shapes.Part,), "In `parts`."),
-    ReferenceSection("Parts of a sculpt", "part", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts"),
-    ReferenceSection("Cross-sections", "section", 3, (sculpts.Section,), "In `sections` of a loft."),
-    ReferenceSection(
-        "Poses and places",
-        "pose",
-        2,
-        (Pose, placement.Place, placement.Align),
-        PLACES,
-        "places",
-    ),
+    ReferenceSection("Parts of a compound", 3, (shapes.Part,), "In `parts`."),
+    ReferenceSection("Parts of a sculpt", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts", noun="part"),
+    ReferenceSection("Cross-sections", 3, (sculpts.Section,), "In `sections` of a loft."),
+    ReferenceSection("Poses and places", 2, (Pose, placement.Place, placement.Align), PLACES, "places"),
     ReferenceSection(
         "Regions on bodies",
-        "region",
         3,
         (regions.BodyRegion, regions.Block, regions.Ball, regions.BodyPoint),
         BODY_REGIONS,
         "body_regions",
     ),
-    ReferenceSection("Copies", "pattern", 2, repeat.Repeat, "In `repeat`.", "repeats"),
+    ReferenceSection("Copies", 2, repeat.Repeat, "In `repeat`.", "repeats", noun="pattern"),
     ReferenceSection(
         "Regions of space",
-        "region of space",
         3,
         space.Region,
         "In `region` of a packing, a measure or an event.",
         "regions",
+        noun="region of space",
     ),
     ReferenceSection(
         "Materials, joints and looks",
-        "material",
         2,
         (
             materials.Material,
@@ -146,7 +132,6 @@ SECTIONS = (
     ),
     ReferenceSection(
         "Materials of deformable bodies",
-        "material",
         3,
         (
             soft_materials.SoftMaterial,
@@ -157,38 +142,38 @@ SECTIONS = (
         ),
         "In `material` of a soft body, a cloth, grains, a liquid, snow.",
     ),
-    ReferenceSection("`actions`: the script", "script", 2, (actions.Actions,)),
-    ReferenceSection("Controls", "control", 3, controls.Control, "Actions on the bodies.", "controls"),
+    ReferenceSection("`actions`: the script", 2, (actions.Actions,)),
+    ReferenceSection("Controls", 3, controls.Control, "Actions on the bodies.", "controls", noun="control"),
     ReferenceSection(
         "Schedules",
-        "schedule",
         3,
         motion.Schedule,
         "Wherever a schedule is accepted: a number, or one of these. Times are relative to the start of the run, also "
         "for a force with `during`, but to the event for a drive with `on`.",
         "schedules",
+        noun="schedule",
     ),
     ReferenceSection(
         "Measures",
-        "measure",
         3,
         measures.Measure,
         "Numbers over time. If `of` selects several copies, `stat` combines them into one number.",
         "measures",
+        noun="measure",
     ),
     ReferenceSection(
         "Events",
-        "event",
         3,
         events.Event,
         "Moments that physics determines: driven bodies cannot be their subjects.",
         "events",
+        noun="event",
     ),
-    ReferenceSection("Expectations", "expectation", 3, (expectations.Expect,), "", "expectations"),
-    ReferenceSection("`render`: the film", "film", 2, (render.Render,), FILM),
-    ReferenceSection("Shots and overlays", "shot", 3, (render.Shot, render.Overlay, Bounds), SHOTS),
-    ReferenceSection("Cameras", "camera", 3, cameras.Camera, "By name in `render.cameras`.", "cameras"),
-    ReferenceSection("Lights", "light", 3, lights.Light, LIGHTS, "lights"),
-    ReferenceSection("Reuse: prefabs", "prefab", 2, (Prefab, PrefabParam, Use), PREFABS),
-    ReferenceSection("Variants and sweeps", "sweep", 2, (Sweep,), VARIANTS),
+    ReferenceSection("Expectations", 3, (expectations.Expect,), "", "expectations"),
+    ReferenceSection("`render`: the film", 2, (render.Render,), FILM),
+    ReferenceSection("Shots and overlays", 3, (render.Shot, render.Overlay, Bounds), SHOTS),
+    ReferenceSection("Cameras", 3, cameras.Camera, "By name in `render.cameras`.", "cameras", noun="camera"),
+    ReferenceSection("Lights", 3, lights.Light, LIGHTS, "lights", noun="light"),
+    ReferenceSection("Reuse: prefabs", 2, (Prefab, PrefabParam, Use), PREFABS),
+    ReferenceSection("Variants and sweeps", 2, (Sweep,), VARIANTS),
 )

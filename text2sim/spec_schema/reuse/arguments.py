@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES, Cascade, Resolver
-from text2sim.spec_schema.arithmetic.values import ExpressionError
+from text2sim.spec_schema.arithmetic.values import ExpressionError, is_number
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.models.base import Selector
 from text2sim.spec_schema.models.colors import NAMED, ColorError, rgb
@@ -48,12 +48,12 @@ def check_value(param: PrefabParam, value: Any) -> None:
     """
     wrong = Unfit(f"needs {describe_param(param)} (got {_shown(value)})")
     if param.kind in ("vec2", "vec3"):
-        if not isinstance(value, list) or len(value) != int(param.kind[-1]) or not all(map(_is_number, value)):
+        if not isinstance(value, list) or len(value) != int(param.kind[-1]) or not all(map(is_number, value)):
             raise wrong
         if not all(_is_within(param, item) for item in value):
             raise wrong
     elif param.kind in ("number", "integer", "length", "angle_deg"):
-        if not _is_number(value) or (param.kind == "integer" and not isinstance(value, int)):
+        if not is_number(value) or (param.kind == "integer" and not isinstance(value, int)):
             raise wrong
         if not _is_within(param, value) or (param.kind == "length" and value <= 0):
             raise wrong
@@ -179,14 +179,10 @@ def _value(data: Any, names: Mapping[str, Any]) -> Any:
     return data
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _shown(value: Any) -> str:
-    if isinstance(value, list) and 0 < len(value) <= 4 and all(map(_is_number, value)):
+    if isinstance(value, list) and 0 < len(value) <= 4 and all(map(is_number, value)):
         return f"[{', '.join(show(item) for item in value)}]"
-    return f"the number {show(value)}" if _is_number(value) else show(value)
+    return f"the number {show(value)}" if is_number(value) else show(value)
 
 
 def _is_within(param: PrefabParam, value: float) -> bool:
@@ -203,7 +199,7 @@ def _range(param: PrefabParam) -> str:
 
 def _check_color(value: Any, wrong: Unfit) -> None:
     """Check a colour, or a list of names that copies take in turn."""
-    if isinstance(value, list) and len(value) == 3 and all(map(_is_number, value)):
+    if isinstance(value, list) and len(value) == 3 and all(map(is_number, value)):
         if not all(0 <= channel <= 1 for channel in value):
             raise wrong
         return

@@ -70,7 +70,6 @@ def bind_all(document: Document, entry: LocatedValue, definition: Definition, pa
                 check_value(params[name], tree.data)
             else:
                 binding.arguments.append(Argument(where, tree.node, params[name], tree.data, ()))
-            names_in(tree.data)
             binding.values[name] = bound
         except (Unfit, ExpressionError) as error:
             problems.append(locate(document, where, tree.node, str(error), rule=error.rule, hint=error.hint))

@@ -5,7 +5,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from text2sim.spec_schema.models.prefab_models import PrefabParam
 from text2sim.spec_schema.reuse.arguments import describe_param
 from text2sim.spec_schema.reuse.library import Definition, PrefabLibrary
 from text2sim.spec_schema.text.document import parse_document
@@ -69,19 +68,16 @@ def usage(definition: Definition) -> str:
 
 def param_rows(definition: Definition) -> list[ParamRow]:
     """Return the parameters of a prefab as text."""
-    return [
-        ParamRow(name, describe_param(param), _default(param), " ".join(param.doc.split()))
-        for name, param in definition.model.params.items()
-    ]
+    rows = []
+    for name, param in definition.model.params.items():
+        default = "" if param.default is None else flow_text(param.default)
+        rows.append(ParamRow(name, describe_param(param), default, " ".join(param.doc.split())))
+    return rows
 
 
 def parts_of(definition: Definition) -> tuple[str, ...]:
     """Return the names of the parts of a prefab with several bodies."""
     return tuple(definition.model.bodies or ())
-
-
-def _default(param: PrefabParam) -> str:
-    return "" if param.default is None else flow_text(param.default)
 
 
 def _joined(base: Any, over: Any) -> Any:

@@ -7,7 +7,7 @@ from text2sim.spec_schema.arithmetic.interpolation import parse_interpolation
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.reuse.substitution import BoundParameter, bind, fill
-from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved
+from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved, sequence
 from text2sim.spec_schema.text.document import Node, Origin, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 
@@ -49,9 +49,7 @@ class Filler:
             parts = {key: self.fill(tree.child(key), values, place, origin) for key in data}
             return mapping(node, parts, dict.fromkeys(parts, place))
         if isinstance(data, list):
-            items = [self.fill(tree.child(index), values, place, origin) for index in range(len(data))]
-            node.children = [item.node for item in items]
-            return LocatedValue([item.data for item in items], node)
+            return sequence(node, [self.fill(tree.child(k), values, place, origin) for k in range(len(data))])
         if not isinstance(data, str) or "${" not in data:
             return LocatedValue(data, node)
         try:
@@ -90,13 +88,9 @@ def settle(tree: LocatedValue) -> LocatedValue:
 def _settled(tree: LocatedValue) -> LocatedValue:
     data = tree.data
     if isinstance(data, dict):
-        parts = {key: _settled(tree.child(key)) for key in data}
-        return mapping(tree.node, parts)
+        return mapping(tree.node, {key: _settled(tree.child(key)) for key in data})
     if isinstance(data, list):
-        items = [_settled(tree.child(index)) for index in range(len(data))]
-        node = tree.node.copy()
-        node.children = [item.node for item in items]
-        return LocatedValue([item.data for item in items], node)
+        return sequence(tree.node, [_settled(tree.child(index)) for index in range(len(data))])
     if isinstance(data, str) and "${" in data and tree.node.origin is not None:
         try:
             if parse_interpolation(data, True).names & COPY_VARIABLES.keys():

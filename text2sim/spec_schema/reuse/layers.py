@@ -5,11 +5,11 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from text2sim.spec_schema.arithmetic.resolution import Resolver
-from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.paths import parse_dotted
 from text2sim.spec_schema.reuse.multiples import multiply
 from text2sim.spec_schema.reuse.overlay import SECTIONS, CaseOverlay, uses_prefabs
-from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
+from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay, unknown_overlay
 from text2sim.spec_schema.reuse.sections import multiplies
 from text2sim.spec_schema.reuse.trees import LocatedValue, mapping, merge, moved, put
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path, parse_document, parse_pointer, sites_of
@@ -145,10 +145,10 @@ def overlaid(document: Document, folder: FilePath, overlay: CaseOverlay) -> Docu
 
 def _lay_over(document: Document, overlay: CaseOverlay, interfaces: PrefabInterfaces) -> Document:
     tree, problems = LocatedValue(document.data, document.root), list[Problem]()
-    for number, name in enumerate(overlay.variants):
+    for number, name in enumerate(overlay.variants, 1):
         over = _named(tree, ("variants",), name)
         if over is None:
-            problems.append(_unknown(document, "--variant", number, name, "variant", tree.data.get("variants")))
+            problems.append(unknown_overlay(document, "variant", name, tree.data.get("variants"), number))
         elif isinstance(over.data, dict):
             tree = merge(tree, _only(over))
     if overlay.point is not None:
@@ -181,13 +181,6 @@ def _named(tree: LocatedValue, section: tuple[str, ...], name: str) -> LocatedVa
 def _only(over: LocatedValue) -> LocatedValue:
     """Return a variant without the sections it must not change, which are reported elsewhere."""
     return mapping(over.node, {key: over.child(key) for key in over.data if key in ROOTS})
-
-
-def _unknown(document: Document, option: str, number: int, name: str, what: str, known: Any) -> Problem:
-    names = list(known) if isinstance(known, dict) else []
-    there = f"; there are {', '.join(names)}" if names else f": it has no {what}s"
-    message = f"{document.source.file} has no {what} `{name}`{there}"
-    return Problem("", message, number + 1, 1, option, nearest(name, names), f"unknown-{what}")
 
 
 def _set(tree: LocatedValue, words: str, source: Source, start: int, interfaces: PrefabInterfaces) -> LocatedValue:

@@ -8,14 +8,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.errors import Problem, SpecError, nearest, there_are
 from text2sim.spec_schema.models.base import Name
 from text2sim.spec_schema.models.prefab_models import Prefab, PrefabFile
 from text2sim.spec_schema.reuse.definition_check import check_definition
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay_check import check_names
 from text2sim.spec_schema.reuse.trees import LocatedValue
-from text2sim.spec_schema.text.document import Document, Path, parse_document
+from text2sim.spec_schema.text.document import Document, Path, parse_document, value_at
 from text2sim.spec_schema.text.source import MAX_BYTES, Source, read_source
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
 from text2sim.spec_schema.vocabulary.slot_path import PrefabInterface
@@ -55,14 +55,11 @@ class Definition:
         """Return the default of a parameter, or None."""
         if self.model.params[param].default is None:
             return None
-        return self._tree.child("params").child(param).child("default")
+        return self._tree.at(("params", param, "default"))
 
     @property
     def _tree(self) -> LocatedValue:
-        tree = LocatedValue(self.document.data, self.document.root)
-        for step in self.root:
-            tree = tree.child(step)
-        return tree
+        return LocatedValue(self.document.data, self.document.root).at(self.root)
 
 
 class MissingPrefab(Exception):
@@ -134,7 +131,7 @@ class PrefabLibrary:
             names += sorted(file.removesuffix(".yaml") for file in files if file.endswith(".yaml"))
         return list(dict.fromkeys(name for name in names if _NAME.fullmatch(name)))
 
-    def own(self) -> list[Problem]:
+    def own_problems(self) -> list[Problem]:
         """Return the problems of the prefabs in the case itself, used or not."""
         problems: list[Problem] = []
         for name in check_names(self.document, "prefabs", problems):
@@ -155,8 +152,7 @@ class PrefabLibrary:
                 if path.is_symlink() or path.exists():
                     return self._read(name, path, label)
         known = self.names()
-        listed = f"; there are {', '.join(known)}" if known else ""
-        raise MissingPrefab(f"there is no prefab `{name[:60]}`{listed}", nearest(name, known))
+        raise MissingPrefab(f"there is no prefab `{name[:60]}`{there_are(known, None)}", nearest(name, known))
 
     def _folders(self) -> list[tuple[FilePath, str]]:
         """Return the folders with prefabs, and their names in messages."""
@@ -215,9 +211,7 @@ def _parse(source: Source) -> Document:
 
 def _define(name: str, place: str, document: Document, root: Path, model: type[Prefab]) -> Definition:
     """Return a prefab after checks."""
-    data = document.data
-    for step in root:
-        data = data[step]
+    data = value_at(document.data, root)
     problems: list[Problem] = []
     found: Prefab | None = None
     if not isinstance(data, dict):

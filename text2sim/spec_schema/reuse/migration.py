@@ -6,6 +6,7 @@ A step maps the data of a document to RFC 6902 operations. A document is migrate
 
 import re
 from collections.abc import Callable, Iterator
+from functools import reduce
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, SpecError
@@ -76,10 +77,7 @@ def _from_1(data: dict[str, Any]) -> Iterator[Operation]:
     overlays += [("sweeps", name, "points", point) for name in sweeps for point in mapping_at(sweeps[name], "points")]
     for root in ((), *overlays):
         where: Path = (*root, "render", "cameras")
-        cameras = data
-        for step in where:
-            cameras = mapping_at(cameras, step)
-        for name, camera in cameras.items():
+        for name, camera in reduce(mapping_at, where, data).items():
             if isinstance(camera, dict) and "fov" in camera and "fov_deg" not in camera:
                 place = pointer((*where, name))
                 yield {"op": "move", "from": f"{place}/fov", "path": f"{place}/fov_deg"}

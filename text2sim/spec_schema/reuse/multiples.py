@@ -15,7 +15,7 @@ from text2sim.spec_schema.models.base import MAX_MULTIPLE
 from text2sim.spec_schema.reuse.filling import at_one_place
 from text2sim.spec_schema.reuse.sections import repeated, sections
 from text2sim.spec_schema.reuse.substitution import bind, fill
-from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved, put
+from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, moved, put, sequence
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, sites_of
 from text2sim.spec_schema.text.nodes import Derived
 
@@ -39,10 +39,7 @@ def multiply(document: Document) -> tuple[Document, list[Problem]]:
     for path, section in list(sections(document.data)):
         if not any(True for _ in repeated(section)):
             continue
-        inner = tree
-        for step in path:
-            inner = inner.child(step)
-        made, room = _section(document, resolver, inner, path, problems, room)
+        made, room = _section(document, resolver, tree.at(path), path, problems, room)
         tree = put(tree, path, made)
     sites = sites_of(tree.data)
     # Expressions from a prefab may be long, and have a new path now.
@@ -66,7 +63,7 @@ def _section(
     several = set(repeated(section.data))
     for name in section.data:
         entry, here = section.child(name), (*path, name)
-        number = _number(resolver, here, entry.data["repeat"]) if name in several else None
+        number = _number(resolver, entry.data["repeat"]) if name in several else None
         plain = mapping(entry.node, {key: entry.child(key) for key in entry.data if key != "repeat"})
         if number is None:
             parts[name], keys[name] = entry, section.node.keys[name]
@@ -91,7 +88,7 @@ def _section(
     return mapping(section.node, parts, keys), room
 
 
-def _number(resolver: Resolver, path: Path, value: Any) -> int | None:
+def _number(resolver: Resolver, value: Any) -> int | None:
     if isinstance(value, str):
         try:
             value = parse_interpolation(value).evaluate(resolver.scope())
@@ -120,9 +117,7 @@ def _filled(tree: LocatedValue, name: str, number: int) -> LocatedValue:
             items = {key: _in_turn(key, part.child(key), number) for key in data}
             return mapping(at(part.node), {key: filled(item) for key, item in items.items()}, part.node.keys)
         if isinstance(data, list):
-            items, node = [filled(part.child(index)) for index in range(len(data))], at(part.node)
-            node.children = [item.node for item in items]
-            return LocatedValue([item.data for item in items], node)
+            return sequence(at(part.node), [filled(part.child(index)) for index in range(len(data))])
         if not isinstance(data, str) or "${" not in data:
             return LocatedValue(data, at(part.node))
         return moved(at_one_place(fill(data, known)[0], part.node), at)

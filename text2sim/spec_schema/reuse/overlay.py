@@ -4,8 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from text2sim.spec_schema.reuse.sections import multiplies
-from text2sim.spec_schema.text.document import mapping_at
+from text2sim.spec_schema.reuse.sections import multiplies, placed_entries
 
 LABEL = 48
 """Most characters of a label."""
@@ -59,5 +58,4 @@ def needs_layers(data: dict[str, Any], overlay: CaseOverlay) -> bool:
 
 def uses_prefabs(data: dict[str, Any]) -> bool:
     """Return whether a body or static of a case comes from a prefab."""
-    sections = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
-    return any(isinstance(entry, dict) and "use" in entry for section in sections for entry in section.values())
+    return any("use" in entry for _, entry in placed_entries(data))

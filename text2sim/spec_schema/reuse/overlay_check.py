@@ -7,10 +7,11 @@ variant that is never used.
 import re
 from typing import Any
 
-from text2sim.spec_schema.errors import Problem, nearest
+from text2sim.spec_schema.errors import Problem, nearest, there_are
 from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.expectations import Expect
-from text2sim.spec_schema.text.document import Document, Path
+from text2sim.spec_schema.text.document import Document, Path, mapping_at, value_at
 from text2sim.spec_schema.vocabulary.slot_path import (
     ROOTS,
     MappingSlots,
@@ -18,9 +19,8 @@ from text2sim.spec_schema.vocabulary.slot_path import (
     PrefabInterfaces,
     is_entry,
     mapping_slots,
-    root_slots,
-    slot_entry,
 )
+from text2sim.spec_schema.vocabulary.slots import ENTRY
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, bounds_of, fields_of, noun_of, show, slot_of
 
 _NAME = re.compile(bounds_of(slot_of(Name))["pattern"])
@@ -48,6 +48,22 @@ def check_names(document: Document, section: str, problems: list[Problem]) -> di
     return {name: value for name, value in found.items() if _NAME.fullmatch(name)}
 
 
+def unknown_overlay(document: Document, what: str, name: str, known: Any, line: int = 1) -> Problem:
+    """Return the problem of an option with a name that the case does not have.
+
+    Args:
+        document: The case.
+        what: `variant` or `sweep`, which is also the name of the option.
+        name: The name.
+        known: The section of the case, if it has one.
+        line: Number of the option, from 1.
+    """
+    names = list(known) if isinstance(known, dict) else []
+    there = there_are(names, None) or f": it has no {what}s"
+    message = f"{document.source.file} has no {what} `{name}`{there}"
+    return Problem("", message, line, 1, f"--{what}", nearest(name, names), f"unknown-{what}")
+
+
 def check_overlay(document: Document, at: Path, others: list[Any], interfaces: PrefabInterfaces) -> list[Problem]:
     """Return problems for the unknown keys of a variant.
 
@@ -58,9 +74,7 @@ def check_overlay(document: Document, at: Path, others: list[Any], interfaces: P
         interfaces: Interfaces of prefabs.
     """
     walk = _Walk(document, at, interfaces)
-    over = document.data
-    for step in at:
-        over = over[step]
+    over = value_at(document.data, at)
     if not isinstance(over, dict):
         walk.report((), f"needs a mapping of what it changes (got {show(over)})", "type")
         return walk.problems
@@ -70,7 +84,7 @@ def check_overlay(document: Document, at: Path, others: list[Any], interfaces: P
             walk.report((key,), message, "unknown-key", nearest(key, ROOTS))
     bases = [document.data, *(other for other in others if isinstance(other, dict) and other is not over)]
     kept = {key: value for key, value in over.items() if key in ROOTS}
-    walk.mapping(root_slots(), kept, bases, ())
+    walk.mapping([slot_of(Case)], kept, bases, ())
     walk.params(over, bases)
     return walk.problems
 
@@ -87,7 +101,7 @@ def check_body(document: Document, at: Path, body: dict[str, Any]) -> list[Probl
         return []  # checked when it is expanded
     walk = _Walk(document, at, lambda use: PrefabInterface())
     walk.skipped = 2
-    walk.mapping(slot_entry(), body, [body], ("bodies", "body"))
+    walk.mapping([ENTRY], body, [body], ("bodies", "body"))
     return walk.problems
 
 
@@ -131,23 +145,18 @@ class _Walk:
         whole = {member.structure for slot in found.names for member in slot.members} <= {"number", "text", "list"}
         for name, value in over.items():
             if name not in known and not whole and not _whole(found.names, value, (*path, name)):
-                listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 12 else ""
-                message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{listed}"
+                message = f"there is no `{name}` in {'.'.join(map(str, path))} to change{there_are(known)}"
                 self.report((*path, name), message, "unknown-name", nearest(name, known))
             elif isinstance(value, dict):
                 self.mapping(found.names, value, _inside(bases, name), (*path, name))
 
     def params(self, over: dict[str, Any], bases: list[Any]) -> None:
         """Report parameters that neither exist in the case nor are used in the overlay."""
-        params = over.get("params")
-        if not isinstance(params, dict):
-            return
-        known = [*self.document.data["params"]] if isinstance(self.document.data.get("params"), dict) else []
+        known = list(mapping_at(self.document.data, "params"))
         for other in bases[1:]:
-            given = other.get("params")
-            known += set(given).intersection(_words(other)) if isinstance(given, dict) else ()
+            known += mapping_at(other, "params").keys() & set(_words(other))
         used = set(_words(over))
-        for name in params:
+        for name in mapping_at(over, "params"):
             if name not in known and name not in used:
                 message = f"there is no parameter `{name}` to change, and nothing in {self.what} uses it"
                 self.report(("params", name), message, "unknown-name", nearest(name, known))

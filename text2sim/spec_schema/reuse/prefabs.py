@@ -6,19 +6,20 @@ parameters in every `${…}`, and with the other keys of the entry merged into i
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
-from text2sim.spec_schema.reuse.arguments import Argument
+from text2sim.spec_schema.reuse.arguments import Argument, locate
 from text2sim.spec_schema.reuse.binding import RefusedUse, bind_all
 from text2sim.spec_schema.reuse.filling import Filler, settle
 from text2sim.spec_schema.reuse.library import Definition, MissingPrefab, PrefabLibrary, named
 from text2sim.spec_schema.reuse.selector_names import renamed
 from text2sim.spec_schema.reuse.substitution import BoundParameter
 from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, merge, put
-from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, pointer, sites_of
+from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, mapping_at, sites_of, value_at
 from text2sim.spec_schema.vocabulary.words import show
 
 if TYPE_CHECKING:
@@ -73,32 +74,26 @@ class _Expansion:
     failed: bool = False
     roots: list[Path] = field(default_factory=list)
     uses: int = 0
-    told: set[str] = field(default_factory=set)
-    """Invalid prefabs that are already reported."""
+    reported: set[str] = field(default_factory=set)
+    """Invalid prefabs whose problems are already reported."""
 
     def __post_init__(self) -> None:
         self.filler = Filler(min(MAX_VALUES, MAX_NODES - count(self.document.data)), MAX_TEXT)
 
     def run(self) -> LocatedValue:
         tree = LocatedValue(self.document.data, self.document.root)
-        self.problems += self.library.own()
+        self.problems += self.library.own_problems()
         for section in (("scene", "statics"), ("bodies",)):
-            inner = tree
-            for step in section:
-                known = isinstance(inner.data, dict) and step in inner.data
-                inner = inner.child(step) if known else LocatedValue(None, inner.node)
-            if isinstance(inner.data, dict) and any(isinstance(e, dict) and "use" in e for e in inner.data.values()):
-                tree = put(tree, section, self._section(inner, section))
+            entries = reduce(mapping_at, section, tree.data)
+            if any(isinstance(entry, dict) and "use" in entry for entry in entries.values()):
+                tree = put(tree, section, self._section(tree.at(section), section))
         return tree
 
     def composed(self, data: Any) -> frozenset[Path]:
         """Return the paths of the expressions in expanded entries."""
         found: set[Path] = set()
         for root in self.roots:
-            value = data
-            for step in root:
-                value = value[step]
-            found |= sites_of(value, root).keys()
+            found |= sites_of(value_at(data, root), root).keys()
         return frozenset(found)
 
     def _section(self, section: LocatedValue, path: Path) -> LocatedValue:
@@ -259,12 +254,11 @@ class _Expansion:
             return self.library.find(use.data)
         except MissingPrefab as missing:
             if missing.problems:
-                own = missing.problems[0].file == self.document.source.file
-                user = f"`{site.name}`"
                 # Problems of a prefab in the case itself are reported whether it is used or not.
-                told = own or use.data in self.told
-                self.told.add(use.data)
-                raise RefusedUse([] if told else named(missing.problems, user)) from None
+                own = missing.problems[0].file == self.document.source.file
+                known = own or use.data in self.reported
+                self.reported.add(use.data)
+                raise RefusedUse([] if known else named(missing.problems, f"`{site.name}`")) from None
             raise self._refused(use, (*site.path, "use"), str(missing), "unknown-prefab", missing.hint) from None
 
     def _refused(
@@ -273,6 +267,4 @@ class _Expansion:
         return RefusedUse([self._problem(tree.node, path, message, rule, hint)])
 
     def _problem(self, node: Node, path: Path, message: str, rule: str, hint: str | None = None) -> Problem:
-        if node.origin is not None:
-            message += f" ({node.origin})"
-        return Problem(pointer(path), message, node.line, node.column, self.document.source.file, hint, rule)
+        return locate(self.document, path, node, message, rule=rule, hint=hint)

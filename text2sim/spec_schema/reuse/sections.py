@@ -1,13 +1,22 @@
-"""Sections whose entries may have `repeat`: parts, links, controls, measures, events, expectations."""
+"""Sections of the plain data of a case: bodies and statics, and entries that may have `repeat`."""
 
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any
 
 from text2sim.spec_schema.text.document import Path, mapping_at
 
 
+def placed_entries(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Yield bodies and statics by path; an empty mapping for an entry that is not a mapping."""
+    for section in (("bodies",), ("scene", "statics")):
+        entries = reduce(mapping_at, section, data)
+        for name in entries:
+            yield (*section, name), mapping_at(entries, name)
+
+
 def multiplies(data: Any) -> bool:
-    """Return whether a case has such entries with `repeat`."""
+    """Return whether a case has parts, links, controls, measures, events or expectations with `repeat`."""
     return any(True for _, section in sections(data) for _ in repeated(section))
 
 
@@ -17,13 +26,10 @@ def sections(data: Any) -> Iterator[tuple[Path, dict[str, Any]]]:
     for name in ("controls", "measures", "events", "expect"):
         if name in actions:
             yield ("actions", name), mapping_at(actions, name)
-    bodies, statics = mapping_at(data, "bodies"), mapping_at(mapping_at(data, "scene"), "statics")
-    roots: list[tuple[Path, dict[str, Any]]] = [(("bodies", name), mapping_at(bodies, name)) for name in bodies]
-    roots += [(("scene", "statics", name), mapping_at(statics, name)) for name in statics]
-    for root, body in roots:
+    for root, body in placed_entries(data):
         links = mapping_at(body, "links")
-        for path, thing in ((root, body), *(((*root, "links", name), mapping_at(links, name)) for name in links)):
-            shape = mapping_at(thing, "shape")
+        for path, shaped in ((root, body), *(((*root, "links", name), mapping_at(links, name)) for name in links)):
+            shape = mapping_at(shaped, "shape")
             if "parts" in shape:
                 yield (*path, "shape", "parts"), mapping_at(shape, "parts")
         if "links" in body:

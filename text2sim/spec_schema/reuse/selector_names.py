@@ -2,11 +2,12 @@
 
 import re
 from collections.abc import Mapping
-from typing import Any, get_args, get_origin
+from typing import get_args, get_origin
 
 from text2sim.spec_schema.models.base import Selector
 from text2sim.spec_schema.reuse.trees import LocatedValue, mapping
-from text2sim.spec_schema.vocabulary.slot_path import mapping_slots, slot_entry
+from text2sim.spec_schema.vocabulary.slot_path import mapping_slots
+from text2sim.spec_schema.vocabulary.slots import ENTRY
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, noun_of, slot_of
 
 _NOUN = noun_of(slot_of(Selector))
@@ -20,7 +21,7 @@ def renamed(body: LocatedValue, names: Mapping[str, str]) -> LocatedValue:
         body: The body.
         names: Name in the case by name in the prefab.
     """
-    return _renamed(body, slot_entry(), names)
+    return _renamed(body, [ENTRY], names)
 
 
 def _renamed(tree: LocatedValue, slots: list[LanguageSlot], names: Mapping[str, str]) -> LocatedValue:
@@ -40,10 +41,7 @@ def _renamed(tree: LocatedValue, slots: list[LanguageSlot], names: Mapping[str, 
 
 def _takes_selector(slot: LanguageSlot) -> bool:
     return any(
-        noun_of(member) == _NOUN or (get_origin(member.base) is list and _takes_selector(slot_of(_item(member))))
+        noun_of(member) == _NOUN
+        or (get_origin(member.base) is list and _takes_selector(slot_of(get_args(member.base)[0])))
         for member in slot.members
     )
-
-
-def _item(slot: LanguageSlot) -> Any:
-    return get_args(slot.base)[0]

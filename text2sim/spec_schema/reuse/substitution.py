@@ -58,11 +58,9 @@ def fill(text: str, known: Mapping[str, BoundParameter], spend: Spend = lambda s
     site = parse_interpolation(text, True)
     if site.names.isdisjoint(known):
         return text, None
-    if site.whole:
-        (expression,) = site.parts
-        assert isinstance(expression, Expression)
-        alone = known.get(expression.text.strip())
-        return (alone.data, alone.node) if alone is not None else (_worked_out(expression, known, spend), None)
+    if site.whole is not None:
+        alone = known.get(site.whole.text.strip())
+        return (alone.data, alone.node) if alone is not None else (_worked_out(site.whole, known, spend), None)
     filled = ""
     for part in site.parts:
         if isinstance(part, str):
@@ -150,10 +148,8 @@ def _code(data: Any) -> str | None:
         return None
     if "${" not in data:
         return repr(data) if data.isprintable() and not any(c in data for c in "{}$\\") else None
-    site = parse_interpolation(data, True)
-    if not site.whole:
+    expression = parse_interpolation(data, True).whole
+    if expression is None:
         return None
-    (expression,) = site.parts
-    assert isinstance(expression, Expression)
     text = " ".join(expression.text.split())
     return text if isinstance(expression.tree, _ATOMS) else f"({text})"

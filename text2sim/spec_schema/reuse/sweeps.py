@@ -6,13 +6,13 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from text2sim.spec_schema.errors import Problem, SpecError, nearest
+from text2sim.spec_schema.errors import Problem, SpecError, nearest, there_are
 from text2sim.spec_schema.models.sweep_models import MAX_RUNS, Sweep
 from text2sim.spec_schema.paths import parse_dotted
 from text2sim.spec_schema.reuse.migration import migrate
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
-from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay
-from text2sim.spec_schema.text.document import Document, Path, parse_document
+from text2sim.spec_schema.reuse.overlay_check import check_names, check_overlay, unknown_overlay
+from text2sim.spec_schema.text.document import Document, Path, mapping_at, parse_document
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import flow_text
 from text2sim.spec_schema.vocabulary.diagnosis import diagnose
@@ -27,8 +27,8 @@ def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Probl
         interfaces: Interfaces of prefabs.
     """
     problems: list[Problem] = []
-    variants = document.data.get("variants")
-    others = list(variants.values()) if isinstance(variants, dict) else []
+    variants = mapping_at(document.data, "variants")
+    others = list(variants.values())
     for name, data in check_names(document, "sweeps", problems).items():
         path = ("sweeps", name)
         try:
@@ -41,10 +41,9 @@ def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Probl
         for point in sweep.points or ():
             problems += check_overlay(document, (*path, "points", point), others, interfaces)
         for index, variant in enumerate(sweep.variants or ()):
-            if not isinstance(variants, dict) or variant not in variants:
-                known = list(variants) if isinstance(variants, dict) else []
-                listed = f"; there are {', '.join(known)}" if known else ": the case has no variants"
-                message, hint = f"there is no variant `{variant}`{listed}", nearest(variant, known)
+            if variant not in variants:
+                there = there_are(variants, None) or ": the case has no variants"
+                message, hint = f"there is no variant `{variant}`{there}", nearest(variant, variants)
                 place = (*path, "variants", index)
                 problems.append(document.problem(place, message, rule="unknown-variant", hint=hint))
     return problems
@@ -53,9 +52,8 @@ def check_sweeps(document: Document, interfaces: PrefabInterfaces) -> list[Probl
 def _check_axis(document: Document, path: Path, values: list[Any], interfaces: PrefabInterfaces) -> list[Problem]:
     """Return the problems of one axis of a grid."""
     try:
-        check_path(
-            document.data, parse_dotted(str(path[-1])), interfaces, new=any(isinstance(value, dict) for value in values)
-        )
+        new = any(isinstance(value, dict) for value in values)
+        check_path(document.data, parse_dotted(str(path[-1])), interfaces, new=new)
     except NoSuchSlot as error:
         return [document.problem(path, str(error), key=True, rule="unknown-path", hint=error.hint)]
     except ValueError as error:
@@ -75,10 +73,7 @@ def runs_of(written: Document, name: str) -> list[tuple[str, CaseOverlay]]:
     """
     sweeps = migrate(written)[0].data.get("sweeps")
     if not isinstance(sweeps, dict) or name not in sweeps:
-        known = list(sweeps) if isinstance(sweeps, dict) else []
-        there = f"; there are {', '.join(known)}" if known else ": it has no sweeps"
-        message = f"{written.source.file} has no sweep `{name}`{there}"
-        raise SpecError([Problem("", message, 1, 1, "--sweep", nearest(name, known), "unknown-sweep")])
+        raise SpecError([unknown_overlay(written, "sweep", name, sweeps)])
     sweep = Sweep.model_validate(sweeps[name], by_alias=True, by_name=False)
     if sweep.points is not None:
         return [(point, CaseOverlay(point=(name, point))) for point in sweep.points]

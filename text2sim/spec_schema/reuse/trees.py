@@ -1,6 +1,7 @@
 """Values with the positions of their parts, and operations that do not change them."""
 
 from collections.abc import Callable
+from functools import reduce
 from typing import Any, NamedTuple
 
 from text2sim.spec_schema.text.document import Node, Path
@@ -16,6 +17,10 @@ class LocatedValue(NamedTuple):
         """Return an existing part of it."""
         children: Any = self.node.children
         return LocatedValue(self.data[step], children[step])
+
+    def at(self, path: Path) -> "LocatedValue":
+        """Return the existing part of it at a path."""
+        return reduce(LocatedValue.child, path, self)
 
 
 def merge(base: LocatedValue, over: LocatedValue, path: Path = ()) -> LocatedValue:
@@ -77,6 +82,13 @@ def mapping(like: Node, parts: dict[str, LocatedValue], keys: dict[str, tuple[in
     return LocatedValue({key: part.data for key, part in parts.items()}, node)
 
 
+def sequence(like: Node, items: list[LocatedValue]) -> LocatedValue:
+    """Return a list of items at the position of a node."""
+    node = like.copy()
+    node.children = [item.node for item in items]
+    return LocatedValue([item.data for item in items], node)
+
+
 def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedValue:
     """Return the value with one part of it set or removed; missing mappings along the path are made.
 
@@ -93,11 +105,9 @@ def put(tree: LocatedValue, path: Path, value: LocatedValue | None) -> LocatedVa
     step = path[0]
     if isinstance(tree.data, list):
         assert isinstance(step, int)
-        assert isinstance(tree.node.children, list)
-        inner = put(tree.child(step), path[1:], value)
-        node = tree.node.copy()
-        node.children = [*tree.node.children[:step], inner.node, *tree.node.children[step + 1 :]]
-        return LocatedValue([*tree.data[:step], inner.data, *tree.data[step + 1 :]], node)
+        items = [tree.child(index) for index in range(len(tree.data))]
+        items[step] = put(items[step], path[1:], value)
+        return sequence(tree.node, items)
     assert isinstance(step, str)
     parts = {key: tree.child(key) for key in tree.data} if isinstance(tree.data, dict) else {}
     keys = dict(tree.node.keys)

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.prefab_models import PrefabFile
-from text2sim.spec_schema.text.document import Path, parse_document
+from text2sim.spec_schema.text.document import Document, Path, parse_document
 from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout, written_layout
 from text2sim.spec_schema.text.source import Source, check_source
 from text2sim.spec_schema.text.writing import block_lines, key, scalar
@@ -62,9 +62,13 @@ def format_text(text: str, file: str = "case.yaml") -> str:
 
 def format_source(source: Source) -> str:
     """Return the text of a file in canonical form; see `format_text`."""
-    document = parse_document(source)
+    return format_document(parse_document(source))
+
+
+def format_document(document: Document) -> str:
+    """Return the text of a document in canonical form; see `format_text`."""
     text = dump_layout(*written_layout(document))
-    again = parse_document(Source(text, source.file))
+    again = parse_document(Source(text, document.source.file))
     if again.data != document.data:
         raise AssertionError("the canonical form has other data than the original")
     return text
@@ -74,7 +78,7 @@ def dump_case(case: Case | Mapping[str, Any]) -> str:
     """Return a case, or its plain data (which may contain `${…}`), in canonical form."""
     if isinstance(case, Case):
         case = case.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
-    return "\n".join(_trimmed(_Writer().document(plain_layout(dict(case))))) + "\n"
+    return "\n".join(_trimmed(_document(plain_layout(dict(case))))) + "\n"
 
 
 def dump_layout(root: LayoutEntry, head: list[str], foot: list[str]) -> str:
@@ -85,7 +89,7 @@ def dump_layout(root: LayoutEntry, head: list[str], foot: list[str]) -> str:
         head: Lines of comments above it.
         foot: Lines of comments below it.
     """
-    lines = [*head, *_Writer().document(root)]
+    lines = [*head, *_document(root)]
     if foot:
         lines += ["", *foot]
     return "\n".join(_trimmed(lines)) + "\n"
@@ -102,67 +106,66 @@ def _trimmed(lines: list[str]) -> list[str]:
     return rows
 
 
-class _Writer:
-    def document(self, root: LayoutEntry) -> list[str]:
-        """Return the lines of a whole document."""
-        if not isinstance(root.value, list) or not root.value:
-            return [_flow(root)]
-        return self._block(root, *_root(root), 0)
+def _document(root: LayoutEntry) -> list[str]:
+    """Return the lines of a whole document."""
+    if not isinstance(root.value, list) or not root.value:
+        return [_flow(root)]
+    return _block(root, *_root(root), 0)
 
-    def _block(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
-        """Return the lines of a collection, one or more for each entry."""
-        margin = " " * indent
-        lines: list[str] = []
-        slot = _chosen(slot, entry)
-        for child in _in_order(entry, slot):
-            inner = (*path, child.key if child.key is not None else ANY)
-            before = child.before
-            if path == () and child.key in SECTIONS:
-                before = ["", *before]
-            lines += [margin + row if row else "" for row in before]
-            lines += self._entry(child, _inside(slot, child), inner, indent)
-            lines += [margin + row for row in child.after]
-        # A blank line above the first entry would separate it from its key.
-        return lines[1:] if lines[:1] == [""] else lines
 
-    def _entry(self, entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
-        margin = " " * indent
-        lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
-        trail = f"  {entry.trail}" if entry.trail else ""
-        if isinstance(entry.value, str):
-            rows = (
-                block_lines(entry.value, WIDTH - indent - INDENT)
-                if len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value
-                else None
-            )
-            if rows is not None:
-                body = [f"{margin}{' ' * INDENT}{row}" if row else "" for row in rows[1:]]
-                return [f"{lead} {rows[0]}{trail}", *body]
-        if not isinstance(entry.value, list):
-            return [f"{lead} {scalar(entry.value, flow=False)}{trail}"]
-        text = f"{lead} {_flow(entry, slot)}"
-        spread = entry.value and (entry.has_comments or _spread(path, entry))
-        if not spread and (len(text) <= WIDTH or not entry.value):
-            return [text + trail]
-        if entry.trail and entry.key is None:  # behind a dash alone, it would be read as that of the item before
-            return [margin + entry.trail, *self._entry(replace(entry, trail=None), slot, path, indent)]
-        # A comment behind the bracket would be read as that of the last item.
-        if not (spread or entry.mapping or trail or any(isinstance(item.value, list) for item in entry.value)):
-            return self._filled(entry, lead, indent)
-        return [lead + trail, *self._block(entry, slot, path, indent + INDENT)]
+def _block(entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
+    """Return the lines of a collection, one or more for each entry."""
+    margin = " " * indent
+    lines: list[str] = []
+    slot = _chosen(slot, entry)
+    for child in _in_order(entry, slot):
+        inner = (*path, child.key if child.key is not None else ANY)
+        before = child.before
+        if path == () and child.key in SECTIONS:
+            before = ["", *before]
+        lines += [margin + row if row else "" for row in before]
+        lines += _entry(child, _inside(slot, child), inner, indent)
+        lines += [margin + row for row in child.after]
+    # A blank line above the first entry would separate it from its key.
+    return lines[1:] if lines[:1] == [""] else lines
 
-    def _filled(self, entry: LayoutEntry, lead: str, indent: int) -> list[str]:
-        """Return the lines of a long list of scalars, filled to the width."""
-        rows = [lead + " ["]
-        words = [scalar(item.value, flow=True) for item in entry.value]
-        for number, word in enumerate(words):
-            word += "," if number < len(words) - 1 else "]"
-            gap = "" if rows[-1].endswith("[") else " "
-            if len(rows[-1]) + len(gap) + len(word) > WIDTH and rows[-1].strip():
-                rows.append(" " * (indent + INDENT) + word)
-            else:
-                rows[-1] += gap + word
-        return rows
+
+def _entry(entry: LayoutEntry, slot: LanguageSlot | None, path: Path, indent: int) -> list[str]:
+    margin = " " * indent
+    lead = margin + ("-" if entry.key is None else key(entry.key) + ":")
+    trail = f"  {entry.trail}" if entry.trail else ""
+    if isinstance(entry.value, str):
+        long = len(lead) + len(entry.value) >= WIDTH or "\n" in entry.value
+        rows = block_lines(entry.value, WIDTH - indent - INDENT) if long else None
+        if rows is not None:
+            body = [f"{margin}{' ' * INDENT}{row}" if row else "" for row in rows[1:]]
+            return [f"{lead} {rows[0]}{trail}", *body]
+    if not isinstance(entry.value, list):
+        return [f"{lead} {scalar(entry.value, flow=False)}{trail}"]
+    text = f"{lead} {_flow(entry, slot)}"
+    spread = entry.value and (entry.has_comments or _spread(path, entry))
+    if not spread and (len(text) <= WIDTH or not entry.value):
+        return [text + trail]
+    if entry.trail and entry.key is None:  # behind a dash alone, it would be read as that of the item before
+        return [margin + entry.trail, *_entry(replace(entry, trail=None), slot, path, indent)]
+    # A comment behind the bracket would be read as that of the last item.
+    if not (spread or entry.mapping or trail or any(isinstance(item.value, list) for item in entry.value)):
+        return _filled(entry, lead, indent)
+    return [lead + trail, *_block(entry, slot, path, indent + INDENT)]
+
+
+def _filled(entry: LayoutEntry, lead: str, indent: int) -> list[str]:
+    """Return the lines of a long list of scalars, filled to the width."""
+    rows = [lead + " ["]
+    words = [scalar(item.value, flow=True) for item in entry.value]
+    for number, word in enumerate(words):
+        word += "," if number < len(words) - 1 else "]"
+        gap = "" if rows[-1].endswith("[") else " "
+        if len(rows[-1]) + len(gap) + len(word) > WIDTH and rows[-1].strip():
+            rows.append(" " * (indent + INDENT) + word)
+        else:
+            rows[-1] += gap + word
+    return rows
 
 
 def _flow(entry: LayoutEntry, slot: LanguageSlot | None = None) -> str:

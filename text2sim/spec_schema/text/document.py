@@ -3,6 +3,8 @@
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 import yaml
@@ -107,17 +109,30 @@ def parse_pointer(text: str) -> Path:
 
 def sites_of(data: Any, root: Path = ()) -> dict[Path, str]:
     """Return every scalar with `${` in it, by path."""
-    found: dict[Path, str] = {}
+    return {path: value for path, value in leaves(data, root) if isinstance(value, str) and "${" in value}
+
+
+def leaves(data: Any, root: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """Yield scalars and empty collections, by path.
+
+    Args:
+        data: Plain data.
+        root: Path of the data.
+    """
     stack: list[tuple[Path, Any]] = [(root, data)]
     while stack:
         path, value = stack.pop()
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:
             stack += [((*path, key), item) for key, item in reversed(value.items())]
-        elif isinstance(value, list):
+        elif isinstance(value, list) and value:
             stack += [((*path, index), item) for index, item in reversed(list(enumerate(value)))]
-        elif isinstance(value, str) and "${" in value:
-            found[path] = value
-    return found
+        else:
+            yield path, value
+
+
+def value_at(data: Any, path: Path) -> Any:
+    """Return the value at an existing path of plain data."""
+    return reduce(getitem, path, data)
 
 
 def parse_document(source: Source) -> Document:

@@ -42,9 +42,7 @@ class LayoutEntry:
     @property
     def has_comments(self) -> bool:
         """Whether there is a comment inside it."""
-        if not isinstance(self.value, list):
-            return False
-        return any(child.trail or child.has_comments or child.after or any(child.before) for child in self.value)
+        return any(child.trail or child.has_comments or child.after or any(child.before) for child in self.inner)
 
 
 @dataclass(frozen=True)

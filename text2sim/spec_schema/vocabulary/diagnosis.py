@@ -371,7 +371,7 @@ def _advice(data: Any, slot: LanguageSlot) -> str:
 
 def _bad_text(place: _Place) -> _Finding:
     noun = noun_of(place.slot)
-    return _Finding(place.path, f"{_quoted(place.data)} is not {noun.one}: {noun.form}", "form")
+    return _Finding(place.path, f"{_quoted(place.data)} is not {noun.singular}: {noun.form}", "form")
 
 
 def _bad_name(place: _Place) -> _Finding:

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
-from text2sim.spec_schema.errors import nearest
+from text2sim.spec_schema.errors import nearest, there_are
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.vocabulary.slots import ENTRY
 from text2sim.spec_schema.vocabulary.words import LanguageSlot, fields_of, is_model, show, slot_of
 
 ROOTS = ("prompt", "params", "prefabs", "scene", "bodies", "actions", "render", "waive")
@@ -87,23 +88,13 @@ def mapping_slots(
     if uses:
         found.fields = {"use": [], "with": [], **found.fields}
     for interface in used:
-        found.fields |= {part: slot_entry() for part in interface.parts}
+        found.fields |= {part: [ENTRY] for part in interface.parts}
     return found
 
 
 def is_entry(path: Path) -> bool:
     """Return whether a path leads to a body or static, which may use a prefab."""
     return (len(path) == 2 and path[0] == "bodies") or (len(path) == 3 and path[:2] == ("scene", "statics"))
-
-
-def slot_entry() -> list[LanguageSlot]:
-    """Return the slots of a body."""
-    return [slot_of(get_args(slot_of(Case.model_fields["bodies"].annotation).base)[1])]
-
-
-def root_slots() -> list[LanguageSlot]:
-    """Return the slots of a case."""
-    return [slot_of(Case)]
 
 
 def _open(slot: LanguageSlot, values: list[Any], found: MappingSlots) -> None:
@@ -154,7 +145,7 @@ def check_path(data: Any, path: Path, interfaces: PrefabInterfaces, *, new: bool
     Raises:
         NoSuchSlot: If it cannot be set.
     """
-    slots, value, missing = root_slots(), data, False
+    slots, value, missing = [slot_of(Case)], data, False
     for index, step in enumerate(path):
         here = f"`{dotted(path[:index])}`" if index else "a case"
         if isinstance(value, str) and "${" in value:
@@ -204,10 +195,9 @@ def _of_prefab(step: str, value: Any, path: Path, interfaces: PrefabInterfaces) 
 def _unknown_step(step: str, here: str, known: list[str], named: bool) -> str:
     if here == "a case":
         return f"`{step}` cannot be changed, only {', '.join(known)}"
-    listed = f"; there are {', '.join(known)}" if 0 < len(known) <= 40 else ""
-    return (
-        f"there is no `{step}` in {here}{listed}" if named else f"unknown key `{step}`; {here} takes {', '.join(known)}"
-    )
+    if named:
+        return f"there is no `{step}` in {here}{there_are(known, 40)}"
+    return f"unknown key `{step}`; {here} takes {', '.join(known)}"
 
 
 def _check_item(value: Any, step: int, index: int, here: str, missing: bool) -> None:

@@ -1,7 +1,6 @@
 """Slots of the language by key, in canonical order, also for overlays."""
 
 from functools import cache
-from typing import get_args
 
 from pydantic import BaseModel
 
@@ -50,8 +49,7 @@ def slots_by_key(slot: LanguageSlot | None) -> dict[str, LanguageSlot]:
         return {}
     if slot.discriminator is not None:
         models = tuple(dict.fromkeys(slot.models.values()))
-        bodies = set(get_args(slot.base)) == set(get_args(ENTRY.base))
-        return _merged((Use, *models) if bodies else models)
+        return _merged((Use, *models) if slot == ENTRY else models)
     if slot.base is Static:
         return _merged((Use, Static))
     return _merged((slot.base,)) if is_model(slot.base) else {}

@@ -174,7 +174,7 @@ def describe(slot: LanguageSlot) -> str:
     if slot.base in (int, float):
         return ("a whole number" if slot.base is int else "a number") + range_of(slot)
     if slot.base is str:
-        return noun_of(slot).one
+        return noun_of(slot).singular
     return "a mapping"
 
 
@@ -200,7 +200,7 @@ def _plural(slot: LanguageSlot) -> str:
     if slot.base in (int, float):
         return ("whole numbers" if slot.base is int else "numbers") + range_of(slot)
     if slot.base is str:
-        return noun_of(slot).many
+        return noun_of(slot).plural
     if get_origin(slot.base) in (tuple, list):
         inner = describe(slot).removeprefix("a list of ")
         return f"lists of {inner}"
