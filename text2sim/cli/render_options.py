@@ -9,7 +9,7 @@ def frame_range(text: str) -> tuple[int, int] | None:
     """Return the first picture of `--frames` and the one after the last; None if the option is left out.
 
     Raises:
-        BadParameter: If the text cannot be understood.
+        typer.BadParameter: If the text cannot be understood.
     """
     first, colon, end = text.partition(":")
     try:
@@ -28,7 +28,7 @@ def time_range(text: str) -> tuple[float, float] | None:
     """Return the times of `--during` [s]; None if the option is left out.
 
     Raises:
-        BadParameter: If the text cannot be understood.
+        typer.BadParameter: If the text cannot be understood.
     """
     first, colon, end = text.partition(":")
     try:
@@ -46,7 +46,7 @@ def shard_numbers(text: str) -> tuple[int, int]:
     """Return the number of the part of `--shard`, from 0, and the number of parts.
 
     Raises:
-        BadParameter: If the text cannot be understood.
+        typer.BadParameter: If the text cannot be understood.
     """
     if not text:
         return 0, 1
@@ -60,7 +60,7 @@ def film_size(text: str) -> tuple[int, int] | None:
     """Return width and height of `--resolution` [pixels]; None if the option is left out.
 
     Raises:
-        BadParameter: If the text cannot be understood.
+        typer.BadParameter: If the text cannot be understood.
     """
     if not text:
         return None

@@ -77,7 +77,7 @@ class Stack(Model):
 
 
 class RunningBond(Model):
-    """A wall of boxes along x, one box deep, with the joints of each row above the middles of the row below."""
+    """A wall of boxes along the body's x axis, one box deep; joints lie above the middles of the row below."""
 
     kind: Literal["running_bond"]
     rows: Count

@@ -73,7 +73,8 @@ def _check_length(table: NameTable) -> None:
     if render.shots:
         seconds = 0.0
         for shot in render.shots.values():
-            first, last = shot.from_ or start, min(end if shot.to is None else shot.to, scene.duration)
+            first = start if shot.from_ is None else shot.from_
+            last = min(end if shot.to is None else shot.to, scene.duration)
             seconds += max(last - first, 0.0) / (shot.speed or render.speed) + shot.hold
     if seconds * render.fps > MAX_FILMED:
         message = f"gives {seconds * render.fps:.3g} frames of film; at most {MAX_FILMED:,} are possible"
