@@ -331,7 +331,7 @@ class Part(Model):
     """One piece of a compound."""
 
     shape: SolidShape
-    """Shape of the piece; shapes of deformable bodies (`sculpt`, `sheet`) are no pieces."""
+    """Shape of the piece: any but `sculpt` and `compound`."""
     pose: Pose = Pose.model_construct()
     """Pose of the piece in the body's frame."""
     density: Density | None = None
