@@ -15,6 +15,7 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.script.targets import targets_of
+from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ThresholdEvent
 from text2sim.spec_schema.models.measures import JointPosition
@@ -65,6 +66,7 @@ def _in_degrees(value: Any, where: Path) -> Iterator[tuple[Path, Any]]:
             yield from _in_degrees(item, (*where, key))
 
 
+@one_per_place
 def _degrees(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for (entity, name), spans in spans_of(facts).items():
@@ -74,10 +76,7 @@ def _degrees(facts: Facts) -> Iterator[Problem]:
         for span in spans:
             worst = max(span.extremes(), key=abs)
             if span.mode == "position" and in_degrees(worst):
-                text = (
-                    f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians: {worst:g} deg is "
-                    f"${{radians({worst:g})}}"
-                )
+                text = f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians: {as_radians(worst)}"
                 yield facts.problem("looks-like-degrees", span.where, text)
                 break
     yield from _bounds(facts)
@@ -85,7 +84,7 @@ def _degrees(facts: Facts) -> Iterator[Problem]:
         for joint, value in getattr(body, "initial", {}).items():
             swing = mechanics.swing(facts.placed[name][0], joint)
             if swing is not None and swing.hinge and in_degrees(value):
-                text = f"start positions of hinges are in radians: {value:g} deg is ${{radians({value:g})}}"
+                text = f"start positions of hinges are in radians: {as_radians(value)}"
                 yield facts.problem("looks-like-degrees", ("bodies", name, "initial", joint), text)
 
 
@@ -107,7 +106,7 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
         elif where[1] == "expect" and (most := _driven_to(facts, said.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
         if why:
-            text = f"`{said.measure}` is in radians, and {why}; {bound:g} deg is ${{radians({bound:g})}}"
+            text = f"`{said.measure}` is in radians, and {why}; {as_radians(bound)}"
             yield facts.problem("looks-like-degrees", (*where, key), text)
 
 
@@ -169,7 +168,7 @@ Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge 
         remedy="Write `${radians(45)}`. For many turns, write a multiple of pi: `${14 * pi}`.",
         example=_DOOR % "90",
         fix=_DOOR % "1.57",
-        run=lambda facts: one_per_place(_degrees(facts)),
+        run=_degrees,
     ),
     Rule(
         id="looks-like-radians",

@@ -24,6 +24,7 @@ MIN_MISSING_SPEED = 0.1
 """Missing share of the speed of a velocity motor that is reported."""
 
 
+@one_per_place
 def _slow_motors(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         if motor.limit == inf or motor.swing.closed:
@@ -70,6 +71,7 @@ def _load(motor: Powered, demand: Demand, mode: str) -> float:
     return max(0.0, load)
 
 
+@one_per_place
 def _short_of_speed(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         joint = motor.swing.joint
@@ -98,6 +100,7 @@ def _short_of_speed(facts: Facts) -> Iterator[Problem]:
             break
 
 
+@one_per_place
 def _swings(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         joint, inertia = motor.swing.joint, motor.swing.inertia
@@ -140,7 +143,7 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
         remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        run=lambda facts: one_per_place(_slow_motors(facts)),
+        run=_slow_motors,
     ),
     Rule(
         id="short-speed",
@@ -153,7 +156,7 @@ more than the tolerance of an expectation of the joint's velocity.""",
         remedy="Raise the actuator's `damping` to fifty times the resistance at full speed, over that speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
-        run=lambda facts: one_per_place(_short_of_speed(facts)),
+        run=_short_of_speed,
     ),
     Rule(
         id="swinging-servo",
@@ -165,6 +168,6 @@ A servo with stiffness kp, damping kv and a load of inertia I oscillates about i
         remedy="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
         example=_PUSHER % ("stiffness: 2000", "position: 0.2"),
         fix=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
-        run=lambda facts: one_per_place(_swings(facts)),
+        run=_swings,
     ),
 )

@@ -44,6 +44,7 @@ def _reached_positions(motor: Powered, slowest: float, fastest: float, time: flo
     return max(low, least), min(swing.start + min(2 * pi, max(0.0, fastest) * time), most)
 
 
+@one_per_place
 def _weak(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         if not motor.alone:
@@ -99,6 +100,7 @@ def _stuck_motor(facts: Facts, motor: Powered, span: Span) -> Problem | None:
     return facts.problem("weak-motor", span.where, text)
 
 
+@one_per_place
 def _droops(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         swing = motor.swing
@@ -152,7 +154,7 @@ actions:
     hold: {kind: drive, joint: arm, position: 0}
 """,
         fix="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
-        run=lambda facts: one_per_place(_weak(facts)),
+        run=_weak,
     ),
     Rule(
         id="servo-droop",
@@ -177,6 +179,6 @@ actions:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
         fix="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
-        run=lambda facts: one_per_place(_droops(facts)),
+        run=_droops,
     ),
 )

@@ -48,11 +48,9 @@ class Powered:
 
     def where(self, key: str) -> Path:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
-        for way in (("actuator", key), ("actuator",), ()):
-            path = self.mechanics.where(self.swing, *way)
-            if self.mechanics.facts.value_at(path) is not None:
-                return path
-        return ("bodies", self.swing.copy.body)
+        ways = (("actuator", key), ("actuator",), ())
+        paths = (self.mechanics.where(self.swing, *way) for way in ways)
+        return self.mechanics.facts.first_path(*paths, ("bodies", self.swing.copy.body))
 
     def tolerances(self, kind: str) -> list[float]:
         """Return the tolerances of expectations on measures of that kind of the joint."""

@@ -89,7 +89,7 @@ class Causes:
             for one in self.pushes
             if one.start < t
         )
-        return 2 * speed * time + hypot(*self.facts.plan.gravity) * time**2
+        return 2 * speed * time + self.facts.pull * time**2
 
     def soonest(self, way: float) -> float:
         """Return a lower bound on the time [s] to move a distance [m]; infinite if nothing moves so far in the run."""

@@ -11,6 +11,7 @@ from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import Flight, flight_of
 from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.parts import sides
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -65,7 +66,7 @@ class Whereabouts:
         assert box is not None, copy.name
         if not self.facts.moves(copy):
             return box
-        size = max(high - low for low, high in zip(*box, strict=True))
+        size = max(sides(box))
         if isinstance(copy.model, Driven):
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):

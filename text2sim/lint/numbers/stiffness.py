@@ -35,6 +35,7 @@ CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
 """Longest substeps [s] at which an undamped chain, and an undamped net, remained stable (measured)."""
 
 
+@one_per_place
 def _stiff(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for motor in powered(facts):
@@ -94,9 +95,9 @@ def _undamped(facts: Facts) -> Iterator[Problem]:
                 loose = joint.kind == "ball" and joint.damping == joint.armature == 0.0
                 depth = depth + 1 if loose else 0
             if depth >= MIN_CHAIN_JOINTS:
-                where = ("bodies", name, "links", link.name, "joint")
-                if facts.value_at(where) is None:
-                    where = ("bodies", name, "joint") if facts.value_at(("bodies", name, "joint")) else ("bodies", name)
+                where = facts.first_path(
+                    facts.where(name, "links", link.name, "joint"), facts.where(name, "joint"), facts.where(name)
+                )
                 needed = ceil(facts.case.scene.dt / longest - 1e-9)
                 text = (
                     f"`{name}` has {depth} ball joints in a row without damping and armature, and will fly apart at "
@@ -158,7 +159,7 @@ large.""",
         remedy="Use more substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
         example=_CART % "1.0e+5",
         fix=_CART % "4000",
-        run=lambda facts: one_per_place(_stiff(facts)),
+        run=_stiff,
     ),
     Rule(
         id="undamped-joints",

@@ -9,7 +9,6 @@ the air.
 """
 
 from collections.abc import Iterator
-from itertools import product
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
@@ -18,7 +17,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.gap_bounds import height, min_gap
 from text2sim.lint.script.measure_bounds import JOINT_MEASURES, subjects, values_of
-from text2sim.lint.script.outcomes import bound_of
+from text2sim.lint.script.outcomes import bound_of, count_bounds
 from text2sim.lint.script.start_values import value_at_rest
 from text2sim.lint.script.targets import targets_of
 from text2sim.spec_schema.errors import Problem
@@ -26,8 +25,6 @@ from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Attach, Release
 from text2sim.spec_schema.models.expectations import Expect
 
-MAX_PAIRS = 2_000
-"""Most pairs of bodies that are tested."""
 MIN_AIR_GAP = 0.02
 """Smallest gap [m] below a body in the air."""
 
@@ -100,10 +97,8 @@ def passes(facts: Facts, expect: Expect) -> bool:
         return not any(first <= time <= last for time in times)
     if expect.before is not None:
         return False
-    low, high = (1, 1e9) if expect.count is None else (expect.count, expect.count)
-    if isinstance(expect.count, tuple):
-        low, high = expect.count
-    if not isinstance(low, int) or not low <= len(times) <= high:  # type: ignore[operator]
+    least, most = count_bounds(expect)
+    if not least <= len(times) <= most:
         return False
     first, last = span_of(expect.within, facts.case.scene.duration)
     return expect.within is None or not times or first <= times[0] <= last
@@ -125,10 +120,8 @@ def _measure(facts: Facts, expect: Expect) -> bool:
 
 
 def _may_touch(facts: Facts, between: tuple[str, str]) -> bool:
-    first, second = (targets_of(facts).select(selector) for selector in between)
-    if len(first) * len(second) > MAX_PAIRS:
-        return True
-    return any(min_gap(facts, a.copy, b.copy) < 1e-3 for a, b in product(first, second) if a.label != b.label)
+    pairs = targets_of(facts).pairs(between)
+    return pairs is None or any(min_gap(facts, a.copy, b.copy) < 1e-3 for a, b in pairs)
 
 
 _BALL = """\

@@ -9,18 +9,12 @@ from text2sim.lint.parts import Ground, lowest_of
 
 
 def min_gap(facts: Facts, a: Copy, b: Copy) -> float:
-    """Return a lower bound [m] on the distance of two copies; 0 if they may touch, or it is not known.
-
-    Args:
-        facts: The case.
-        a: A copy.
-        b: Another copy.
-    """
+    """Return a lower bound [m] on the distance of two copies; 0 if they may touch, or it is not known."""
     here, there = facts.box(a), facts.box(b)
     if here is not None and there is not None:
         return hypot(*(max(0.0, p - s, r - q) for p, q, r, s in zip(*here, *there, strict=True)))
     plane, box = (a, there) if here is None else (b, here)
-    ground = next((ground for ground in facts.planes if ground.copy is plane), None)
+    ground = facts.ground(plane)
     return max(0.0, height(ground, box)) if ground is not None and box is not None else 0.0
 
 

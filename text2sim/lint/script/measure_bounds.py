@@ -14,6 +14,7 @@ from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.parts import sides
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
@@ -99,7 +100,7 @@ def _values(facts: Facts, measure: Any) -> Values:
         low, high, why = start, start, frozen
     error = ROUNDING * max(1.0, abs(start or 0.0))
     if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
-        error += ROUND_SHORTFALL * max(b - a for a, b in zip(*box, strict=True))
+        error += ROUND_SHORTFALL * max(sides(box))
     return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 

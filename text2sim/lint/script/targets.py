@@ -1,6 +1,7 @@
 """Targets of selectors in the resolved case: copies and links, with their start positions."""
 
 from dataclasses import dataclass
+from itertools import product
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
@@ -8,6 +9,9 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.names.selectors import named_by
+
+MAX_PAIRS = 2_000
+"""Most pairs of bodies that a rule tests."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,13 @@ class Targets:
             found = [self._target(copy, name) for copy in copies for name in self._names(copy, part)]
             self._found[selector] = found
         return self._found[selector]
+
+    def pairs(self, between: tuple[str, str], limit: int = MAX_PAIRS) -> list[tuple[StartTarget, StartTarget]] | None:
+        """Return the pairs of different targets of two selectors; None if there may be more than `limit`."""
+        first, second = (self.select(selector) for selector in between)
+        if len(first) * len(second) > limit:
+            return None
+        return [(a, b) for a, b in product(first, second) if a.label != b.label]
 
     def _names(self, copy: Copy, part: str | None) -> list[str | None]:
         """Return the links that a pattern matches; without a pattern, the link itself, or None for the whole copy."""

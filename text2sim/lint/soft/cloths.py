@@ -68,7 +68,7 @@ def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) ->
             drop = its[0][2] - box[1][2]
         elif facts.loose(body.copy) and soft.comes_down_on(body.copy, copy):
             drop = box[0][2] - its[1][2]
-    fall = math.sqrt(max(0.0, 2 * math.hypot(*facts.case.scene.gravity) * drop))
+    fall = math.sqrt(max(0.0, 2 * facts.pull * drop))
     return math.hypot(fast, fall)
 
 

@@ -15,6 +15,7 @@ from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.parts import Ground, lowest_of
+from text2sim.lint.words import length
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +45,7 @@ class SoftBody:
 
 
 class SoftFacts:
-    """The deformable bodies of a case. Made by `soft_facts`."""
+    """The deformable bodies of a case; see `soft_facts`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -97,6 +98,10 @@ class SoftFacts:
     def mass(self, body: SoftBody) -> float:
         """Return the mass [kg]."""
         return mass(body.copy, self.facts.folder)
+
+    def in_cells(self, size: float) -> str:
+        """Return a length [m] in cells of the mpm grid, with their size: `2.2 cells of the mpm grid (20 mm)`."""
+        return f"{size / self.cell:.2g} cells of the mpm grid ({length(self.cell)})"
 
     def points(self, body: SoftBody) -> int:
         """Return about how many particles or elements a body has; see `compiler.soft.scales`."""

@@ -96,15 +96,14 @@ def _possible_partners(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, 
 
 
 def _could_meet(soft: SoftFacts, body: SoftBody, other: Copy) -> bool:
-    for ground in soft.planes:
-        if ground.copy is other:
-            return soft.meets_plane(body, ground)
+    if (ground := soft.facts.ground(other)) is not None:
+        return soft.meets_plane(body, ground)
     return whereabouts(soft.facts).meet(body.copy, other)
 
 
 def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family: str) -> Problem:
     model, pair = soft.model, frozenset((family, body.solver))
-    sure = any(ground.copy is other for ground in soft.planes) or (
+    sure = facts.ground(other) is not None or (
         soft.comes_down_on(body.copy, other) or soft.comes_down_on(other, body.copy)
     )
     what = (

@@ -14,9 +14,9 @@ from text2sim.spec_schema.errors import Problem
 MAX_COURANT, UNSTABLE_COURANT = 0.5, 0.7
 """Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,
 bars of 10 MPa diverged, with finite numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
-MIN_THICKNESS_CELLS = 0.25
+EMPTY_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
-THIN_CELLS = 2.2
+MIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
 MIN_GAP_CELLS = 2.0
 """Fewest cells between bodies at the start: they touch at 1.6 cells."""
@@ -44,10 +44,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
         )
         + f"; use scene.substeps of {needed}, or a softer body ({(MAX_COURANT / part) ** 2:.2g} of its stiffness)"
     )
-    where = next(
-        (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.value_at(path) is not None),
-        facts.first_given(body.body, "material"),
-    )
+    where = facts.first_path(("scene", "substeps"), ("scene", "dt"), facts.first_given(body.body, "material"))
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
 
 
@@ -56,25 +53,20 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
-        if body.body in seen or thin >= THIN_CELLS * soft.cell * (1 - 1e-6):
+        if body.body in seen or thin >= MIN_CELLS * soft.cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         cells = thin / soft.cell
-        text = (
-            f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / THIN_CELLS)} gives "
-            f"it {THIN_CELLS:g}" + (f" (that is {(THIN_CELLS / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
-        )
-        if cells < MIN_THICKNESS_CELLS:
-            text = (
-                f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-                f"({length(soft.cell)}), and contains no particle; make it at least "
-                f"{length(MIN_THICKNESS_CELLS * soft.cell)} thick"
+        text = f"`{body.name}` is {length(thin)} thick at its thinnest, {soft.in_cells(thin)}"
+        if cells < EMPTY_CELLS:
+            text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
+        else:
+            text += (
+                f": it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / MIN_CELLS)} gives it "
+                f"{MIN_CELLS:g} (that is {(MIN_CELLS / cells) ** 4:.2g} times as slow)"
             )
-        severity = "error" if cells < (1.0 if body.model.kind == "soft" else MIN_THICKNESS_CELLS) else None
-        where = (
-            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_given(body.body, "shape")
-        )
+        severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY_CELLS) else None
+        where = facts.first_path(("scene", "mpm", "cell"), facts.first_given(body.body, "shape"))
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
 
@@ -131,7 +123,7 @@ bodies:
         severity="warning",
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
-A body needs {THIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
+A body needs {MIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
 it has no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body
 thinner than a quarter of a cell, which contains no particle.""",
         remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",
