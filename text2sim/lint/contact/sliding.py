@@ -88,7 +88,13 @@ def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
 
 
 def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
-    """Return the coefficient of friction of two copies: that of the pair, or the larger of theirs."""
+    """Return the coefficient of friction of two copies: that of the pair, or the larger of theirs.
+
+    Args:
+        facts: The case.
+        one: A copy.
+        other: Another copy.
+    """
     for pair in reversed(facts.plan.frictions):
         both = ((one.name, other.name), (other.name, one.name))
         if pair.first_link is pair.second_link is None and any(a in pair.first and b in pair.second for a, b in both):

@@ -9,7 +9,13 @@ from text2sim.lint.parts import Ground, lowest_of
 
 
 def min_gap(facts: Facts, a: Copy, b: Copy) -> float:
-    """Return a lower bound [m] on the distance of two copies; 0 if they may touch, or it is not known."""
+    """Return a lower bound [m] on the distance of two copies; 0 if they may touch, or it is not known.
+
+    Args:
+        facts: The case.
+        a: A copy.
+        b: Another copy.
+    """
     here, there = facts.box(a), facts.box(b)
     if here is not None and there is not None:
         return hypot(*(max(0.0, p - s, r - q) for p, q, r, s in zip(*here, *there, strict=True)))
