@@ -70,8 +70,8 @@ def _in_degrees(value: Any, where: Path) -> Iterator[tuple[Path, Any]]:
 def _degrees(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        if swing is None or not swing.hinge or swing.joint.range is not None:
+        joint = mechanics.joint(facts.copies[entity], name)
+        if joint is None or not joint.hinge or joint.spec.range is not None:
             continue
         for span in spans:
             worst = max(span.extremes(), key=abs)
@@ -81,11 +81,11 @@ def _degrees(facts: Facts) -> Iterator[Problem]:
                 break
     yield from _bounds(facts)
     for name, body in facts.case.bodies.items():
-        for joint, value in getattr(body, "initial", {}).items():
-            swing = mechanics.swing(facts.placed[name][0], joint)
-            if swing is not None and swing.hinge and in_degrees(value):
+        for key, value in getattr(body, "initial", {}).items():
+            joint = mechanics.joint(facts.placed[name][0], key)
+            if joint is not None and joint.hinge and in_degrees(value):
                 text = f"start positions of hinges are in radians: {as_radians(value)}"
-                yield facts.problem("looks-like-degrees", ("bodies", name, "initial", joint), text)
+                yield facts.problem("looks-like-degrees", ("bodies", name, "initial", key), text)
 
 
 def _bounds(facts: Facts) -> Iterator[Problem]:
@@ -115,21 +115,20 @@ def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     found = facts.case.actions.measures.get(measure)
     if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):
         return []
-    targets = targets_of(facts).select(found.of)
-    swings = [mechanics_of(facts).swing(one.copy, one.link or one.copy.body) for one in targets]
-    hinges = [swing for swing in swings if swing is not None and swing.hinge]
-    rows = [
-        (swing, spans_of(facts).get((one.copy.name, swing.name), []))
-        for one, swing in zip(targets, hinges, strict=False)
-    ]
-    return rows if len(hinges) == len(targets) else []
+    rows = []
+    for target in targets_of(facts).select(found.of):
+        joint = mechanics_of(facts).joint(target.copy, target.link or target.copy.body)
+        if joint is None or not joint.hinge:
+            return []
+        rows.append((joint, spans_of(facts).get((target.copy.name, joint.name), [])))
+    return rows
 
 
 def _is_free_hinge_angle(facts: Facts, measure: str) -> bool:
     """Return whether a measure is the angle of hinges that only gravity turns."""
     hinges = _hinges(facts, measure)
     return bool(hinges) and all(
-        not spans and not swing.floating and any(abs(p) > 1e-6 for p in swing.pull) for swing, spans in hinges
+        not spans and not joint.floating and any(abs(p) > 1e-6 for p in joint.pull) for joint, spans in hinges
     )
 
 

@@ -25,16 +25,15 @@ FAR_ANCHOR = 50.0
 def _range(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        if swing is None or swing.joint.range is None:
+        joint = mechanics.joint(facts.copies[entity], name)
+        if joint is None or joint.spec.range is None:
             continue
-        low, high = swing.joint.range
+        (low, high), unit = joint.spec.range, joint.units[0]
         slack = MAX_BEYOND_RANGE * (high - low)
-        if (stuck := _against_end(spans, low - swing.start, high - swing.start)) is not None:
+        if (stuck := _against_end(spans, low - joint.start, high - joint.start)) is not None:
             end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
-            unit = swing.units[0]
             text = (
-                f"drives `{mechanics.label(swing)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
+                f"drives `{mechanics.label(joint)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
                 "pushes against that limit and does not move; change the sign, or widen the range"
             )
             yield facts.problem("target-out-of-range", stuck.where, text)
@@ -43,19 +42,18 @@ def _range(facts: Facts) -> Iterator[Problem]:
             if span.mode != "position":
                 continue
             # A file's joint may start outside its range, and moves in from there.
-            least, most = (min(max(x, low), high) if x == swing.start else x for x in span.extremes())
+            least, most = (min(max(x, low), high) if x == joint.start else x for x in span.extremes())
             if least >= low - slack and most <= high + slack:
                 continue
             target, end = (most, high) if most - high > low - least else (least, low)
-            unit = swing.units[0]
             limits = f"from {low:.4g} to {high:.4g} {unit}"
             hint = ""
-            if swing.hinge:
+            if joint.hinge:
                 limits += f" ({degrees(low):.4g} to {degrees(high):.4g} deg)"
                 if low - slack <= radians(target) <= high + slack and abs(target) > pi:
                     hint = f"; targets are in radians: {as_radians(target)}"
             text = (
-                f"the target is {target:.4g} {unit}, and `{mechanics.label(swing)}` moves {limits}: it will stop at "
+                f"the target is {target:.4g} {unit}, and `{mechanics.label(joint)}` moves {limits}: it will stop at "
                 f"{end:.4g} {unit} and push against its limit{hint}"
             )
             yield facts.problem("target-out-of-range", span.where, text)

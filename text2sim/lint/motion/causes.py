@@ -145,8 +145,8 @@ class Causes:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
-            swing = mechanics_of(facts).swing(facts.copies[entity], name)
-            rest = swing.start if swing is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
+            joint = mechanics_of(facts).joint(facts.copies[entity], name)
+            rest = joint.start if joint is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
             moved = [(time, span.control) for span in spans if (time := _moves(span, rest)) is not None]
             if moved:
                 yield (*min(moved), None)

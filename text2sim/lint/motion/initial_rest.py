@@ -51,8 +51,8 @@ def _is_at_rest(facts: Facts) -> bool:
             loose.append(copy)
         elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
             return False
-    swings = mechanics_of(facts).swings()
-    return all(_is_joint_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
+    joints = mechanics_of(facts).joints()
+    return all(_is_joint_held(facts, joint) for joint in joints) and (z == 0 or _all_stand(facts, loose))
 
 
 def _joints_only(facts: Facts, copy: Copy) -> bool:
@@ -63,19 +63,19 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
     return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
 
 
-def _is_joint_held(facts: Facts, swing: LoadedJoint) -> bool:
+def _is_joint_held(facts: Facts, joint: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
-    if swing.closed or swing.floating or swing.joint.spring and swing.start:
+    if joint.closed or joint.floating or joint.spec.spring and joint.start:
         return False
-    pull = abs(swing.gravity(swing.start))
-    if pull <= swing.joint.friction + 1e-9:
+    pull = abs(joint.gravity(joint.start))
+    if pull <= joint.spec.friction + 1e-9:
         return True
-    spans = spans_of(facts).get((swing.copy.name, swing.name), [])
-    motor = swing.motor
+    spans = spans_of(facts).get((joint.copy.name, joint.name), [])
+    motor = joint.motor
     if motor is None or not spans or spans[0].mode != "position":
         return False
     strong = motor.max_force is None or motor.max_force > pull
-    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < MAX_HOLDING_ERROR[swing.joint.kind]
+    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < MAX_HOLDING_ERROR[joint.spec.kind]
 
 
 def _all_stand(facts: Facts, loose: list[Copy]) -> bool:

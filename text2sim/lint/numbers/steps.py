@@ -55,11 +55,11 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
                 yield ("bodies", name, "motion", "speed"), max(map(abs, extremes(copy.model.motion.speed)))
     mechanics = mechanics_of(facts)
-    for (entity, joint), spans in spans_of(facts).items():
+    for (entity, name), spans in spans_of(facts).items():
         for span in spans:
             if span.mode == "velocity":
-                swing = mechanics.swing(facts.copies[entity], joint)
-                if swing is not None and swing.hinge:
+                joint = mechanics.joint(facts.copies[entity], name)
+                if joint is not None and joint.hinge:
                     yield span.where, max(map(abs, span.extremes()))
 
 

@@ -39,24 +39,24 @@ CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
 def _stiff(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for motor in powered(facts):
-        swing = motor.swing
-        if motor.stiffness > 0.0 and not swing.closed and any(span.mode == "position" for span in motor.spans):
-            stiffness, damping = motor.stiffness + swing.joint.spring, motor.damping + swing.joint.damping
+        joint = motor.joint
+        if motor.stiffness > 0.0 and not joint.closed and any(span.mode == "position" for span in motor.spans):
+            stiffness, damping = motor.stiffness + joint.spec.spring, motor.damping + joint.spec.damping
             where, name = motor.where("stiffness"), f"stiffness {motor.stiffness:g}"
-            yield from _judge(facts, motor.label, swing, stiffness, damping, where, name, motor.limit)
-    for swing in mechanics.swings():
-        if swing.joint.spring > 0.0 and swing.inertia > 0.0 and not swing.closed:
-            where = mechanics.where(swing, "spring")
+            yield from _judge(facts, motor.label, joint, stiffness, damping, where, name, motor.limit)
+    for joint in mechanics.joints():
+        if joint.spec.spring > 0.0 and joint.inertia > 0.0 and not joint.closed:
+            where = mechanics.where(joint, "spring")
             if facts.value_at(where) is not None:
-                name, label = f"spring {swing.joint.spring:g}", mechanics.label(swing)
-                yield from _judge(facts, label, swing, swing.joint.spring, swing.joint.damping, where, name, inf)
+                name, label = f"spring {joint.spec.spring:g}", mechanics.label(joint)
+                yield from _judge(facts, label, joint, joint.spec.spring, joint.spec.damping, where, name, inf)
 
 
 def _judge(
-    facts: Facts, label: str, swing: LoadedJoint, stiffness: float, damping: float, where: Path, name: str, limit: float
+    facts: Facts, label: str, joint: LoadedJoint, stiffness: float, damping: float, where: Path, name: str, limit: float
 ) -> Iterator[Problem]:
-    h, dt, inertia = facts.substep, facts.case.scene.dt, swing.inertia
-    unit = "kg m2" if swing.hinge else "kg"
+    h, dt, inertia = facts.substep, facts.case.scene.dt, joint.inertia
+    unit = "kg m2" if joint.hinge else "kg"
     rate = sqrt(stiffness / inertia)
     if h * h * stiffness >= 4 * inertia + 2 * h * damping:
         longest = (damping + sqrt(damping**2 + 4 * stiffness * inertia)) / stiffness

@@ -187,19 +187,19 @@ def _frozen(measure: Any, targets: list[StartTarget]) -> str:
 
 def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values:
     mechanics = mechanics_of(facts)
-    found = [mechanics.swing(target.copy, target.link or target.copy.body) for target in targets]
-    swings = [swing for swing in found if swing is not None]
-    if len(swings) < len(found) or measure.stat in ("count", "sum", "std", "range"):
+    found = [mechanics.joint(target.copy, target.link or target.copy.body) for target in targets]
+    joints = [joint for joint in found if joint is not None]
+    if len(joints) < len(found) or measure.stat in ("count", "sum", "std", "range"):
         return Values()
-    unit, force = swings[0].units
-    ranges = [swing.joint.range for swing in swings]
+    unit, force = joints[0].units
+    ranges = [joint.spec.range for joint in joints]
     locked = all(limits is not None and limits[0] == limits[1] for limits in ranges)
     frozen = "its range does not let it move" if locked else ""
     if measure.kind == "joint_force":
-        return _of_motor(facts, targets, swings, force)
+        return _of_motor(facts, targets, joints, force)
     if measure.kind == "joint_velocity":
         return Values(start=0.0, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
-    starts = {swing.start for swing in swings}
+    starts = {joint.start for joint in joints}
     start = starts.pop() if len(starts) == 1 else None
     low, high, why = UNBOUNDED
     if (limits := [limits for limits in ranges if limits is not None]) and len(limits) == len(ranges):
@@ -209,13 +209,13 @@ def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values
     return Values(low, high, why, start, ROUNDING, frozen, unit)
 
 
-def _of_motor(facts: Facts, targets: list[StartTarget], swings: list[LoadedJoint], unit: str) -> Values:
+def _of_motor(facts: Facts, targets: list[StartTarget], joints: list[LoadedJoint], unit: str) -> Values:
     driven = spans_of(facts)
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
         why = "no control drives this joint, so its motor gives no force"
         return Values(0.0, 0.0, why, 0.0, ROUNDING, why, unit)
-    limits = [swing.motor.max_force if swing.motor is not None else None for swing in swings]
+    limits = [joint.motor.max_force if joint.motor is not None else None for joint in joints]
     most = max((limit for limit in limits if limit is not None), default=inf)
     if any(limit is None for limit in limits):
         return Values(unit=unit)
