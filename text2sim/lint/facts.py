@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, wraps
 from typing import Any, TypeVar
 
 from text2sim.compiler.build import Resolution
@@ -24,6 +24,16 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 T = TypeVar("T")
+
+
+def once_per_case(make: Callable[["Facts"], T]) -> Callable[["Facts"], T]:
+    """Let a function of the facts of a case be called only once for each case."""
+
+    @wraps(make)
+    def look_up(facts: "Facts") -> T:
+        return facts.once(make)
+
+    return look_up
 
 
 class Facts:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from text2sim.compiler.shapes.rotation import Vec, vector_dot
 from text2sim.compiler.trees.tree import tree_links
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.templates.cadence import Frame, frames, reels
 from text2sim.templates.viewpoints import basis, place
 
@@ -85,12 +85,9 @@ def shots(facts: Facts, t: float, offset: Offset = _no_displacement) -> list[Sho
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
+@once_per_case
 def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
-    return facts.once(_pictures_by_camera)
-
-
-def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
     render = facts.plan.render
     found: dict[str, list[Frame]] = {name: [] for name in facts.case.render.cameras}
     for reel in reels(render).values() if found else ():
@@ -100,13 +97,11 @@ def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
 
 
 def spread_evenly(pictures: list[Frame], max_pictures: int) -> list[Frame]:
-    """Return pictures spread evenly from the first to the last."""
+    """Return at most some pictures, spread evenly from the first to the last."""
     last = len(pictures) - 1
-    return (
-        [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
-        if last >= max_pictures
-        else pictures
-    )
+    if last < max_pictures:
+        return pictures
+    return [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
 
 
 def films_at(facts: Facts, name: str, t: float) -> bool:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, sqrt
 
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics, mechanics_of
@@ -71,15 +71,12 @@ class Powered:
         return 2 * sqrt(stiffness * self.joint.inertia)
 
 
+@once_per_case
 def powered(facts: Facts) -> list[Powered]:
     """Return every driven joint whose load is known; for copies with the same drives, the first.
 
     Of more than `MAX_COPIES` with different targets, an even sample is returned.
     """
-    return facts.once(_powered)
-
-
-def _powered(facts: Facts) -> list[Powered]:
     groups: dict[int, list[Powered]] = {}
     for motor in _all_powered(facts):
         groups.setdefault(id(motor.joint), []).append(motor)

@@ -9,7 +9,7 @@ from math import hypot
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
@@ -33,12 +33,9 @@ Rectangle = tuple[float, float, float, float]
 """Lowest and highest x, lowest and highest y [m]."""
 
 
+@once_per_case
 def all_still(facts: Facts) -> bool:
     """Return whether everything is at rest until the script acts."""
-    return facts.once(_is_at_rest)
-
-
-def _is_at_rest(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]

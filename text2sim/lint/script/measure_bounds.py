@@ -21,14 +21,20 @@ from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
-MIN_STRETCH = 1e-6
-"""Lower bound on a stretch."""
 ROUND_SHORTFALL = 0.02
 """Share of its size by which the engine's mesh of a round shape may be smaller."""
 
 Bounds = tuple[float, float, str]
 """Lowest and highest value, and why."""
 UNBOUNDED: Bounds = (-inf, inf, "")
+A_SHARE: Bounds = (0.0, 1.0, "a share is 0 to 1")
+BOUNDS_OF_KIND: dict[str, Bounds] = {
+    "tilt": (0.0, 180.0, "a tilt is 0 to 180 deg"),
+    "share_in": A_SHARE,
+    "largest_piece": A_SHARE,
+    "leaked": A_SHARE,
+    "stretch": (1e-6, inf, "it is a ratio of lengths, and 1 is unstretched"),
+}
 
 
 @dataclass(frozen=True)
@@ -123,16 +129,12 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
         return -fastest, fastest, f"the run stops at scene.max_speed ({fastest:g} m/s)"
     if kind == "speed":
         return 0.0, fastest, f"a speed is not negative, and the run stops at scene.max_speed ({fastest:g} m/s)"
-    if kind == "tilt":
-        return 0.0, 180.0, "a tilt is 0 to 180 deg"
+    if kind in BOUNDS_OF_KIND:
+        return BOUNDS_OF_KIND[kind]
     if kind == "count_in":
         return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
-    if kind in ("share_in", "largest_piece", "leaked"):
-        return 0.0, 1.0, "a share is 0 to 1"
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
-    if kind == "stretch":
-        return MIN_STRETCH, inf, "it is a ratio of lengths, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
