@@ -157,5 +157,5 @@ def _body(facts: Facts, name: str, link: str | None) -> Vec:
     tree = facts.tree(copy)
     if tree is None or not tree.roots:
         return copy.pos
-    standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
+    standing = {link.name: pos for link, pos, *_ in tree_links(tree, copy.pos, copy.quat)}
     return standing.get(link if link is not None else tree.roots[0].name, copy.pos)

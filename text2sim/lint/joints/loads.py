@@ -49,13 +49,12 @@ def lifts(motor: Powered) -> Iterator[Lift]:
         for mine, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
             if mine != joint.copy.name or tree is None or not facts.free(facts.copies[other]):
                 continue
-            standing = _standing(facts, joint.copy, weld.at)
-            beyond = [one for one in standing if one.link.name in motor.mechanics.beyond(joint)]
-            holder = link or tree.roots[0].name
-            if not any(one.link.name == holder for one in beyond):
+            carried = motor.mechanics.beyond(joint)
+            if (link or tree.roots[0].name) not in carried:
                 continue
+            standing = [row for row in _standing(facts, joint.copy, weld.at) if row.link.name in carried]
             inertial = combined_inertial(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
-            own = next(one for one in beyond if any(name == joint.name for name, _ in one.link.all_joints()))
+            own = next(row for row in standing if any(name == joint.name for name, _ in row.link.all_joints()))
             yield from _lifts(motor, own, inertial, weld, min(until, facts.case.scene.duration), other)
 
 
@@ -87,9 +86,9 @@ def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
             continue
         ends = (weld.a, weld.a_link, weld.b, weld.b_link)
         undone = (
-            one.at
-            for one in facts.rows.welds
-            if not one.on and one.at > weld.at and (one.a, one.a_link, one.b, one.b_link) == ends
+            row.at
+            for row in facts.rows.welds
+            if not row.on and row.at > weld.at and (row.a, row.a_link, row.b, row.b_link) == ends
         )
         yield weld, min(undone, default=inf)
 
@@ -98,10 +97,10 @@ def _group(facts: Facts, name: str, t: float) -> set[str]:
     """Return the name of a free body and of all free ones welded to it at a time [s]."""
     found, waiting = {name}, [name]
     while waiting:
-        one = waiting.pop()
+        current = waiting.pop()
         for weld in facts.rows.welds:
-            if weld.on and weld.at <= t and one in (weld.a, weld.b):
-                other = weld.b if one == weld.a else weld.a
+            if weld.on and weld.at <= t and current in (weld.a, weld.b):
+                other = weld.b if current == weld.a else weld.a
                 if other not in found and other in facts.copies and facts.free(facts.copies[other]):
                     found.add(other)
                     waiting.append(other)

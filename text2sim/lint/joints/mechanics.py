@@ -205,8 +205,8 @@ class _Links:
     def __init__(self, facts: Facts, copy: Copy, rho: float | None) -> None:
         tree = facts.tree(copy)
         found = tree_links(tree, copy.pos, copy.quat) if tree is not None else []
-        self.standing = {one.link.name: one for one in found}
-        self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
+        self.standing = {standing.link.name: standing for standing in found}
+        self.of_joint = {name: standing for standing in found for name, _ in standing.link.all_joints()}
         self.totals: dict[str, Inertial] = {}
         if tree is None:
             parts = facts.parts(copy) if rho else []

@@ -77,9 +77,9 @@ class Causes:
         if t > self.unknown:
             return inf
         speed = sum(
-            one.speed * (min(1.0, (t - one.start) / (one.end - one.start)) if one.end > one.start else 1.0)
-            for one in self.pushes
-            if one.start < t
+            push.speed * (min(1.0, (t - push.start) / (push.end - push.start)) if push.end > push.start else 1.0)
+            for push in self.pushes
+            if push.start < t
         )
         return 2 * speed * time + self.facts.pull * time**2
 

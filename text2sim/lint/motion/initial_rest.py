@@ -79,7 +79,7 @@ def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
     """Return whether every free body stands on something, from the lowest to the highest."""
     tops = [part for copy in facts.copies.values() if not facts.moves(copy) for part in facts.parts(copy)]
     tops = [part for part in tops if upright(part)]
-    for copy in sorted(loose, key=lambda one: (facts.box(one) or ((0, 0, 0),))[0][2]):
+    for copy in sorted(loose, key=lambda copy: (facts.box(copy) or ((0, 0, 0),))[0][2]):
         if not _stands(facts, copy, tops):
             return False
         tops += [part for part in facts.parts(copy) if upright(part)]

@@ -78,9 +78,9 @@ def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, 
     # By link: the point of the world around which it moves, the largest distance of its own anchor from that point, and
     # the position of that anchor at the start; None for fixed links.
     moved: dict[str, tuple[Vec, float, Vec] | None] = {}
-    children = {child.name: one.link.name for one in standing for child in one.link.children}
+    parents = {child.name: link.name for link, *_ in standing for child in link.children}
     for link, pos, quat, _ in standing:
-        state = moved.get(children.get(link.name, ""))
+        state = moved.get(parents.get(link.name, ""))
         for name, joint in link.all_joints():
             anchor = frame_apply(pos, quat, joint.anchor)
             slack = _slack(joint)

@@ -58,14 +58,14 @@ def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
         group = [copy for copy in facts.placed[name] if facts.masses.get(copy.name) and facts.moves(copy)]
         if not group:
             continue
-        copy = min(group, key=lambda one: facts.masses[one.name])
+        copy = min(group, key=lambda copy: facts.masses[copy.name])
         tree = facts.tree(copy)
         if tree is None or sum(1 for _ in tree.links()) == 1:
             yield name, None, facts.masses[copy.name]
             continue
         totals = mechanics_of(facts).totals(copy)
         movable = [link.name for link in tree.links() if link.all_joints()]
-        link = min(movable, key=lambda one: totals[one].mass, default=None)
+        link = min(movable, key=lambda link: totals[link].mass, default=None)
         if link is not None:
             yield name, link, totals[link].mass
 

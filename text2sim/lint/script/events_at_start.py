@@ -20,7 +20,7 @@ MAX_TOUCHING_GAP = 1e-4
 
 def _true_at_start(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
-    used = {name for one in actions.expect.values() for name in (one.event, one.before, one.on)}
+    used = {name for expect in actions.expect.values() for name in (expect.event, expect.before, expect.on)}
     used |= {getattr(control, "on", None) for control in actions.controls.values()}
     for name, event in actions.events.items():
         if (

@@ -101,7 +101,7 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
         copy = facts.copies[row.entity]
         pos, quat = copy.pos, copy.quat
         if row.link is not None and (tree := facts.tree(copy)) is not None:
-            frames = {one.link.name: (one.pos, one.quat) for one in tree_links(tree, copy.pos, copy.quat)}
+            frames = {link.name: (pos, quat) for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)}
             pos, quat = frames.get(row.link, (pos, quat))
         box = union(part.box for part in facts.parts(copy) if row.link is None or part.link == row.link)
         if box is None:

@@ -17,7 +17,7 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-MAX_SPEED, MAX_SPEED_WITH_MANY = 8.0, 16.0
+CATCH_SPEED, CATCH_SPEED_WITH_MANY = 8.0, 16.0
 """Speed [m/s] at which a sheet still catches a ball, with 4 and with `MANY_ITERATIONS`; at twice that the ball passed
 through."""
 MANY_ITERATIONS = 20
@@ -35,7 +35,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
         speed = _meeting_speed(facts, soft, body, copy)
         if speed > found.get((body.body, copy.body), (0.0,))[0]:
             found[body.body, copy.body] = speed, body, copy
-    limit = MAX_SPEED_WITH_MANY if (facts.case.scene.pbd.stretch_iterations or 0) >= MANY_ITERATIONS else MAX_SPEED
+    limit = CATCH_SPEED_WITH_MANY if (facts.case.scene.pbd.stretch_iterations or 0) >= MANY_ITERATIONS else CATCH_SPEED
     for speed, body, copy in found.values():
         shift = speed * h
         if shift > room * (1 + 1e-6):
@@ -50,7 +50,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"`{copy.name}` meets `{body.name}` at up to {speed:.3g} m/s: the sheet stretches open at that speed, "
                 f"and a ball passed through at twice {limit:g} m/s; "
-                + ("make it slower" if limit == MAX_SPEED_WITH_MANY else more)
+                + ("make it slower" if limit == CATCH_SPEED_WITH_MANY else more)
             )
         else:
             continue
@@ -119,7 +119,7 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
         except RegionError:
             continue  # it is inside the body, where no gap is visible
         near = region.sphere.radius if region.sphere else 0.0
-        away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), one) for one in pieces)
+        away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), piece) for piece in pieces)
         if away > max(soft.scales.spacing(body.body, body.solver), MIN_VISIBLE_GAP):
             text = (
                 f"the attached point of `{body.name}` is {length(away)} away from `{control.to}`: the film shows it "

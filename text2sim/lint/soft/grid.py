@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 
 from text2sim.compiler.soft.settings import wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.soft.gaps import Gaps
+from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
@@ -73,24 +75,18 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
 def _too_near(facts: Facts) -> Iterator[Problem]:
     """Report each pair of mpm bodies that share grid nodes at the start once."""
     soft = soft_facts(facts)
-    bodies, room, gaps = soft.of("mpm"), MIN_GAP_CELLS * soft.cell, Gaps(facts)
-    found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
-    for k, a in enumerate(bodies):
-        for b in bodies[k + 1 :]:
-            gap = gaps.between(a.copy, b.copy, room)
-            if gap < room * (1 - 1e-3) and not (a.body == b.body and a.model.kind in ("liquid", "granular")):
-                found.setdefault((a.body, b.body), []).append((gap, a, b))
-    for rows in found.values():
-        gap, a, b = min(rows, key=lambda row: row[0])
+    room = MIN_GAP_CELLS * soft.cell
+    merging = ("liquid", "granular")  # portions of one such body may touch
+    pairs = ((a, b) for a, b in combinations(soft.of("mpm"), 2) if a.body != b.body or a.model.kind not in merging)
+    for pair in closest_pairs(Gaps(facts), pairs, room):
+        gap, a, b, count = pair
         text = (
             f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
-            f"{more_copies(len(rows), 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
+            f"{more_copies(count, 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
             f"({length(soft.cell)}): they push each other away at once{'' if gap > 0 else ', and stick'}; increase "
             f"their distance by {length(room - max(gap, 0.0))}"
         )
-        keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        where = facts.first_given(b.body, *keys)
-        yield facts.problem("soft-too-near", where, text, key=True)
+        yield facts.problem("soft-too-near", pair.where(facts), text, key=True)
 
 
 RULES = (

@@ -52,12 +52,12 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     found: dict[str, list[tuple[Copy, Copy, float]]] = {}
     for name, copy, box in boxes.values():
         touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < MAX_RESTING_GAP]
-        for one in neighbours[copy.name]:
-            if len({copy.name for copy in touching}) > 1:
+        for other in neighbours[copy.name]:
+            if len({support.name for support in touching}) > 1:
                 break
-            if gaps.between(copy, one, 2 * MAX_RESTING_GAP) < MAX_RESTING_GAP:
-                touching.append(one)
-        if len({one.name for one in touching}) != 1:
+            if gaps.between(copy, other, 2 * MAX_RESTING_GAP) < MAX_RESTING_GAP:
+                touching.append(other)
+        if len({support.name for support in touching}) != 1:
             continue  # in the air, or leaning on several
         tilt = _tilt(facts, box, touching[0])
         if tilt > MAX_FACE_ANGLE_DEG:
