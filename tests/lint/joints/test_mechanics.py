@@ -1,15 +1,10 @@
-"""Masses and inertias that joints carry."""
-
-import json
+"""Mass and inertia beyond a joint."""
 
 import pytest
-from lint_support import data_of
+from lint_support import facts_of
 
-from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes.sculpting import sculpted
-from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.spec_schema.load import load_text
 
 WEDGE = """
 bodies:
@@ -28,7 +23,7 @@ bodies:
 
 
 def test_a_sculpt_has_the_inertia_of_its_surface_not_of_its_parts_that_overlap() -> None:
-    facts = Facts(resolve_case(load_text(json.dumps(data_of(WEDGE)))))
+    facts = facts_of(WEDGE)
     [joint] = mechanics_of(facts).joints()
     made = sculpted(joint.copy.shape)
     x, _, z = made.center
