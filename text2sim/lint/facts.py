@@ -24,6 +24,8 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 T = TypeVar("T")
+REPLACING_CONTACT_MODELS = ("sap", "ipc")
+"""Contact models that replace the engine's own contacts between rigid bodies."""
 
 
 def once_per_case(make: Callable[["Facts"], T]) -> Callable[["Facts"], T]:
@@ -266,9 +268,9 @@ class Facts:
 
     @property
     def own_contact(self) -> bool:
-        """Whether rigid bodies use the engine's own contacts, which sap and ipc replace."""
+        """Whether rigid bodies use the engine's own contacts."""
         soft = self.settings.soft
-        return soft is None or soft.model not in ("sap", "ipc")
+        return soft is None or soft.model not in REPLACING_CONTACT_MODELS
 
     @property
     def substep(self) -> float:

@@ -35,6 +35,7 @@ class Rule:
     example: str
     """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` has the rest."""
     run: Find
+    """Yields its problems."""
     fix: str = ""
     """JSON Merge Patch that fixes the example; empty without a simple fix."""
     own_contact: bool = False

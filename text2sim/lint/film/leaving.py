@@ -66,7 +66,7 @@ def _leaving(facts: Facts, copy: Copy, t: float, left_at: Vec) -> Problem:
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
-    return facts.problem("leaves-picture", camera_to_blame(facts, views), text, key=True)
+    return facts.problem("leaves-picture", camera_to_blame(views), text, key=True)
 
 
 RULES = (

@@ -39,7 +39,7 @@ def _share_inside(shot: ShotView, balls: Balls) -> float:
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
 
-def camera_to_blame(facts: Facts, views: list[ShotView]) -> Path:
+def camera_to_blame(views: list[ShotView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
@@ -66,7 +66,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             why = hidden_behind(facts, seeing, name)
         if why:
             text = f"{_who_does_not_see(views)} `{name}`, a subject of the script, at the start: {why}"
-            yield facts.problem("unseen-subject", camera_to_blame(facts, views), text, key=True)
+            yield facts.problem("unseen-subject", camera_to_blame(views), text, key=True)
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:

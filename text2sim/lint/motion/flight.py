@@ -42,7 +42,6 @@ class Meeting:
 class Flight:
     """The path of a free body until it meets another."""
 
-    copy: Copy
     velocity: Vec
     """Velocity at the start [m/s]."""
     pull: Vec
@@ -93,11 +92,11 @@ class _Flights:
             g = (0.0, 0.0, 0.0)
             near = self._copies_along(copy, box, v, g, duration)
         if not any(v) and not any(g):
-            return Flight(copy, v, g, duration, None)
+            return Flight(v, g, duration, None)
         meeting = self._first(copy, box, near, v, g, duration)
         if self.left < 0:
             return None
-        return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
+        return Flight(v, g, meeting.time if meeting is not None else duration, meeting)
 
     def _copies_along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""

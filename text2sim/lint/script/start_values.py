@@ -179,7 +179,7 @@ _TOGETHER: dict[str, Callable[[Facts, Any, Sequence[StartTarget]], float | None]
     "energy": _energy,
 }
 UNDEFORMED = {"stretch": 1.0, "strain": 0.0}
-"""Measures of deformation at the start."""
+"""Values of measures of deformation at the start."""
 
 
 def depth_inside(region: Any, point: Vec) -> float:

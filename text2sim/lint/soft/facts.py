@@ -9,7 +9,6 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
-from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.scales import PARTICLE_CELLS, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
@@ -94,10 +93,6 @@ class SoftFacts:
     def volume(self, body: SoftBody) -> float:
         """Return the volume [m3] at the start; 0 for cloth."""
         return 0.0 if body.model.kind == "cloth" else solid_volume(body.copy.shape, self.facts.folder)
-
-    def mass(self, body: SoftBody) -> float:
-        """Return the mass [kg]."""
-        return mass(body.copy, self.facts.folder)
 
     def in_cells(self, size: float) -> str:
         """Return a length [m] in cells of the mpm grid, with their size: `2.2 cells of the mpm grid (20 mm)`."""

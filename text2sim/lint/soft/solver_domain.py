@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
@@ -86,7 +87,7 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     spaces = {solver: (space, pad) for solver, (space, pad) in spaces.items() if space is not None and soft.of(solver)}
     if not spaces:
         return
-    masses = {body.name: soft.mass(body) for body in soft.bodies}
+    masses = {body.name: mass(body.copy, facts.folder) for body in soft.bodies}
     controls = case.actions.controls.values()
     ways = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
     around = find_surroundings(facts.placed, ways, facts.folder)

@@ -8,7 +8,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.scales import thickness
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.soft.facts import SoftFacts, soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
@@ -31,7 +31,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted_cells(facts, soft, body, copy)
+        wanted, why = _wanted_cells(facts, copy)
         thin, link = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
@@ -64,7 +64,7 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
-def _wanted_cells(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
+def _wanted_cells(facts: Facts, copy: Copy) -> tuple[float, str]:
     """Return how many cells thick a rigid copy should be, and why."""
     mount = facts.mount(copy)
     if mount == "driven":
