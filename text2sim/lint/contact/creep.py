@@ -126,8 +126,8 @@ def _lies_on(facts: Facts, copy: Copy, other: Copy, normal: Vec) -> bool:
     low = min(part.lowest(normal) for part in facts.parts(copy))
     if (ground := facts.ground(other)) is not None:
         return abs(low - ground.level) < MAX_RESTING_GAP and ground.beside(copy.pos) < 0
-    box, its = facts.box(copy), facts.box(other)
-    if box is None or its is None or apart(box, its, -MAX_RESTING_GAP):
+    box, other_box = facts.box(copy), facts.box(other)
+    if box is None or other_box is None or apart(box, other_box, -MAX_RESTING_GAP):
         return False
     top = -min(part.lowest((-normal[0], -normal[1], -normal[2])) for part in facts.parts(other))
     return abs(low - top) < MAX_RESTING_GAP

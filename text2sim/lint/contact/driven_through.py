@@ -68,10 +68,10 @@ def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[
             continue
         if box is None or way is None or apart(way, box):
             continue
-        theirs = facts.parts(other)
-        if any(inside(a, b) for a in parts for b in theirs):
+        others = facts.parts(other)
+        if any(inside(a, b) for a in parts for b in others):
             continue
-        found = (_depth(copy, parts, moment, theirs, effort) for moment in path)
+        found = (_depth(copy, parts, moment, others, effort) for moment in path)
         depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, path, strict=True)), default=(0.0, 0.0))
         if depth > allowed:
             yield other, -t, depth

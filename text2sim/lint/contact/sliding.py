@@ -110,10 +110,10 @@ def _support(facts: Facts, copy: Copy) -> tuple[Copy | None, Vec]:
         if any(-MAX_RESTING_GAP < ground.depth(part) for part in parts) and ground.beside(copy.pos) < 0:
             return ground.copy, ground.up
     for other in facts.copies.values():
-        its = facts.box(other)
-        if other is copy or is_soft(other.model) or its is None or box is None or apart(box, its, -MAX_RESTING_GAP):
+        other_box = facts.box(other)
+        if other is copy or is_soft(other.model) or other_box is None or box is None:
             continue
-        if is_just_above(facts, copy, other):
+        if not apart(box, other_box, -MAX_RESTING_GAP) and is_just_above(facts, copy, other):
             return other, facts.up
     return None, facts.up
 

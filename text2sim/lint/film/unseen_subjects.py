@@ -70,7 +70,7 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:
-    """Say why a subject is not in the picture of a camera, and what would bring it there."""
+    """Return why a subject is not in the picture of a camera, and what would bring it there."""
     center = center_of(balls)
     needed = shot.needed(center)
     look = f"set look_at to {vector(tuple(round(c, 2) for c in center))}"

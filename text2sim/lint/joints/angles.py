@@ -94,19 +94,19 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
     rows: list[tuple[Path, Any]] = [(("actions", "expect", name), one) for name, one in actions.expect.items()]
     events = actions.events.items()
     rows += [(("actions", "events", name), one) for name, one in events if isinstance(one, ThresholdEvent)]
-    for where, said in rows:
-        values = ((key, getattr(said, key, None)) for key in ("above", "below", "equals"))
+    for where, entry in rows:
+        values = ((key, getattr(entry, key, None)) for key in ("above", "below", "equals"))
         found = next(((key, bound) for key, bound in values if bound is not None and in_degrees(bound)), None)
-        if found is None or said.measure is None:
+        if found is None or entry.measure is None:
             continue
         key, bound = found
         why = ""
-        if _is_free_hinge_angle(facts, said.measure):
+        if _is_free_hinge_angle(facts, entry.measure):
             why = f"{bound:g} rad are {abs(bound) / 6.2832:.2g} turns of a joint that only hangs and swings"
-        elif where[1] == "expect" and (most := _driven_to(facts, said.measure)) and abs(bound) > 2 * most:
+        elif where[1] == "expect" and (most := _driven_to(facts, entry.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
         if why:
-            text = f"`{said.measure}` is in radians, and {why}; {as_radians(bound)}"
+            text = f"`{entry.measure}` is in radians, and {why}; {as_radians(bound)}"
             yield facts.problem("looks-like-degrees", (*where, key), text)
 
 

@@ -46,8 +46,8 @@ def lifts(motor: Powered) -> Iterator[Lift]:
     facts, joint = motor.mechanics.facts, motor.joint
     tree = facts.tree(joint.copy)
     for weld, until in _later(facts):
-        for mine, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
-            if mine != joint.copy.name or tree is None or not facts.free(facts.copies[other]):
+        for holder, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
+            if holder != joint.copy.name or tree is None or not facts.free(facts.copies[other]):
                 continue
             carried = motor.mechanics.beyond(joint)
             if (link or tree.roots[0].name) not in carried:

@@ -103,7 +103,11 @@ class _Flights:
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
         room = grown(union(moved(box, _displacement_at(v, g, t)) for t in times) or box, MAX_RESTING_GAP)
-        return [(other, its) for other, its in self._copies_around(room) if other is not copy and not apart(its, room)]
+        return [
+            (other, other_box)
+            for other, other_box in self._copies_around(room)
+            if other is not copy and not apart(other_box, room)
+        ]
 
     def _copies_around(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
         """Return the copies that a box may meet, and few others; for many copies, arrays are a hundred times faster."""
@@ -131,7 +135,7 @@ class _Flights:
             if any(ground.depth(part) > -MAX_RESTING_GAP and ground.beside(part.solid.center) < 0.0 for part in parts):
                 return True
         reach = grown(box, MAX_RESTING_GAP)
-        return any(not apart(reach, its) and is_just_above(self.facts, copy, other) for other, its in near)
+        return any(not apart(reach, other_box) and is_just_above(self.facts, copy, other) for other, other_box in near)
 
     def _first(
         self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]], v: Vec, g: Vec, duration: float
@@ -140,7 +144,7 @@ class _Flights:
         landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
         landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
         end = landing.time if landing is not None else duration
-        touching = {other.name for other, its in near if not apart(box, its, -MAX_RESTING_GAP)}
+        touching = {other.name for other, other_box in near if not apart(box, other_box, -MAX_RESTING_GAP)}
         size = max(min(sides(box)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
         count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
@@ -170,8 +174,8 @@ class _Flights:
         direction: Vec = (step[0] / length, step[1] / length, step[2] / length)
         swept = union((moved(box, a), moved(box, b)))
         best: tuple[float, Copy, StandingPart] | None = None
-        for other, its in near:
-            if swept is None or apart(swept, its):
+        for other, other_box in near:
+            if swept is None or apart(swept, other_box):
                 continue
             for part in self.facts.parts(other):
                 if apart(swept, part.box) or self.left < 0:

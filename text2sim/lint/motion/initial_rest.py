@@ -100,9 +100,9 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
     carried = []
     for part in tops:
         (a, b, _), (c, d, top) = part.box
-        here = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
-        if abs(low - top) < MAX_RESTING_GAP and here[0] <= here[1] and here[2] <= here[3]:
-            carried += [(here[0], here[2]), (here[1], here[3])]
+        shared = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
+        if abs(low - top) < MAX_RESTING_GAP and shared[0] <= shared[1] and shared[2] <= shared[3]:
+            carried += [(shared[0], shared[2]), (shared[1], shared[3])]
     return bool(carried) and _contains(_rectangle_around(carried), cx, cy)
 
 

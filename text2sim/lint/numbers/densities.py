@@ -96,7 +96,7 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
 
 
 def _mass_text(name: str, mass: float, volume: float) -> str:
-    """Say why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
+    """Return why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
     if volume <= 0.0 or MASS_DENSITIES[0] <= mass / volume <= MAX_MASS_DENSITY:
         return ""
     density = mass / volume

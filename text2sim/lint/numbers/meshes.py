@@ -61,9 +61,9 @@ def _find(facts: Facts) -> Iterator[tuple[Path, Mesh, bool, bool]]:
         copy = facts.placed[name][0]
         model, where = copy.model, facts.where(name)
         if isinstance(model, Articulated):
-            for link, its in (model.links or {}).items():
-                own = (its.material or model.material).mass is None
-                yield from _meshes(its.shape, (*where, "links", link, "shape"), own)
+            for link_name, link in (model.links or {}).items():
+                own = (link.material or model.material).mass is None
+                yield from _meshes(link.shape, (*where, "links", link_name, "shape"), own)
         elif isinstance(model, Chain):
             if model.payload is not None:
                 own = model.payload.material.mass is None

@@ -54,7 +54,7 @@ def held_at_start(facts: Facts) -> list[str]:
 
 
 def _what_should_move(facts: Facts) -> str:
-    """Say what should move; empty if nothing should."""
+    """Return what should move; empty if nothing should."""
     for name, control in facts.case.actions.controls.items():
         if not isinstance(control, Attach | Release):
             return f"`{name}` should move something"

@@ -68,7 +68,7 @@ def _clash(a: Bound, b: Bound) -> bool:
 
 
 def _at_odds(a: Expect, b: Expect, duration: float) -> str:
-    """Say why two expectations of one event cannot both hold; empty if they can."""
+    """Return why two expectations of one event cannot both hold; empty if they can."""
     first, second = span_of(a.within, duration), span_of(b.within, duration)
     if a.never and b.never:
         return ""

@@ -70,7 +70,7 @@ def _contact(facts: Facts, event: Any) -> EventBounds:
 
 
 def _why_no_contact(a: StartTarget, b: StartTarget) -> str:
-    """Say why two links do not collide even where they meet; empty if they do."""
+    """Return why two links do not collide even where they meet; empty if they do."""
     model = a.copy.model
     if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:
         if not model.self_collision:

@@ -171,7 +171,7 @@ def _distance_bounds(facts: Facts, targets: list[StartTarget]) -> Bounds:
 
 
 def _frozen(measure: Any, targets: list[StartTarget]) -> str:
-    """Say why a measure never changes; empty if it may."""
+    """Return why a measure never changes; empty if it may."""
     if measure.kind in CONTACT_KINDS or any(target.driven for target in targets):
         return ""
     if measure.kind in ("extent", "displacement") and measure.frame is not None:

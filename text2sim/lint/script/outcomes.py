@@ -139,7 +139,7 @@ def _degrees(values: Values, bound: Bound) -> str:
 
 
 def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
-    """Say why an event cannot satisfy its expectation, and which field it violates."""
+    """Return why an event cannot satisfy its expectation, and which field it violates."""
     known = bounds_of(facts, expect.event or "")
     if known.never or expect.on is not None:
         return "", ""  # `dead-event` reports the event; the time of `on` is not known

@@ -80,11 +80,11 @@ class Targets:
             moves = self.facts.moves(copy)
             return StartTarget(copy, None, None, True, moves, moves, driven)
         links = tree_links(tree, copy.pos, copy.quat)
-        mine = [standing for standing in links if part is None or standing.link.name == part]
+        chosen = [standing for standing in links if part is None or standing.link.name == part]
         # The engine numbers links in the order of the file, parents first: a body's frame is that of its first link.
-        first = next((row for row in mine if row.link.name == (part or tree.roots[0].name)), None)
+        first = next((row for row in chosen if row.link.name == (part or tree.roots[0].name)), None)
         known = first is not None and getattr(copy.model, "file", None) is None
-        moves = any(standing.moves for standing in mine)
+        moves = any(standing.moves for standing in chosen)
         return StartTarget(copy, part, first, known, first is None or first.moves, moves, driven)
 
 

@@ -58,7 +58,7 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
 
 
 def _why_too_far(causes: Causes, distance: float, by: float) -> str:
-    """Say why a distance is too long for a time."""
+    """Return why a distance is too long for a time."""
     needs = causes.soonest(distance)
     if by <= causes.quiet:
         if not causes.first:

@@ -62,12 +62,12 @@ def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) ->
     own, other = (facts.velocities.get(c.name, (0.0, 0.0, 0.0)) for c in (body.copy, copy))
     fast = math.dist(own, other)
     drop = 0.0
-    box, its = body.box, facts.box(copy)
-    if its is not None:
+    box, other_box = body.box, facts.box(copy)
+    if other_box is not None:
         if facts.free(copy) and soft.comes_down_on(copy, body.copy):
-            drop = its[0][2] - box[1][2]
+            drop = other_box[0][2] - box[1][2]
         elif facts.loose(body.copy) and soft.comes_down_on(body.copy, copy):
-            drop = box[0][2] - its[1][2]
+            drop = box[0][2] - other_box[1][2]
     fall = math.sqrt(max(0.0, 2 * facts.pull * drop))
     return math.hypot(fast, fall)
 

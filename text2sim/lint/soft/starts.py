@@ -68,8 +68,8 @@ def _tolerated_depth(soft: SoftFacts, body: SoftBody) -> float:
 
 def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:
     """Return how deep [m] a body is in a rigid copy, and which way leads out; None if it is not in it."""
-    box, its = body.box, facts.box(copy)
-    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else min_depth):
+    box, other_box = body.box, facts.box(copy)
+    if other_box is None or apart(box, other_box, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
     pairs = [(a, b) for a in facts.parts(body.copy) for b in others if effort.spend() and inside(a, b)]
