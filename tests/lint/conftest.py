@@ -1,4 +1,4 @@
-"""What every test of the lint may use."""
+"""Fixtures for the tests of the lint: mesh files, and a folder of a case with them."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The lint has something to say about any valid case, or nothing; it never fails."""
+"""The lint returns a report on any valid case, without an error of its own."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What holds for every rule: its example breaks it, its mended example does not, and it is documented."""
+"""Every rule: its example breaks it, the fixed example does not, and it is documented."""
 
 import ast
 import re
@@ -63,7 +63,7 @@ def test_ids_are_unique() -> None:
 
 
 def test_no_other_check_uses_the_id_of_a_rule() -> None:
-    """What a document breaks and what a simulation breaks must not be told apart by luck."""
+    """Otherwise a waiver of a lint rule could hide an error in the form of a document."""
     package = Path(__file__).resolve().parents[2] / "text2sim"
     ids = {rule.id for rule in RULES}
     said = {

@@ -1,4 +1,4 @@
-"""What a case waives is kept apart, with its reason; what it cannot waive is said."""
+"""Waivers: waived problems are listed with their reasons, and useless waivers are reported."""
 
 from pathlib import Path
 

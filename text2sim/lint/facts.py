@@ -2,16 +2,12 @@
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from functools import cached_property, wraps
+from typing import Any, TypeVar
 
 from text2sim.compiler.build import Resolution
-from text2sim.compiler.controls import ControlRows
-from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import masses_of
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import Plan
-from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.boxes import Bounds, union
 from text2sim.compiler.shapes.casemesh import load_mesh
@@ -23,16 +19,23 @@ from text2sim.compiler.trees.tree import Tree, tree_links
 from text2sim.lint.parts import Ground, StandingPart, near
 from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
-from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
-if TYPE_CHECKING:
-    from pathlib import Path as FilePath
-
 T = TypeVar("T")
+REPLACING_CONTACT_MODELS = ("sap", "ipc")
+"""Contact models that replace the engine's own contacts between rigid bodies."""
+
+
+def once_per_case(make: Callable[["Facts"], T]) -> Callable[["Facts"], T]:
+    """Let a function of the facts of a case be called only once for each case."""
+
+    @wraps(make)
+    def look_up(facts: "Facts") -> T:
+        return facts.once(make)
+
+    return look_up
 
 
 class Facts:
@@ -40,14 +43,14 @@ class Facts:
 
     def __init__(self, resolution: Resolution) -> None:
         self.resolution = resolution
-        self.loaded: LoadedCase = resolution.loaded
-        self.placed: dict[str, list[Copy]] = resolution.placed
-        self.lowering: Lowering = resolution.lowering
-        self.rows: ControlRows = resolution.rows
-        self.settings: Settings = resolution.settings
-        self.plan: Plan = resolution.plan
-        self.case: Case = resolution.loaded.case
-        self.folder: FilePath = resolution.loaded.folder
+        self.loaded = resolution.loaded
+        self.placed = resolution.placed
+        self.lowering = resolution.lowering
+        self.rows = resolution.rows
+        self.settings = resolution.settings
+        self.plan = resolution.plan
+        self.case = resolution.loaded.case
+        self.folder = resolution.loaded.folder
         self._parts: dict[str, list[StandingPart]] = {}
         self._boxes: dict[str, Bounds | None] = {}
         self._extents: dict[tuple[int, Quaternion], Bounds] = {}
@@ -91,10 +94,13 @@ class Facts:
         section = ("scene", "statics") if body in self.case.scene.statics else ("bodies",)
         return (*section, body, *keys)
 
+    def first_path(self, *paths: Path) -> Path:
+        """Return the first of these paths at which the case gives a value; else the last."""
+        return next((path for path in paths if self.value_at(path) is not None), paths[-1])
+
     def first_given(self, name: str, *keys: str) -> Path:
         """Return the path of the first of these values that the case gives for a body or static; else of the body."""
-        found = (where for key in keys if self.value_at(where := self.where(name, key)) is not None)
-        return next(found, self.where(name))
+        return self.first_path(*(self.where(name, key) for key in keys), self.where(name))
 
     # --- copies ------------------------------------------------------------------------------------------------
 
@@ -114,6 +120,10 @@ class Facts:
                     level = vector_dot(up, copy.pos)
                     found.append(Ground(copy, up, level, entity.options["plane_size"][0] / 2))
         return found
+
+    def ground(self, copy: Copy) -> Ground | None:
+        """Return the ground that a copy is; None if it is no plane."""
+        return next((ground for ground in self.planes if ground.copy is copy), None)
 
     def tree(self, copy: Copy) -> Tree | None:
         """Return the tree of links of a copy; None for a primitive of the engine."""
@@ -245,11 +255,22 @@ class Facts:
         known = (copy for copy in copies if getattr(copy.model, "file", None) is None)
         return masses_of(self.lowering, self.plan.bodies, known)
 
+    @cached_property
+    def pull(self) -> float:
+        """Magnitude of gravity [m/s2]."""
+        return math.hypot(*self.case.scene.gravity)
+
+    @cached_property
+    def up(self) -> Vec:
+        """Unit vector against gravity, of which there must be some."""
+        x, y, z = self.case.scene.gravity
+        return (-x / self.pull, -y / self.pull, -z / self.pull)
+
     @property
     def own_contact(self) -> bool:
-        """Whether rigid bodies use the engine's own contacts, which sap and ipc replace."""
+        """Whether rigid bodies use the engine's own contacts."""
         soft = self.settings.soft
-        return soft is None or soft.model not in ("sap", "ipc")
+        return soft is None or soft.model not in REPLACING_CONTACT_MODELS
 
     @property
     def substep(self) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
@@ -19,9 +20,11 @@ from text2sim.compiler.shapes.rotation import (
     quat_rotate,
     quat_to_rows,
     vector_cross,
+    vector_minus,
     vector_unit,
 )
 from text2sim.compiler.shapes.solid import Solid
+from text2sim.spec_schema.models.base import AXES
 
 MAX_HULL_FACES = 100
 """Most faces of a hull whose normals are used."""
@@ -31,20 +34,36 @@ MANY_CELLS = 64
 """A box in more grid cells than this is compared with every other box."""
 
 
+@dataclass(eq=False)
 class StandingPart:
     """A convex piece at its start pose."""
 
-    def __init__(
-        self, piece: Piece, pos: Vec, quat: Quaternion, moves: bool, link: str | None, mesh: MeshFile | None = None
-    ) -> None:
-        self.piece, self.pos, self.quat, self.moves, self.link = piece, pos, quat, moves, link
-        self.mesh = mesh
-        """The surface, if the piece is not its convex hull."""
+    piece: Piece
+    pos: Vec
+    """Position [m] of the body or link to which it belongs."""
+    quat: Quaternion
+    """Orientation of that body or link."""
+    moves: bool
+    """Whether it can move."""
+    link: str | None
+    """Name of its link; None for a primitive of the engine, and for what is fixed to the world."""
+    mesh: MeshFile | None = None
+    """The surface, if the piece is not its convex hull."""
 
     @cached_property
     def solid(self) -> Solid:
         """The piece for `sweep` and `distance`."""
         return Solid(self.piece, self.pos, self.quat)
+
+    @cached_property
+    def turn(self) -> Quaternion:
+        """Orientation of the piece in the world."""
+        return quat_multiply(self.quat, self.piece.quat)
+
+    @property
+    def axes(self) -> list[Vec]:
+        """Its own x, y and z axis in the world."""
+        return list(zip(*quat_to_rows(self.turn), strict=True))  # type: ignore[arg-type]
 
     @cached_property
     def thickness(self) -> float:
@@ -53,9 +72,8 @@ class StandingPart:
 
     def normals(self) -> list[Vec]:
         """Return the unit normals of the faces of a hull in the world; for more than `MAX_HULL_FACES`, its axes."""
-        turn = quat_multiply(self.quat, self.piece.quat)
-        rows, corners = quat_to_rows(turn), self.piece.vertices
-        local: list[Vec] = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+        rows, corners = quat_to_rows(self.turn), self.piece.vertices
+        local = list(AXES.values())
         if len(self.piece.faces) <= MAX_HULL_FACES:
             sides = (
                 [tuple(q - p for p, q in zip(corners[i], corners[n], strict=True)) for n in (j, k)]
@@ -69,8 +87,7 @@ class StandingPart:
     @cached_property
     def box(self) -> Bounds:
         """Exact bounding box [m]."""
-        span = self.solid.span
-        (a, b), (c, d), (e, f) = span((1.0, 0.0, 0.0)), span((0.0, 1.0, 0.0)), span((0.0, 0.0, 1.0))
+        (a, b), (c, d), (e, f) = (self.solid.span(axis) for axis in AXES.values())
         return (a, c, e), (b, d, f)
 
     def lowest(self, up: Vec) -> float:
@@ -102,6 +119,11 @@ class Ground(NamedTuple):
         return max(abs(a - x), abs(b - y)) - self.half
 
 
+def sides(box: Bounds) -> Vec:
+    """Return the width, depth and height [m] of a box."""
+    return vector_minus(box[1], box[0])
+
+
 def lowest_of(box: Bounds, up: Vec) -> float:
     """Return the lowest height [m] of a box along a unit vector."""
     return sum(u * (low if u > 0 else high) for u, low, high in zip(up, *box, strict=True))
@@ -115,7 +137,7 @@ def near(boxes: list[Bounds], slack: float = 0.0) -> Iterator[tuple[int, int]]:
     """
     if len(boxes) < 2:
         return
-    sizes = sorted(max(b - a for a, b in zip(low, high, strict=True)) for low, high in boxes)
+    sizes = sorted(max(sides(box)) for box in boxes)
     cell = 2.0 * sizes[len(sizes) // 2] or sizes[-1] or 1.0
     gap = max(-slack, 0.0)  # between boxes of a pair
     cells: dict[tuple[int, int, int], list[int]] = {}

@@ -56,7 +56,7 @@ def sift(loaded: LoadedCase, found: Iterable[Problem], known: Iterable[str]) -> 
             waived.append(Waived(problem, reasons[problem.rule]))
         else:
             problems.append(problem)
-    idle = set(reasons) - {one.problem.rule for one in waived}
+    idle = set(reasons) - {entry.problem.rule for entry in waived}
     for rule in reasons:
         if rule not in known:
             message = f"there is no rule `{rule}` to waive; `text2sim check --rules` lists them"

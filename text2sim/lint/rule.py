@@ -1,13 +1,18 @@
 """Rules of the lint: documentation, an example, and a function that reports problems."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import wraps
 from typing import TYPE_CHECKING
 
+from text2sim.lint.words import more_copies
 from text2sim.spec_schema.errors import Problem, Severity
 
 if TYPE_CHECKING:
     from text2sim.lint.facts import Facts
+
+Find = Callable[["Facts"], Iterator[Problem]]
+"""Function of a rule: yields the problems of a case, made with `Facts.problem`."""
 
 SEVERITIES: dict[str, Severity] = {}
 """Severity of each rule by its id; rules register themselves."""
@@ -29,8 +34,8 @@ class Rule:
     """How to correct it."""
     example: str
     """Parts of a case, in YAML, that break the rule; `EXAMPLE_BASE` has the rest."""
-    run: Callable[["Facts"], Iterator[Problem]]
-    """Yields the problems, made with `Facts.problem`."""
+    run: Find
+    """Yields its problems."""
     fix: str = ""
     """JSON Merge Patch that fixes the example; empty without a simple fix."""
     own_contact: bool = False
@@ -49,11 +54,29 @@ bodies: {}
 """The case to which the examples are JSON Merge Patches."""
 
 
-def one_per_place(problems: Iterable[Problem]) -> Iterator[Problem]:
-    """Yield one problem for each place of the case, with the number of further copies that have it."""
-    places: dict[tuple[str, str], list[Problem]] = {}
-    for problem in problems:
-        places.setdefault((problem.rule, problem.path), []).append(problem)
-    for first, *more in places.values():
-        note = f" (and {len(more)} more in the same way)" if more else ""
-        yield replace(first, message=first.message + note)
+def one_per_place(find: Find) -> Find:
+    """Let a rule report one problem for each place of the case, with the number of further ones there."""
+
+    @wraps(find)
+    def run(facts: "Facts") -> Iterator[Problem]:
+        places: dict[str, list[Problem]] = {}
+        for problem in find(facts):
+            places.setdefault(problem.path, []).append(problem)
+        for group in places.values():
+            yield replace(group[0], message=group[0].message + more_copies(len(group), "in the same way"))
+
+    return run
+
+
+def first_per_place(find: Find) -> Find:
+    """Let a rule report only the first problem at each place of the case."""
+
+    @wraps(find)
+    def run(facts: "Facts") -> Iterator[Problem]:
+        places: set[str] = set()
+        for problem in find(facts):
+            if problem.path not in places:
+                places.add(problem.path)
+                yield problem
+
+    return run

@@ -26,6 +26,11 @@ def amount(value: float, unit: str) -> str:
     return f"{text} {unit}".rstrip()
 
 
+def as_radians(degrees: float) -> str:
+    """Return the advice how to write an angle in degrees as one in radians: `45 deg is ${radians(45)}`."""
+    return f"{degrees:g} deg is ${{radians({degrees:g})}}"
+
+
 def at_least(value: float) -> str:
     """Return a value with two digits, rounded up."""
     if value <= 0.0:

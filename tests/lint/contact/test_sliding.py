@@ -1,4 +1,4 @@
-"""What slides from the start is thrown up by the pyramidal cone, as it was measured in the engine."""
+"""Bodies that start to slide: the lift by the pyramidal cone, as measured in the engine."""
 
 import re
 from pathlib import Path

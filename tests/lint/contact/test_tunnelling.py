@@ -1,15 +1,12 @@
-"""What is too fast for what it meets is named; what is stopped in time is not."""
+"""Bodies that are too fast for the first body they meet, and the predicted flight up to it."""
 
 import math
 from pathlib import Path
 
 import pytest
-from lint_support import data_of, findings
+from lint_support import facts_of, findings
 
-from text2sim.compiler.build import resolve_case
-from text2sim.lint.facts import Facts
 from text2sim.lint.motion.flight import flight_of
-from text2sim.spec_schema.load import load_text
 
 PLATE = "scene: {gravity: [0, 0, 0], dt: 0.01, substeps: %d, statics: {plate: {shape: {kind: box, size: [1, %s, 1]}, pose: {pos: [0, 2, 0.5], euler_deg: %s}}}}"
 SHOT = "bodies: {shot: {kind: rigid, shape: {kind: sphere, radius: 0.02}, pose: {pos: [0, 0, 0.8]}}}"
@@ -96,13 +93,8 @@ def test_a_blade_is_fast_at_its_end(tmp_path: Path) -> None:
 
 
 class TestFlight:
-    def facts(self, *parts: str) -> Facts:
-        import json
-
-        return Facts(resolve_case(load_text(json.dumps(data_of(*parts)))))
-
     def test_a_fall_ends_on_the_ground(self) -> None:
-        facts = self.facts("bodies: {b: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 2.1]}}}")
+        facts = facts_of("bodies: {b: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 2.1]}}}")
         flight = flight_of(facts, facts.copies["b"])
         assert flight is not None
         assert flight.meeting is not None
@@ -110,7 +102,7 @@ class TestFlight:
         assert flight.meeting.velocity == pytest.approx((0, 0, -math.sqrt(2 * 9.81 * 2)))
 
     def test_a_throw_meets_a_wall_where_the_parabola_does(self) -> None:
-        facts = self.facts(
+        facts = facts_of(
             "scene: {statics: {wall: {shape: {kind: box, size: [0.2, 4, 4]}, pose: {pos: [3.1, 0, 2]}}}}\n"
             "bodies: {b: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1]}}}\n"
             "actions: {controls: {go: {kind: initial_velocity, body: b, linear: [5, 0, 3]}}}"
@@ -122,7 +114,7 @@ class TestFlight:
         assert flight.end == pytest.approx((3.0 - 0.1) / 5, rel=2e-3)
 
     def test_what_stands_does_not_fall(self) -> None:
-        facts = self.facts(
+        facts = facts_of(
             "bodies: {a: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, place: {on: floor}}, "
             "b: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, place: {on: a}}}"
         )
@@ -130,7 +122,7 @@ class TestFlight:
         assert [flight is not None and flight.moves for flight in flights] == [False, False]
 
     def test_what_slides_on_the_ground_meets_what_stands_there(self) -> None:
-        facts = self.facts(
+        facts = facts_of(
             "bodies: {a: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, place: {on: floor}}, "
             "b: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, place: {on: floor, at: [4, 0]}}}\n"
             "actions: {controls: {go: {kind: initial_velocity, body: a, linear: [5, 0, 0]}}}"

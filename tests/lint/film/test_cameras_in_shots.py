@@ -1,4 +1,4 @@
-"""Cameras are judged where and when they film: in their shots, on their way, with their frame."""
+"""Cameras with a frame, a dolly or keyframes: the rules follow them along their path."""
 
 from pathlib import Path
 

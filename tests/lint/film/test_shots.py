@@ -1,4 +1,4 @@
-"""What the cameras would not show; the lint's cameras are those of the drawing."""
+"""Subjects that no camera shows, and cameras in bad places; the cameras agree with those of the drawing."""
 
 from pathlib import Path
 

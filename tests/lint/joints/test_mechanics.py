@@ -1,15 +1,10 @@
-"""Masses and inertias that joints carry."""
-
-import json
+"""Mass and inertia beyond a joint."""
 
 import pytest
-from lint_support import data_of
+from lint_support import facts_of
 
-from text2sim.compiler.build import resolve_case
 from text2sim.compiler.shapes.sculpting import sculpted
-from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
-from text2sim.spec_schema.load import load_text
 
 WEDGE = """
 bodies:
@@ -28,10 +23,10 @@ bodies:
 
 
 def test_a_sculpt_has_the_inertia_of_its_surface_not_of_its_parts_that_overlap() -> None:
-    facts = Facts(resolve_case(load_text(json.dumps(data_of(WEDGE)))))
-    [swing] = mechanics_of(facts).swings()
-    made = sculpted(swing.copy.shape)
+    facts = facts_of(WEDGE)
+    [joint] = mechanics_of(facts).joints()
+    made = sculpted(joint.copy.shape)
     x, _, z = made.center
     # Steiner: the hinge is at the origin of the shape.
-    assert swing.inertia == pytest.approx(swing.mass * (made.inertia[1] / made.volume + x**2 + z**2), rel=1e-9)
-    assert mechanics_of(facts).inertial(swing.copy).center == pytest.approx((x, 0.0, 1.0 + z), abs=1e-4)
+    assert joint.inertia == pytest.approx(joint.mass * (made.inertia[1] / made.volume + x**2 + z**2), rel=1e-9)
+    assert mechanics_of(facts).inertial(joint.copy).center == pytest.approx((x, 0.0, 1.0 + z), abs=1e-4)

@@ -1,9 +1,9 @@
-"""Motors that are too weak, too slow, too soft, too stiff or idle: by numbers that were worked out by hand."""
+"""Motors that are too weak, too slow, too soft, too stiff or idle, with numbers computed by hand."""
 
 from pathlib import Path
 
 import pytest
-from lint_support import findings
+from lint_support import expect_words, findings
 
 G = 9.81
 
@@ -84,9 +84,7 @@ def arm(upper: float = 100, lower: float = 100, more: str = "", position: str = 
     ],
 )
 def test_what_a_motor_has_to_hold(assets: Path, case: str, says: str) -> None:
-    found = findings(assets, "weak-motor", case)
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "weak-motor", says, case)
 
 
 CRANE = """
@@ -145,9 +143,7 @@ def crane(
     ],
 )
 def test_a_load_that_is_attached_later(assets: Path, case: str, says: str) -> None:
-    found = findings(assets, "weak-motor", case)
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "weak-motor", says, case)
 
 
 def gripping(force: float, swing: str, at: float = 1.5) -> str:
@@ -168,9 +164,7 @@ def gripping(force: float, swing: str, at: float = 1.5) -> str:
     ],
 )
 def test_a_load_on_an_arm_is_lifted(assets: Path, case: str, says: str) -> None:
-    found = findings(assets, "weak-motor", case)
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "weak-motor", says, case)
 
 
 def test_one_of_many_that_is_loaded(assets: Path) -> None:
@@ -217,9 +211,7 @@ def test_a_servo_is_held_to_the_tolerance_of_an_expectation(assets: Path) -> Non
     ],
 )
 def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str) -> None:
-    found = findings(assets, "servo-droop", lift(motor=motor, target=f"position: {target}"))
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "servo-droop", says, lift(motor=motor, target=f"position: {target}"))
 
 
 @pytest.mark.parametrize(
@@ -265,9 +257,7 @@ def test_how_far_a_servo_droops(assets: Path, motor: str, target: str, says: str
     ],
 )
 def test_what_a_schedule_asks_of_a_motor(assets: Path, motor: str, target: str, says: str) -> None:
-    found = findings(assets, "slow-motor", lift("x", motor=motor, target=target), "scene: {substeps: 1}")
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "slow-motor", says, lift("x", motor=motor, target=target), "scene: {substeps: 1}")
 
 
 @pytest.mark.parametrize(
@@ -280,9 +270,7 @@ def test_what_a_schedule_asks_of_a_motor(assets: Path, motor: str, target: str, 
     ],
 )
 def test_the_speed_that_a_motor_reaches(assets: Path, joint: str, motor: str, says: str) -> None:
-    found = findings(assets, "short-speed", lift("x", joint, motor, "velocity: 0.5"))
-    assert bool(found) == bool(says), found
-    assert all(says in problem.message for problem in found)
+    expect_words(assets, "short-speed", says, lift("x", joint, motor, "velocity: 0.5"))
 
 
 def test_a_servo_without_damping_swings(assets: Path) -> None:

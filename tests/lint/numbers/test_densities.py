@@ -1,4 +1,4 @@
-"""Densities of no material, and the units in which they were meant."""
+"""Implausible densities and masses, and the units that were probably meant."""
 
 from pathlib import Path
 

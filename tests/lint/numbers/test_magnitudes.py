@@ -1,4 +1,4 @@
-"""Sizes, masses and places that the engine cannot bear; each bound was measured in it."""
+"""Sizes, masses and positions beyond the bounds that were measured in the engine."""
 
 from pathlib import Path
 
@@ -46,7 +46,7 @@ def test_a_brick_in_millimetres(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("size", "count"), [([1500, 800, 40], 1), ([1500, 800, 1], 0), ([90, 60, 40], 0)])
 def test_a_table_in_millimetres_among_things_in_metres(tmp_path: Path, size: list[float], count: int) -> None:
-    """A ground that is thin, and a house, may be large."""
+    """A thin ground and a house may be large."""
     table = f"scene: {{statics: {{table: {{shape: {{kind: box, size: {size}}}, place: {{on: floor}}}}}}}}"
     found = findings(tmp_path, "huge-body", table, BALL.format(0.1, "").replace("floor", "table"))
     assert [problem.path for problem in found] == ["/scene/statics/table/shape"] * count
@@ -83,6 +83,6 @@ def test_far_away(tmp_path: Path, x: float, severity: str | None) -> None:
 
 
 def test_dishes_of_the_library_stand_at_5_ms(tmp_path: Path) -> None:
-    """Their walls give way by a tenth of a millimetre at most, which nobody sees (in Genesis a glass sank 4 um)."""
+    """Their walls yield by at most a tenth of a millimetre, which is invisible (in Genesis a glass sank 4 um)."""
     dishes = "bodies: {glass: {use: wine_glass, place: {on: floor}}, bottle: {use: bottle, place: {right_of: glass}}}"
     assert findings(tmp_path, "too-small", "scene: {dt: 0.005}", dishes) == []

@@ -1,4 +1,4 @@
-"""Meshes that are no solids, and links of one body that start in each other."""
+"""Mesh files that are open, inverted or coarse, and links of one body that overlap."""
 
 from pathlib import Path
 

@@ -1,15 +1,11 @@
-"""What comes before anything has moved it: blows, forces, drives and driven bodies count as causes."""
+"""Expectations before the first cause of motion: impulses, forces, drives and driven bodies."""
 
-import json
 from pathlib import Path
 
 import pytest
-from lint_support import data_of, findings
+from lint_support import facts_of, findings
 
-from text2sim.compiler.build import resolve_case
-from text2sim.lint.facts import Facts
 from text2sim.lint.motion.initial_rest import all_still
-from text2sim.spec_schema.load import load_text
 
 BALL = """
 scene: {duration: 4, statics: {wall: {shape: {kind: box, size: [0.1, 2, 2]}, pose: {pos: [2, 0, 1]}}}}
@@ -115,5 +111,4 @@ BOX = "{kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}, %s}"
     ],
 )  # fmt: skip
 def test_what_stands_still(assets: Path, case: str, still: bool) -> None:
-    text = json.dumps(data_of(*case.split("\n")))
-    assert all_still(Facts(resolve_case(load_text(text, assets / "case.yaml")))) == still
+    assert all_still(facts_of(*case.split("\n"), folder=assets)) == still

@@ -1,4 +1,4 @@
-"""Measures, events and expectations of which the outcome is known beforehand."""
+"""Measures, events and expectations whose outcome is certain before the run."""
 
 from pathlib import Path
 

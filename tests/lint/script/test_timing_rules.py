@@ -1,4 +1,4 @@
-"""Expectations that come too soon, ask for too much, or hold if nothing moves."""
+"""Expectations that come too soon, or hold if nothing moves."""
 
 from pathlib import Path
 

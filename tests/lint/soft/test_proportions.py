@@ -1,4 +1,4 @@
-"""Deformable bodies that cannot bear themselves, or cannot fold, and angles and pulls of such bodies."""
+"""Deformable bodies that collapse under their weight or cannot fold, and their angles, forces and measures."""
 
 from pathlib import Path
 
@@ -82,7 +82,7 @@ def test_what_measures_of_deformation_can_be(tmp_path: Path, measure: str, expec
     ],
 )
 def test_stuff_that_a_derived_solver_leaves_out(tmp_path: Path, model: str, key: str, count: int) -> None:
-    """Where the case names the solver, its form is wrong already."""
+    """If the case names the solver, the schema rejects these values already."""
     cloth = BODY.format("cloth", f"shape: {{kind: sheet, size: [0.5, 0.5]}}, material: {{{key}: 0.5}}")
     found = findings(tmp_path, "unheeded-stuff", cloth, f"scene: {{contact: {{model: {model}}}}}")
     assert [problem.path for problem in found] == [f"/bodies/a/material/{key}"] * count

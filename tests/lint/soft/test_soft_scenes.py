@@ -1,4 +1,4 @@
-"""Sound scenes with deformable bodies give rise to nothing, and what is found is what was measured."""
+"""Sound scenes with deformable bodies have no problems, and bounds agree with measurements in the engine."""
 
 import re
 from pathlib import Path
@@ -81,7 +81,7 @@ actions:
 
 
 def soft_findings(folder: Path, *parts: str) -> list[Problem]:
-    """What the rules of `lint.soft` find, without what they say of the film."""
+    """Return the problems that the rules of `lint.soft` report."""
     from text2sim.lint.rules import RULES
 
     ids = {rule.id for rule in RULES if ".soft." in rule.run.__module__}
@@ -362,7 +362,7 @@ bodies:
 
 @pytest.mark.parametrize("region", ["{corner: [left, back]}", "{sphere: {center: [0, 0, 0], radius: 0.05}}"])
 def test_what_is_held_inside_of_a_body_shows_no_gap(assets: Path, region: str) -> None:
-    """A ball has no corners, and its middle no surface."""
+    """A ball has no corners, and its centre is not on the surface."""
     held = f"""\
 scene: {{statics: {{peg: {{shape: {{kind: sphere, radius: 0.01}}, pose: {{pos: [0.2, 0, 1.03]}}}}}}}}
 bodies:

@@ -1,4 +1,4 @@
-"""Boxes and polyhedra on an edge: on a slope, on level ground, leaning on each other."""
+"""Boxes and polyhedra that start on an edge: on a slope, on level ground, leaning on each other."""
 
 from math import radians
 

@@ -1,4 +1,4 @@
-"""Bodies under the ground, beside it, above nothing, and outside of the domain."""
+"""Bodies below the ground, beside it or above nothing, and gravity that points up."""
 
 from pathlib import Path
 

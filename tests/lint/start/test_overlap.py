@@ -1,4 +1,4 @@
-"""Bodies that start inside each other are named, with the depth and a way out; those that only touch are not."""
+"""Bodies that overlap at the start: the depth, the translation that frees them, and its severity."""
 
 import re
 from pathlib import Path
@@ -139,7 +139,7 @@ class TestMeshes:
         assert overlaps(assets, self.bodies(f", collision: {collision}", 0)) == []
 
     def test_rings_go_through_each_other(self, assets: Path) -> None:
-        """The middle of each is in the bar of the other, but is not of the ring itself."""
+        """The centre of each is in the bar of the other, but in the hole of its own ring."""
         ring = "{kind: rigid, shape: {kind: mesh, file: ring.obj, collision: decompose}, pose: {pos: [%s, 0, 0.5], euler_deg: [%s, 0, 0]}}"
         assert overlaps(assets, f"bodies: {{a: {ring % (0, 0)}, b: {ring % (0.2, 90)}}}") == []
 

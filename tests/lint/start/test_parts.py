@@ -1,4 +1,4 @@
-"""Boxes around pieces, and the pairs of them that are near."""
+"""Bounding boxes of pieces, pairs of near boxes, and translations that resolve overlaps."""
 
 import random
 

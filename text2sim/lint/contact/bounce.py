@@ -14,6 +14,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.text.document import Path
 
 ENERGY_BOUND = 0.95
 """Largest substep times angular frequency of a bouncing contact at which the engine stays stable."""
@@ -23,27 +24,38 @@ MAX_BOUNCE_TIME = 0.02
 """Longest time [s] that a bouncing contact may last without a warning."""
 
 
-def _bounce(facts: Facts, rule: str) -> Iterator[Problem]:
-    time, step, dt = facts.settings.bounce_time, facts.substep, facts.case.scene.dt
-    if not time:
-        return
+def _bounciest(facts: Facts) -> tuple[float, Path]:
+    """Return the largest restitution of a case with bouncing bodies, and its path."""
     rows = [row for group in facts.placed.values() for row in restitutions(group[:1]).items()]
     name, largest = max(rows, key=lambda row: (row[1], row[0]))
     body, _, link = name.partition(".")
     inside = () if not link else (link,) if link == "payload" else ("links", link)
-    where = facts.where(body_of(body), *inside, "material", "restitution")
-    if step > ENERGY_BOUND * time * (1 + 1e-9):
-        if rule == "restitution-step":
-            text = (
-                f"restitution {largest:g} with contact timeconst {facts.settings.timeconst:g} s gains energy at a "
-                f"substep of {step:g} s; use scene.substeps of at least {ceil(dt / (SCATTER_BOUND * time))}, or a "
-                "longer timeconst"
-            )
-            yield facts.problem(rule, where, text)
-    elif pi * time > MAX_BOUNCE_TIME and rule == "soft-bounce":
-        needed = ceil(dt * pi / (MAX_BOUNCE_TIME * CONTACT_PHASE))
+    return largest, facts.where(body_of(body), *inside, "material", "restitution")
+
+
+def _gains_energy(facts: Facts) -> bool:
+    """Return whether bouncing contacts are unstable at the substep."""
+    return facts.substep > ENERGY_BOUND * facts.settings.bounce_time * (1 + 1e-9)
+
+
+def _unstable(facts: Facts) -> Iterator[Problem]:
+    time = facts.settings.bounce_time
+    if time and _gains_energy(facts):
+        largest, where = _bounciest(facts)
+        needed = ceil(facts.case.scene.dt / (SCATTER_BOUND * time))
+        text = (
+            f"restitution {largest:g} with contact timeconst {facts.settings.timeconst:g} s gains energy at a substep "
+            f"of {facts.substep:g} s; use scene.substeps of at least {needed}, or a longer timeconst"
+        )
+        yield facts.problem("restitution-step", where, text)
+
+
+def _soft(facts: Facts) -> Iterator[Problem]:
+    time = facts.settings.bounce_time
+    if pi * time > MAX_BOUNCE_TIME and not _gains_energy(facts):
+        needed = ceil(facts.case.scene.dt * pi / (MAX_BOUNCE_TIME * CONTACT_PHASE))
         text = f"bouncing contacts last {pi * time:.2g} s and look soft; use scene.substeps of {needed} or more"
-        yield facts.problem(rule, where, text)
+        yield facts.problem("soft-bounce", _bounciest(facts)[1], text)
 
 
 _BALL = """\
@@ -64,7 +76,7 @@ bodies shoot away.""",
         remedy="Use more substeps, or leave `scene.contact.timeconst` to the compiler.",
         example=_BALL % "substeps: 1, contact: {timeconst: 0.02}",
         fix="scene: {substeps: null, contact: null, dt: 0.01}",
-        run=lambda facts: _bounce(facts, "restitution-step"),
+        run=_unstable,
         own_contact=True,
     ),
     Rule(
@@ -77,7 +89,7 @@ bodies in a row no longer collide one after the other.""",
         remedy="Use more substeps; the message says how many.",
         example=_BALL % "dt: 0.01, substeps: 2",
         fix="scene: {substeps: null}",
-        run=lambda facts: _bounce(facts, "soft-bounce"),
+        run=_soft,
         own_contact=True,
     ),
 )

@@ -53,22 +53,20 @@ def creep_speed(pull: float, slope: float, friction: float, timeconst: float) ->
 def _creeping(facts: Facts) -> Iterator[Problem]:
     yield from _leaning(facts)
     scene = facts.case.scene
-    pull = math.hypot(*scene.gravity)
-    if facts.settings.cone != "pyramidal" or not pull:
+    if facts.settings.cone != "pyramidal" or not facts.pull:
         return
-    up = (-scene.gravity[0] / pull, -scene.gravity[1] / pull, -scene.gravity[2] / pull)
-    supports = list(_supports(facts, up))
+    supports = list(_supports(facts))
     for name in facts.case.bodies if supports else ():
         found: list[tuple[float, float, float, Copy, Copy]] = []
         for copy in facts.placed[name][:MAX_BODIES]:
             if is_soft(copy.model) or not facts.free(copy) or copy.name in facts.velocities:
                 continue
             for other, normal in supports:
-                slope = math.acos(min(1.0, vector_dot(normal, up)))
+                slope = math.acos(min(1.0, vector_dot(normal, facts.up)))
                 friction = friction_between(facts, copy, other)
                 stopped = scene.solver.noslip_iterations >= NOSLIP and math.tan(slope) < NOSLIP_SHARE * friction
                 if math.tan(slope) < friction and not stopped and _lies_on(facts, copy, other, normal):
-                    speed = creep_speed(pull, slope, friction, facts.settings.timeconst)
+                    speed = creep_speed(facts.pull, slope, friction, facts.settings.timeconst)
                     found.append((speed, slope, friction, copy, other))
                     break
         if found and (worst := max(found, key=lambda row: row[0]))[0] * scene.duration > MIN_CREEP:
@@ -104,14 +102,15 @@ def _finding(facts: Facts, speed: float, slope: float, friction: float, copy: Co
     return facts.problem("creeps", ("bodies", copy.body), text, key=True)
 
 
-def _supports(facts: Facts, up: Vec) -> Iterator[tuple[Copy, Vec]]:
+def _supports(facts: Facts) -> Iterator[tuple[Copy, Vec]]:
     """Yield slopes that do not move, with the normals of their upper faces."""
+    up = facts.up
     for ground in facts.planes:
         if math.hypot(*vector_cross(ground.up, up)) > MIN_SLOPE:
             yield ground.copy, ground.up
     for copy in facts.copies.values():
         if facts.mount(copy) in ("static", "fixed", "driven") and getattr(copy.shape, "kind", "") == "box":
-            turned = [quat_rotate(copy.quat, AXES[axis]) for axis in ("x", "y", "z")]
+            turned = [quat_rotate(copy.quat, axis) for axis in AXES.values()]
             faces = [face for x, y, z in turned for face in ((x, y, z), (-x, -y, -z))]
             top = max(faces, key=lambda face: vector_dot(face, up))
             if math.hypot(*vector_cross(top, up)) > MIN_SLOPE:
@@ -125,11 +124,10 @@ def _lies_on(facts: Facts, copy: Copy, other: Copy, normal: Vec) -> bool:
     if not any(math.hypot(*vector_cross(quat_rotate(copy.quat, AXES[a]), normal)) < MAX_FLUSH_ANGLE for a in axes):
         return False
     low = min(part.lowest(normal) for part in facts.parts(copy))
-    for ground in facts.planes:
-        if ground.copy is other:
-            return abs(low - ground.level) < MAX_RESTING_GAP and ground.beside(copy.pos) < 0
-    box, its = facts.box(copy), facts.box(other)
-    if box is None or its is None or apart(box, its, -MAX_RESTING_GAP):
+    if (ground := facts.ground(other)) is not None:
+        return abs(low - ground.level) < MAX_RESTING_GAP and ground.beside(copy.pos) < 0
+    box, other_box = facts.box(copy), facts.box(other)
+    if box is None or other_box is None or apart(box, other_box, -MAX_RESTING_GAP):
         return False
     top = -min(part.lowest((-normal[0], -normal[1], -normal[2])) for part in facts.parts(other))
     return abs(low - top) < MAX_RESTING_GAP

@@ -5,15 +5,12 @@ samples its motion in steps of half the thickness of its pieces, and turns in st
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import Moment, moments
 from text2sim.compiler.shapes.boxes import apart, union
-from text2sim.compiler.shapes.rotation import (
-    IDENTITY,
-    quat_multiply,
-    quat_rotate,
-)
+from text2sim.compiler.shapes.rotation import frame_apply, quat_multiply, vector_minus, vector_plus
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
@@ -71,10 +68,10 @@ def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[
             continue
         if box is None or way is None or apart(way, box):
             continue
-        theirs = facts.parts(other)
-        if any(inside(a, b) for a in parts for b in theirs):
+        others = facts.parts(other)
+        if any(inside(a, b) for a in parts for b in others):
             continue
-        found = (_depth(copy, parts, moment, theirs, effort) for moment in path)
+        found = (_depth(copy, parts, moment, others, effort) for moment in path)
         depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, path, strict=True)), default=(0.0, 0.0))
         if depth > allowed:
             yield other, -t, depth
@@ -91,16 +88,16 @@ def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[S
 
 def _parts_at(copy: Copy, parts: list[StandingPart], moment: Moment) -> list[StandingPart]:
     """Return the pieces of a copy at a moment."""
-    _, (x, y, z), turn = moment
-    found = []
-    for part in parts:
-        (a, b, c), quat = part.pos, part.quat
-        if turn != IDENTITY:
-            p, q, r = copy.pos
-            d, e, f = quat_rotate(turn, (a - p, b - q, c - r))
-            (a, b, c), quat = (p + d, q + e, r + f), quat_multiply(turn, quat)
-        found.append(StandingPart(part.piece, (a + x, b + y, c + z), quat, part.moves, part.link, part.mesh))
-    return found
+    _, step, turn = moment
+    origin = vector_plus(copy.pos, step)
+    return [
+        replace(
+            part,
+            pos=frame_apply(origin, turn, vector_minus(part.pos, copy.pos)),
+            quat=quat_multiply(turn, part.quat),
+        )
+        for part in parts
+    ]
 
 
 _STAMP = """\

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, quat_multiply, quat_to_rows, vector_dot, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_unit
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.spec_schema.text.document import Path
@@ -57,13 +57,11 @@ def width(parts: list[StandingPart], axis: Vec) -> float:
 
 def _normals(part: StandingPart, velocity: Vec) -> list[Vec]:
     """Return the directions along which a body may pass a piece."""
-    turn = quat_multiply(part.quat, part.piece.quat)
-    columns: list[Vec] = list(zip(*quat_to_rows(turn), strict=True))  # type: ignore[arg-type]
     ahead = vector_unit(velocity)
     if part.piece.kind == "box":
-        return columns
+        return part.axes
     if part.piece.kind == "cylinder":
-        axis = columns[2]
+        axis = part.axes[2]
         along = vector_dot(axis, ahead)
         across = tuple(a - along * b for a, b in zip(ahead, axis, strict=True))
         return [axis, vector_unit(across)] if math.hypot(*across) > 1e-6 else [axis]

@@ -8,10 +8,10 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import StartVelocity
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_dot
-from text2sim.compiler.shapes.sweep import sweep
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import MAX_RESTING_GAP
+from text2sim.lint.motion.flight import MAX_RESTING_GAP, is_just_above
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
@@ -36,16 +36,15 @@ class _Slide(NamedTuple):
 
 
 def _sliding(facts: Facts) -> Iterator[Problem]:
-    gravity = facts.case.scene.gravity
-    pull = math.hypot(*gravity)
+    pull = facts.pull
     if facts.settings.cone != "pyramidal" or not pull:
         return
     found: dict[str, list[_Slide]] = {}
     for row in facts.rows.velocities:
-        slide = _slide(facts, row, (-gravity[0] / pull, -gravity[1] / pull, -gravity[2] / pull))
+        slide = _slide(facts, row)
         if slide is not None:
             box = facts.box(slide.copy)
-            size = min(high - low for low, high in zip(*box, strict=True)) if box is not None else 0.0
+            size = min(sides(box)) if box is not None else 0.0
             if slide.lift**2 / (2 * pull) > max(MIN_HOP_SHARE * size, MIN_HOP):
                 found.setdefault(row.control, []).append(slide)
     for control, slides in found.items():
@@ -68,11 +67,11 @@ def _rolling(slide: _Slide) -> str:
     return f", or let it roll: `angular: {vector((-y / shape.radius, x / shape.radius, 0.0))}`"
 
 
-def _slide(facts: Facts, row: StartVelocity, up: Vec) -> _Slide | None:
+def _slide(facts: Facts, row: StartVelocity) -> _Slide | None:
     copy = facts.copies[row.entity]
     if is_soft(copy.model):  # the friction cone is that of rigid contacts
         return None
-    support, normal = _support(facts, copy, up)
+    support, normal = _support(facts, copy)
     if support is None:
         return None
     low = min(part.lowest(normal) for part in facts.parts(copy))
@@ -104,21 +103,19 @@ def friction_between(facts: Facts, one: Copy, other: Copy) -> float:
     return max(material.friction if material is not None else 0.0 for material in materials)
 
 
-def _support(facts: Facts, copy: Copy, up: Vec) -> tuple[Copy | None, Vec]:
+def _support(facts: Facts, copy: Copy) -> tuple[Copy | None, Vec]:
     """Return the support of a copy, and the normal of its surface."""
     parts, box = facts.parts(copy), facts.box(copy)
     for ground in facts.planes:
         if any(-MAX_RESTING_GAP < ground.depth(part) for part in parts) and ground.beside(copy.pos) < 0:
             return ground.copy, ground.up
     for other in facts.copies.values():
-        its = facts.box(other)
-        if other is copy or is_soft(other.model) or its is None or box is None or apart(box, its, -MAX_RESTING_GAP):
+        other_box = facts.box(other)
+        if other is copy or is_soft(other.model) or other_box is None or box is None:
             continue
-        down = (-up[0], -up[1], -up[2])
-        way = sweep([part.solid for part in parts], [part.solid for part in facts.parts(other)], down)
-        if way is not None and way < MAX_RESTING_GAP:
-            return other, up
-    return None, up
+        if not apart(box, other_box, -MAX_RESTING_GAP) and is_just_above(facts, copy, other):
+            return other, facts.up
+    return None, facts.up
 
 
 RULES = (

@@ -7,17 +7,16 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import strokes
 from text2sim.compiler.schedules import extremes
 from text2sim.compiler.shapes.boxes import Bounds, apart, grown, swept
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_times, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_minus, vector_times, vector_unit
 from text2sim.lint.contact.passing import Pass, hardest, stopping_time
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
+from text2sim.lint.start.escape import AXES
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.motion import Spin
 
 MAX_COPIES = 24
 """Most copies of a driven body that are checked."""
-DIRECTIONS = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
-"""Directions in which the ends of a rotating piece are searched."""
 
 
 def sweeping(facts: Facts) -> Iterator[Pass]:
@@ -52,10 +51,8 @@ def _motions(copy: Copy, part: StandingPart) -> Iterator[tuple[Vec, Bounds]]:
     motion = copy.model.motion
     if isinstance(motion, Spin):
         axis, rate = vector_unit(motion.axis), max(map(abs, extremes(motion.speed)))
-        x, y, z = copy.pos
-        for direction in DIRECTIONS:
-            a, b, c = part.solid.support(direction)
-            arm = (a - x, b - y, c - z)
+        for direction in AXES:  # in which its ends are
+            arm = vector_minus(part.solid.support(direction), copy.pos)
             reach = math.hypot(*arm) + part.solid.rounding
             velocity = vector_times(vector_cross(axis, arm), rate)
             if any(velocity):

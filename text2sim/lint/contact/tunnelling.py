@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.rotation import Vec, vector_dot
+from text2sim.compiler.shapes.rotation import vector_dot
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.contact.passing import Pass, hardest, stopping_time, width
 from text2sim.lint.contact.sweeping import sweeping
@@ -58,7 +58,8 @@ def _flying(facts: Facts) -> Iterator[Pass]:
         if is_soft(other.model):  # see `lint.soft`
             continue
         if meeting.part is None:
-            ground = next(ground for ground in facts.planes if ground.copy is other)
+            ground = facts.ground(other)
+            assert ground is not None
             speed = -vector_dot(meeting.velocity, ground.up)
             room = width(parts, ground.up)
         else:
@@ -69,8 +70,7 @@ def _flying(facts: Facts) -> Iterator[Pass]:
 
 def _fastest(facts: Facts) -> list[Copy]:
     """Return the free bodies that may become fast enough to pass anything, the fastest first."""
-    gravity, tau, scene = facts.case.scene.gravity, stopping_time(facts), facts.case.scene
-    pull = math.hypot(*gravity)
+    pull, tau, duration = facts.pull, stopping_time(facts), facts.case.scene.duration
     lowest = _lowest(facts)
     found = []
     for name in facts.case.bodies:
@@ -78,26 +78,20 @@ def _fastest(facts: Facts) -> list[Copy]:
             if not facts.free(copy):
                 continue
             start = math.hypot(*facts.velocities.get(copy.name, (0.0, 0.0, 0.0)))
-            fall = max(_height_of(gravity, copy.pos) - lowest, 0.0) if pull else 0.0
-            speed = min(math.sqrt(start**2 + 2 * pull * fall), start + pull * scene.duration)
+            fall = max(vector_dot(facts.up, copy.pos) - lowest, 0.0) if pull else 0.0
+            speed = min(math.sqrt(start**2 + 2 * pull * fall), start + pull * duration)
             if speed * tau > facts.thinnest(copy) / 2:
                 found.append((speed, len(found), copy))
     return [copy for _, _, copy in sorted(found, reverse=True)[:MAX_BODIES]]
 
 
-def _height_of(gravity: Vec, point: Vec) -> float:
-    """Return the height [m] of a point against gravity."""
-    return -vector_dot(gravity, point) / (math.hypot(*gravity) or 1.0)
-
-
 def _lowest(facts: Facts) -> float:
-    """Return the height [m] against gravity below which there is nothing to meet."""
-    gravity = facts.case.scene.gravity
-    heights = [_height_of(gravity, ground.copy.pos) for ground in facts.planes]
-    boxes = (box for copy in facts.copies.values() if (box := facts.box(copy)) is not None)
-    return min(
-        [*heights, *(min(_height_of(gravity, low), _height_of(gravity, high)) for low, high in boxes)], default=0.0
-    )
+    """Return the height [m] against gravity below which there is nothing to meet; 0 without gravity."""
+    if not facts.pull:
+        return 0.0
+    corners = [corner for copy in facts.copies.values() if (box := facts.box(copy)) is not None for corner in box]
+    points = [*(ground.copy.pos for ground in facts.planes), *corners]
+    return min((vector_dot(facts.up, point) for point in points), default=0.0)
 
 
 def _blame(facts: Facts, copy: Copy) -> Path:

@@ -10,7 +10,7 @@ from text2sim.lint.film.subjects import center_of
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.spec_schema.models.bodies import Driven
 
-SAMPLED_MOMENTS = 16
+PATH_MOMENTS = 16
 """Moments at which the rules sample a path."""
 
 
@@ -27,8 +27,8 @@ def way_seen(facts: Facts, copy: Copy, start: float, end: float) -> Iterator[tup
     """
     center, radius = center_of(facts.balls(copy)), min(radius for _, radius in facts.balls(copy))
     known, pace = whereabouts(facts).known_until(copy), facts.velocities.get(copy.name, (0.0, 0.0, 0.0))
-    for k in range(SAMPLED_MOMENTS):
-        t = start + (end - start) * k / (SAMPLED_MOMENTS - 1)
+    for k in range(PATH_MOMENTS):
+        t = start + (end - start) * k / (PATH_MOMENTS - 1)
         step, on = whereabouts(facts).offset(copy, t), max(t - known, 0.0)
         there = (center[0] + step[0] + pace[0] * on, center[1] + step[1] + pace[1] * on, center[2] + step[2])
         views = [view for view in shots(facts, t, offset_of(facts)) if films_at(facts, view.name, t)]

@@ -4,18 +4,14 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from text2sim.compiler.shapes.rotation import Vec, vector_dot
+from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus
 from text2sim.compiler.trees.tree import tree_links
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.templates.cadence import Frame, frames, reels
 from text2sim.templates.viewpoints import basis, place
 
 Offset = Callable[[str, float], Vec]
 """Displacement [m] of a copy from its start at a time [s], as far as known."""
-
-
-def _no_displacement(name: str, t: float) -> Vec:
-    return (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,7 @@ class ShotView:
 
     def place(self, point: Vec) -> tuple[float, float, float]:
         """Return a point in the picture (-1 to 1 across and up if inside) and its depth [m]."""
-        away = (point[0] - self.pos[0], point[1] - self.pos[1], point[2] - self.pos[2])
+        away = vector_minus(point, self.pos)
         depth = vector_dot(away, self.ahead)
         if depth <= 1e-6:
             return math.inf, math.inf, depth
@@ -74,23 +70,20 @@ class ShotView:
         return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tall))
 
 
-def shots(facts: Facts, t: float, offset: Offset = _no_displacement) -> list[ShotView]:
+def shots(facts: Facts, t: float, offset: Offset | None = None) -> list[ShotView]:
     """Return all cameras at a time [s] of the simulation.
 
     Args:
         facts: The case.
         t: Time of the simulation [s].
-        offset: Displacements of copies.
+        offset: Displacements of copies; none if left out.
     """
     return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
+@once_per_case
 def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
     """Return the pictures that each camera of the author takes, in the order of the film."""
-    return facts.once(_pictures_by_camera)
-
-
-def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
     render = facts.plan.render
     found: dict[str, list[Frame]] = {name: [] for name in facts.case.render.cameras}
     for reel in reels(render).values() if found else ():
@@ -100,13 +93,11 @@ def _pictures_by_camera(facts: Facts) -> dict[str, list[Frame]]:
 
 
 def spread_evenly(pictures: list[Frame], max_pictures: int) -> list[Frame]:
-    """Return pictures spread evenly from the first to the last."""
+    """Return at most some pictures, spread evenly from the first to the last."""
     last = len(pictures) - 1
-    return (
-        [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
-        if last >= max_pictures
-        else pictures
-    )
+    if last < max_pictures:
+        return pictures
+    return [pictures[round(k * last / max(max_pictures - 1, 1))] for k in range(max_pictures)]
 
 
 def films_at(facts: Facts, name: str, t: float) -> bool:
@@ -122,14 +113,14 @@ def films_at(facts: Facts, name: str, t: float) -> bool:
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset = _no_displacement, part: float | None = None) -> ShotView:
+def shot(facts: Facts, name: str, t: float, offset: Offset | None = None, part: float | None = None) -> ShotView:
     """Return a camera of the plan at a time [s].
 
     Args:
         facts: The case.
         name: Name of the camera.
         t: Simulated time [s].
-        offset: Displacements of copies.
+        offset: Displacements of copies; none if left out.
         part: Progress of a moving camera, 0 to 1; that in a film without shots if left out.
     """
     render = facts.plan.render
@@ -146,21 +137,14 @@ def shot(facts: Facts, name: str, t: float, offset: Offset = _no_displacement, p
 class _Known:
     """Predicted positions at a moment, in the form that cameras need."""
 
-    def __init__(self, facts: Facts, t: float, offset: Offset) -> None:
+    def __init__(self, facts: Facts, t: float, offset: Offset | None) -> None:
         self._facts, self._t, self._offset = facts, t, offset
 
     def position(self, body: str, t: float, link: str | None) -> Vec:
-        """Return the position [m] of a copy's link; `t` is close enough to the moment not to matter."""
-        x, y, z = _body(self._facts, body, link)
-        a, b, c = self._offset(body, self._t)
-        return (x + a, y + b, z + c)
-
-
-def _body(facts: Facts, name: str, link: str | None) -> Vec:
-    """Return the position [m] of a copy's link at the start; of its root if none is named."""
-    copy = facts.copies[name]
-    tree = facts.tree(copy)
-    if tree is None or not tree.roots:
-        return copy.pos
-    standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
-    return standing.get(link if link is not None else tree.roots[0].name, copy.pos)
+        """Return the position [m] of a copy's link, or of its root; `t` is close enough to the moment not to matter."""
+        copy = self._facts.copies[body]
+        start, tree = copy.pos, self._facts.tree(copy)
+        if tree is not None and tree.roots:
+            standing = {row.link.name: row.pos for row in tree_links(tree, copy.pos, copy.quat)}
+            start = standing.get(link if link is not None else tree.roots[0].name, copy.pos)
+        return start if self._offset is None else vector_plus(start, self._offset(body, self._t))

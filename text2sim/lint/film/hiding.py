@@ -62,7 +62,7 @@ def _crosses(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
 
 
 def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
-    """Say what hides a subject from all these cameras; empty if one sees part of it.
+    """Return what hides a subject from all these cameras; empty if one sees part of it.
 
     Args:
         facts: The case.

@@ -6,7 +6,7 @@ from itertools import dropwhile
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.body_paths import SAMPLED_MOMENTS, offset_of, way_seen
+from text2sim.lint.film.body_paths import PATH_MOMENTS, offset_of, way_seen
 from text2sim.lint.film.case_cameras import shots
 from text2sim.lint.film.subjects import drawn, subjects
 from text2sim.lint.film.unseen_subjects import camera_to_blame
@@ -50,7 +50,7 @@ def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
         return None
     # It probably stays where it comes down.
     stays = not seen[-1][2] and not isinstance(copy.model, Driven)
-    if not stays and len(lost) <= MAX_SHARE_OUTSIDE * SAMPLED_MOMENTS:
+    if not stays and len(lost) <= MAX_SHARE_OUTSIDE * PATH_MOMENTS:
         return None
     return lost[0]
 
@@ -66,7 +66,7 @@ def _leaving(facts: Facts, copy: Copy, t: float, left_at: Vec) -> Problem:
     )
     if needed and min(needed) < 90:
         text += f", or widen the field of view to {min(needed) * 1.1:.3g} deg or more"
-    return facts.problem("leaves-picture", camera_to_blame(facts, views), text, key=True)
+    return facts.problem("leaves-picture", camera_to_blame(views), text, key=True)
 
 
 RULES = (

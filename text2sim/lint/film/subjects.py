@@ -5,36 +5,22 @@ from collections.abc import Iterator
 from typing import Any
 
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 
 Balls = list[tuple[Vec, float]]
 """Centres and radii [m]."""
 
 _NAME = re.compile(r"[A-Za-z]\w*")
-NAMING_KEYS = (
-    "body",
-    "joint",
-    "of",
-    "by",
-    "between",
-    "from",
-    "to",
-    "measure",
-    "event",
-    "before",
-    "after",
-    "on",
-    "attach",
-)
+NAMING_KEYS = {
+    *("body", "joint", "of", "by", "between", "from", "to"),
+    *("measure", "event", "before", "after", "on", "attach"),
+}
 """Keys under which the script names bodies, or measures, events and controls that name them."""
 
 
+@once_per_case
 def subjects(facts: Facts) -> list[str]:
     """Return the bodies that expectations are about, or that a control acts on, in the order of the case."""
-    return facts.once(_subjects)
-
-
-def _subjects(facts: Facts) -> list[str]:
     actions = facts.value_at(("actions",)) or {}
     expect = actions.get("expect") or {}
     waiting: list[Any] = [*expect.values(), *(actions.get("controls") or {}).values()]

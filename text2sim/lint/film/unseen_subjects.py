@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.film.body_paths import comes_in
 from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
@@ -23,6 +23,7 @@ MAX_FILM_START = 0.1
 """Latest start [s] of a film that shows bodies where they start."""
 
 
+@once_per_case
 def _views(facts: Facts) -> list[ShotView]:
     """Return the author's cameras that film the start; none if the camera is derived."""
     return [
@@ -38,7 +39,7 @@ def _share_inside(shot: ShotView, balls: Balls) -> float:
     return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
 
 
-def camera_to_blame(facts: Facts, views: list[ShotView]) -> Path:
+def camera_to_blame(views: list[ShotView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
@@ -47,13 +48,17 @@ def _who_does_not_see(views: list[ShotView]) -> str:
     return f"camera `{views[0].name}` does not see" if len(views) == 1 else "no camera sees"
 
 
-def _unseen(facts: Facts) -> Iterator[Problem]:
+def _filmed_subjects(facts: Facts) -> Iterator[tuple[str, Balls, list[ShotView]]]:
+    """Yield the visible subjects with the balls around them, and the cameras that see part of them at the start."""
     views = _views(facts)
     for name in subjects(facts) if views else ():
-        balls = drawn(facts, name)
-        if not balls:
-            continue
-        seeing = [view for view in views if any(view.shows(*ball) for ball in balls)]
+        if balls := drawn(facts, name):
+            yield name, balls, [view for view in views if any(view.shows(*ball) for ball in balls)]
+
+
+def _unseen(facts: Facts) -> Iterator[Problem]:
+    views = _views(facts)
+    for name, balls, seeing in _filmed_subjects(facts):
         why = ""
         if not seeing:
             why = "" if comes_in(facts, name) else _way_in(views[0], balls)
@@ -61,11 +66,11 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             why = hidden_behind(facts, seeing, name)
         if why:
             text = f"{_who_does_not_see(views)} `{name}`, a subject of the script, at the start: {why}"
-            yield facts.problem("unseen-subject", camera_to_blame(facts, views), text, key=True)
+            yield facts.problem("unseen-subject", camera_to_blame(views), text, key=True)
 
 
 def _way_in(shot: ShotView, balls: Balls) -> str:
-    """Say why a subject is not in the picture of a camera, and what would bring it there."""
+    """Return why a subject is not in the picture of a camera, and what would bring it there."""
     center = center_of(balls)
     needed = shot.needed(center)
     look = f"set look_at to {vector(tuple(round(c, 2) for c in center))}"
@@ -78,10 +83,7 @@ def _way_in(shot: ShotView, balls: Balls) -> str:
 
 
 def _small(facts: Facts) -> Iterator[Problem]:
-    views = _views(facts)
-    for name in subjects(facts) if views else ():
-        balls = drawn(facts, name)
-        seeing = [view for view in views if any(view.shows(*ball) for ball in balls)]
+    for name, balls, seeing in _filmed_subjects(facts):
         if not seeing:
             continue
         share, best = max((view.share(balls), -index) for index, view in enumerate(seeing))
@@ -101,9 +103,8 @@ def _small(facts: Facts) -> Iterator[Problem]:
 
 def _cut_off(facts: Facts) -> Iterator[Problem]:
     views = _views(facts)
-    for name in subjects(facts) if views else ():
-        balls = drawn(facts, name)
-        if not balls or not any(view.shows(*ball) for view in views for ball in balls):
+    for name, balls, seeing in _filmed_subjects(facts):
+        if not seeing:
             continue
         share, best = max((_share_inside(view, balls), -index) for index, view in enumerate(views))
         if share < MIN_SHARE_INSIDE:

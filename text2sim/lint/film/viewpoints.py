@@ -16,7 +16,7 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
 MOVING_KINDS = ("orbit", "dolly", "keyframed")
-SAMPLED_MOMENTS = 13
+CAMERA_MOMENTS = 13
 """Moments at which the rules sample the path of a moving camera."""
 
 
@@ -24,7 +24,7 @@ def _sampled(facts: Facts) -> Iterator[tuple[float, ShotView]]:
     """Yield the author's cameras at sampled times [s] of the simulation."""
     for name, pictures in pictures_taken(facts).items():
         moving = facts.plan.render["cameras"][name]["kind"] in MOVING_KINDS
-        for frame in spread_evenly(pictures, SAMPLED_MOMENTS if moving else 1):
+        for frame in spread_evenly(pictures, CAMERA_MOMENTS if moving else 1):
             yield frame.t, shot(facts, name, frame.t, part=frame.part)
 
 

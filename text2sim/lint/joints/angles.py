@@ -15,6 +15,7 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.script.targets import targets_of
+from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.events import ThresholdEvent
 from text2sim.spec_schema.models.measures import JointPosition
@@ -65,28 +66,26 @@ def _in_degrees(value: Any, where: Path) -> Iterator[tuple[Path, Any]]:
             yield from _in_degrees(item, (*where, key))
 
 
+@one_per_place
 def _degrees(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        if swing is None or not swing.hinge or swing.joint.range is not None:
+        joint = mechanics.joint(facts.copies[entity], name)
+        if joint is None or not joint.hinge or joint.spec.range is not None:
             continue
         for span in spans:
             worst = max(span.extremes(), key=abs)
             if span.mode == "position" and in_degrees(worst):
-                text = (
-                    f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians: {worst:g} deg is "
-                    f"${{radians({worst:g})}}"
-                )
+                text = f"{worst:g} rad are {abs(worst) / 6.2832:.2g} turns; targets are in radians: {as_radians(worst)}"
                 yield facts.problem("looks-like-degrees", span.where, text)
                 break
     yield from _bounds(facts)
     for name, body in facts.case.bodies.items():
-        for joint, value in getattr(body, "initial", {}).items():
-            swing = mechanics.swing(facts.placed[name][0], joint)
-            if swing is not None and swing.hinge and in_degrees(value):
-                text = f"start positions of hinges are in radians: {value:g} deg is ${{radians({value:g})}}"
-                yield facts.problem("looks-like-degrees", ("bodies", name, "initial", joint), text)
+        for key, value in getattr(body, "initial", {}).items():
+            joint = mechanics.joint(facts.placed[name][0], key)
+            if joint is not None and joint.hinge and in_degrees(value):
+                text = f"start positions of hinges are in radians: {as_radians(value)}"
+                yield facts.problem("looks-like-degrees", ("bodies", name, "initial", key), text)
 
 
 def _bounds(facts: Facts) -> Iterator[Problem]:
@@ -95,19 +94,19 @@ def _bounds(facts: Facts) -> Iterator[Problem]:
     rows: list[tuple[Path, Any]] = [(("actions", "expect", name), one) for name, one in actions.expect.items()]
     events = actions.events.items()
     rows += [(("actions", "events", name), one) for name, one in events if isinstance(one, ThresholdEvent)]
-    for where, said in rows:
-        values = ((key, getattr(said, key, None)) for key in ("above", "below", "equals"))
+    for where, entry in rows:
+        values = ((key, getattr(entry, key, None)) for key in ("above", "below", "equals"))
         found = next(((key, bound) for key, bound in values if bound is not None and in_degrees(bound)), None)
-        if found is None or said.measure is None:
+        if found is None or entry.measure is None:
             continue
         key, bound = found
         why = ""
-        if _is_free_hinge_angle(facts, said.measure):
+        if _is_free_hinge_angle(facts, entry.measure):
             why = f"{bound:g} rad are {abs(bound) / 6.2832:.2g} turns of a joint that only hangs and swings"
-        elif where[1] == "expect" and (most := _driven_to(facts, said.measure)) and abs(bound) > 2 * most:
+        elif where[1] == "expect" and (most := _driven_to(facts, entry.measure)) and abs(bound) > 2 * most:
             why = f"its joint is driven to at most {most:.3g} rad"
         if why:
-            text = f"`{said.measure}` is in radians, and {why}; {bound:g} deg is ${{radians({bound:g})}}"
+            text = f"`{entry.measure}` is in radians, and {why}; {as_radians(bound)}"
             yield facts.problem("looks-like-degrees", (*where, key), text)
 
 
@@ -116,21 +115,20 @@ def _hinges(facts: Facts, measure: str) -> list[tuple[LoadedJoint, list[Span]]]:
     found = facts.case.actions.measures.get(measure)
     if not isinstance(found, JointPosition) or found.stat in ("count", "sum", "std", "range"):
         return []
-    targets = targets_of(facts).select(found.of)
-    swings = [mechanics_of(facts).swing(one.copy, one.link or one.copy.body) for one in targets]
-    hinges = [swing for swing in swings if swing is not None and swing.hinge]
-    rows = [
-        (swing, spans_of(facts).get((one.copy.name, swing.name), []))
-        for one, swing in zip(targets, hinges, strict=False)
-    ]
-    return rows if len(hinges) == len(targets) else []
+    rows = []
+    for target in targets_of(facts).select(found.of):
+        joint = mechanics_of(facts).joint(target.copy, target.link or target.copy.body)
+        if joint is None or not joint.hinge:
+            return []
+        rows.append((joint, spans_of(facts).get((target.copy.name, joint.name), [])))
+    return rows
 
 
 def _is_free_hinge_angle(facts: Facts, measure: str) -> bool:
     """Return whether a measure is the angle of hinges that only gravity turns."""
     hinges = _hinges(facts, measure)
     return bool(hinges) and all(
-        not spans and not swing.floating and any(abs(p) > 1e-6 for p in swing.pull) for swing, spans in hinges
+        not spans and not joint.floating and any(abs(p) > 1e-6 for p in joint.pull) for joint, spans in hinges
     )
 
 
@@ -169,7 +167,7 @@ Only fields whose names end in `deg` are in degrees. A target of 45 for a hinge 
         remedy="Write `${radians(45)}`. For many turns, write a multiple of pi: `${14 * pi}`.",
         example=_DOOR % "90",
         fix=_DOOR % "1.57",
-        run=lambda facts: one_per_place(_degrees(facts)),
+        run=_degrees,
     ),
     Rule(
         id="looks-like-radians",

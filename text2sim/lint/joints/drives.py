@@ -7,7 +7,7 @@ from math import pi, radians
 
 from text2sim.compiler.drives import DriveTarget
 from text2sim.compiler.schedules import value_at
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.spec_schema.models.motion import Constant, Piecewise, Ramp, Schedule, Sine, Steps
 from text2sim.spec_schema.text.document import Path
 
@@ -71,12 +71,9 @@ class Demand:
     """Mean speed [rad/s or m/s]."""
 
 
+@once_per_case
 def spans_of(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     """Return the drives of every driven joint, by copy and joint: in order of time, then those that begin at events."""
-    return facts.once(_spans)
-
-
-def _spans(facts: Facts) -> dict[tuple[str, str], list[Span]]:
     duration = facts.case.scene.duration
     found = {}
     for (entity, joint), targets in facts.rows.targets.items():
@@ -113,13 +110,12 @@ def demands(span: Span) -> Iterator[Demand]:
     """
     schedule = span.schedule
     if isinstance(schedule, Sine):
-        rate = 2 * pi * schedule.frequency
-        swing = abs(schedule.amplitude)
+        rate, amplitude = 2 * pi * schedule.frequency, abs(schedule.amplitude)
         if span.end - span.start >= 0.25 / schedule.frequency:
             power = 2 if span.mode == "position" else 1
-            low, high = schedule.offset - swing, schedule.offset + swing
-            speed = swing * rate if span.mode == "position" else high
-            yield Demand(span.start, span.end, low, high, swing * rate**power, speed)
+            low, high = schedule.offset - amplitude, schedule.offset + amplitude
+            speed = amplitude * rate if span.mode == "position" else high
+            yield Demand(span.start, span.end, low, high, amplitude * rate**power, speed)
         return
     if isinstance(schedule, Constant | float | int | Steps):
         first = span.before if span.mode == "position" and span.start == 0.0 else 0.0

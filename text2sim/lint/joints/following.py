@@ -24,17 +24,18 @@ MIN_MISSING_SPEED = 0.1
 """Missing share of the speed of a velocity motor that is reported."""
 
 
+@one_per_place
 def _slow_motors(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        if motor.limit == inf or motor.swing.closed:
+        if motor.limit == inf or motor.joint.closed:
             continue
         # In a floating tree, both sides of the joint move, so only the force for the motor's damping is certain.
-        own = 0.0 if motor.swing.floating else motor.swing.inertia
+        own = 0.0 if motor.joint.floating else motor.joint.inertia
         inertia = own + facts.substep * motor.damping
         found = []
         for span in motor.spans:
             for demand in demands(span) if span.mode != "force" else ():
-                load = 0.0 if motor.swing.floating else _load(motor, demand, span.mode)
+                load = 0.0 if motor.joint.floating else _load(motor, demand, span.mode)
                 needed = inertia * demand.acceleration + load
                 ratio = inertia * demand.acceleration / max(motor.limit - load, 1e-3 * needed, 1e-12)
                 longer = sqrt(ratio) if span.mode == "position" else ratio
@@ -43,7 +44,7 @@ def _slow_motors(facts: Facts) -> Iterator[Problem]:
         if not found:
             continue
         longer, needed, load, demand, span = max(found, key=lambda entry: entry[0])
-        unit, force = motor.swing.units
+        unit, force = motor.joint.units
         speed = span.mode == "velocity"
         rotor = facts.substep * motor.damping * demand.acceleration
         parts = [f"{amount(own * demand.acceleration, force)} for its inertia"] * (own > 0.0)
@@ -61,34 +62,35 @@ def _slow_motors(facts: Facts) -> Iterator[Problem]:
 def _load(motor: Powered, demand: Demand, mode: str) -> float:
     """Return the mean force against the motor during a change; 0 if gravity helps it."""
     way = 1.0 if demand.last > demand.first else -1.0
-    load = motor.swing.joint.friction + motor.swing.joint.damping * demand.speed
+    load = motor.joint.spec.friction + motor.joint.spec.damping * demand.speed
     if mode == "position":
         points = [demand.first + k / 4 * (demand.last - demand.first) for k in range(5)]
         load -= way * sum(motor.load(q) for q in points) / 5
-    elif not motor.swing.hinge:
-        load -= way * motor.swing.pull[0]
+    elif not motor.joint.hinge:
+        load -= way * motor.joint.pull[0]
     return max(0.0, load)
 
 
+@one_per_place
 def _short_of_speed(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        joint = motor.swing.joint
+        joint, spec = motor.joint, motor.joint.spec
         for span in motor.spans:
             wanted = max(span.extremes(), key=abs)
-            if span.mode != "velocity" or wanted == 0.0 or not motor.alone or motor.damping <= 0.0 or joint.spring:
+            if span.mode != "velocity" or wanted == 0.0 or not motor.alone or motor.damping <= 0.0 or spec.spring:
                 continue
             way = 1.0 if wanted > 0.0 else -1.0
-            load = max(0.0, joint.friction - (0.0 if motor.swing.hinge else way * motor.swing.pull[0]))
-            reached = (motor.damping * abs(wanted) - load) / (motor.damping + joint.damping)
-            key, better = "damping", (load + joint.damping * abs(wanted)) / (0.02 * abs(wanted))
-            if joint.damping > 0.0 and (motor.limit - load) / joint.damping < reached:
-                reached = (motor.limit - load) / joint.damping
-                key, better = "max_force", 1.2 * (load + joint.damping * abs(wanted))
+            load = max(0.0, spec.friction - (0.0 if joint.hinge else way * joint.pull[0]))
+            reached = (motor.damping * abs(wanted) - load) / (motor.damping + spec.damping)
+            key, better = "damping", (load + spec.damping * abs(wanted)) / (0.02 * abs(wanted))
+            if spec.damping > 0.0 and (motor.limit - load) / spec.damping < reached:
+                reached = (motor.limit - load) / spec.damping
+                key, better = "max_force", 1.2 * (load + spec.damping * abs(wanted))
             missing = min([MIN_MISSING_SPEED * abs(wanted), *motor.tolerances("joint_velocity")])
             if not 0.0 < reached < abs(wanted) - missing:
                 continue
-            unit, force = motor.swing.units
-            against = [f"joint damping {joint.damping:g}"] * (joint.damping > 0) + [amount(load, force)] * (load > 0)
+            unit, force = joint.units
+            against = [f"joint damping {spec.damping:g}"] * (spec.damping > 0) + [amount(load, force)] * (load > 0)
             text = (
                 f"`{motor.label}` will run at {amount(way * reached, unit)}/s instead of {wanted:.3g}: its motor works "
                 f"against {' and '.join(against)} with a force of damping {motor.damping:g} times the missing speed; "
@@ -98,15 +100,16 @@ def _short_of_speed(facts: Facts) -> Iterator[Problem]:
             break
 
 
-def _swings(facts: Facts) -> Iterator[Problem]:
+@one_per_place
+def _oscillating(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        joint, inertia = motor.swing.joint, motor.swing.inertia
+        spec, inertia = motor.joint.spec, motor.joint.inertia
         if motor.stiffness <= 0.0 or not any(span.mode == "position" for span in motor.spans):
             continue
-        ratio = (motor.damping + joint.damping) / (2 * sqrt((motor.stiffness + joint.spring) * inertia))
-        if ratio >= MIN_RATIO or joint.friction > 0.0 or motor.swing.closed:
+        ratio = (motor.damping + spec.damping) / (2 * sqrt((motor.stiffness + spec.spring) * inertia))
+        if ratio >= MIN_RATIO or spec.friction > 0.0 or motor.joint.closed:
             continue
-        period = 2 * pi * sqrt(inertia / (motor.stiffness + joint.spring))
+        period = 2 * pi * sqrt(inertia / (motor.stiffness + spec.spring))
         text = (
             f"`{motor.label}` will oscillate about its target every {amount(period, 's')} and hardly come to rest: the "
             f"damping ratio of its servo is {ratio:.2g}; damping {at_least(motor.critical(motor.stiffness))} makes it 1"
@@ -140,7 +143,7 @@ slower still. The rule reports changes that would take at least 1.5 times as lon
         remedy="Raise `max_force`, allow more time, or lower a damping that counts as inertia.",
         example=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 20", "position: {kind: ramp, to: 0.5, end: 0.4}"),
         fix=_PUSHER % ("stiffness: 4000, damping: 200, max_force: 120", "position: {kind: ramp, to: 0.5, end: 0.4}"),
-        run=lambda facts: one_per_place(_slow_motors(facts)),
+        run=_slow_motors,
     ),
     Rule(
         id="short-speed",
@@ -153,7 +156,7 @@ more than the tolerance of an expectation of the joint's velocity.""",
         remedy="Raise the actuator's `damping` to fifty times the resistance at full speed, over that speed.",
         example=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 30", "velocity: 0.2"),
         fix=_PUSHER.replace("axis: x", "axis: x, damping: 20") % ("damping: 1000", "velocity: 0.2"),
-        run=lambda facts: one_per_place(_short_of_speed(facts)),
+        run=_short_of_speed,
     ),
     Rule(
         id="swinging-servo",
@@ -165,6 +168,6 @@ A servo with stiffness kp, damping kv and a load of inertia I oscillates about i
         remedy="Give the actuator a `damping` of about `2 sqrt(stiffness x inertia)`.",
         example=_PUSHER % ("stiffness: 2000", "position: 0.2"),
         fix=_PUSHER % ("stiffness: 2000, damping: 200", "position: 0.2"),
-        run=lambda facts: one_per_place(_swings(facts)),
+        run=_oscillating,
     ),
 )

@@ -7,6 +7,7 @@ gives `kv` times the target speed.
 """
 
 from collections.abc import Iterator
+from itertools import islice
 from math import inf, pi
 
 from text2sim.lint.facts import Facts
@@ -30,20 +31,21 @@ def _largest_load(motor: Powered, span: Span) -> tuple[float, float]:
     low, high = span.extremes()
     if span.mode == "velocity":
         low, high = _reached_positions(motor, low, high, span.end - span.start)
-    middle, _ = motor.swing.heaviest(low, high)
+    middle, _ = motor.joint.heaviest(low, high)
     return max(((q, motor.load(q)) for q in (low, high, middle)), key=lambda pair: abs(pair[1]))
 
 
 def _reached_positions(motor: Powered, slowest: float, fastest: float, time: float) -> tuple[float, float]:
     """Return the range of positions that a velocity motor reaches within a time, at most a turn."""
-    swing = motor.swing
-    if not swing.hinge:
-        return swing.start, swing.start
-    least, most = swing.joint.range or (-inf, inf)
-    low = swing.start + max(-2 * pi, min(0.0, slowest) * time)
-    return max(low, least), min(swing.start + min(2 * pi, max(0.0, fastest) * time), most)
+    joint = motor.joint
+    if not joint.hinge:
+        return joint.start, joint.start
+    least, most = joint.spec.range or (-inf, inf)
+    low = joint.start + max(-2 * pi, min(0.0, slowest) * time)
+    return max(low, least), min(joint.start + min(2 * pi, max(0.0, fastest) * time), most)
 
 
+@one_per_place
 def _weak(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
         if not motor.alone:
@@ -55,24 +57,24 @@ def _weak(facts: Facts) -> Iterator[Problem]:
                 break
         else:
             heavy = (_sinks(facts, lift.motor, lift.span, lift) for lift in lifts(motor))
-            yield from (problem for problem in [next(filter(None, heavy), None)] if problem is not None)
+            yield from islice(filter(None, heavy), 1)
 
 
 def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -> Problem | None:
-    swing = motor.swing
+    joint = motor.joint
     fastest = max(map(abs, span.extremes()))
     most, key = motor.limit, "max_force"
     if span.mode == "velocity":
-        if fastest == 0.0 or swing.joint.spring:
+        if fastest == 0.0 or joint.spec.spring:
             return None
         if motor.damping * fastest < motor.limit:
             most, key = motor.damping * fastest, "damping"
     q, load = _largest_load(motor, span)
-    needed = abs(load) - swing.joint.friction
+    needed = abs(load) - joint.spec.friction
     if needed <= most * MIN_OVERLOAD:
         return None
-    unit, force = swing.units
-    at = f" at {q:.3g} {unit}" if swing.hinge and any(swing.pull) else ""
+    unit, force = joint.units
+    at = f" at {q:.3g} {unit}" if joint.hinge and any(joint.pull) else ""
     remedy = f"max_force of {at_least(1.2 * needed)}"
     limit = f"its motor gives at most {amount(most, force)}"
     if key == "damping":
@@ -80,43 +82,44 @@ def _sinks(facts: Facts, motor: Powered, span: Span, lift: Lift | None = None) -
         limit = f"with damping {motor.damping:g} its motor stalls at {amount(most, force)}"
     attached = "" if lift is None else f" with `{lift.load}`, which `{lift.control}` attaches at {lift.at:g} s,"
     text = (
-        f"holding the load of `{motor.label}`{attached} ({swing.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
+        f"holding the load of `{motor.label}`{attached} ({joint.mass:.3g} kg) takes {amount(needed, force)}{at}, and "
         f"{limit}: it will sink; give the motor a {remedy} or more, or reduce its load"
     )
     return facts.problem("weak-motor", motor.where(key), text)
 
 
 def _stuck_motor(facts: Facts, motor: Powered, span: Span) -> Problem | None:
-    swing, force = motor.swing, motor.swing.units[1]
+    joint, force = motor.joint, motor.joint.units[1]
     most = min(max(map(abs, span.extremes())), motor.limit)
-    _, pull = swing.heaviest(swing.start, swing.start)
-    if not 0.0 < most < swing.joint.friction - abs(pull):
+    _, pull = joint.heaviest(joint.start, joint.start)
+    if not 0.0 < most < joint.spec.friction - abs(pull):
         return None
     text = (
-        f"the dry friction of `{motor.label}` ({amount(swing.joint.friction, force)}) is larger than this force (at "
+        f"the dry friction of `{motor.label}` ({amount(joint.spec.friction, force)}) is larger than this force (at "
         f"most {amount(most, force)}): it will not move; reduce the friction, or increase the force"
     )
     return facts.problem("weak-motor", span.where, text)
 
 
+@one_per_place
 def _droops(facts: Facts) -> Iterator[Problem]:
     for motor in powered(facts):
-        swing = motor.swing
+        joint = motor.joint
         positions = [span for span in motor.spans if span.mode == "position"]
         if not motor.alone or motor.stiffness <= 0.0 or not positions:
             continue
         extremes = [span.extremes() for span in positions]
         travel = max(high for _, high in extremes) - min(low for low, _ in extremes)
-        allowed = max(MIN_DROOP * travel, 0.1 * DROOP_HELD[swing.joint.kind])
+        allowed = max(MIN_DROOP * travel, 0.1 * DROOP_HELD[joint.spec.kind])
         if travel == 0.0:
-            allowed = DROOP_HELD[swing.joint.kind]
+            allowed = DROOP_HELD[joint.spec.kind]
         allowed = min([allowed, *motor.tolerances("joint_position")])
         q, load = max((_largest_load(motor, span) for span in positions), key=lambda pair: abs(pair[1]))
-        carried = max(0.0, abs(load) - swing.joint.friction)
-        droop = carried / (motor.stiffness + swing.joint.spring)
+        carried = max(0.0, abs(load) - joint.spec.friction)
+        droop = carried / (motor.stiffness + joint.spec.spring)
         if droop <= allowed or carried > motor.limit * MIN_OVERLOAD:  # that is a weak motor
             continue
-        unit, force = swing.units
+        unit, force = joint.units
         of = f", {droop / travel:.0%} of its travel," if travel > 0.0 else ""
         better = carried / (0.2 * allowed)
         text = (
@@ -152,7 +155,7 @@ actions:
     hold: {kind: drive, joint: arm, position: 0}
 """,
         fix="bodies: {arm: {mount: {actuator: {max_force: 8}}}}",
-        run=lambda facts: one_per_place(_weak(facts)),
+        run=_weak,
     ),
     Rule(
         id="servo-droop",
@@ -177,6 +180,6 @@ actions:
     up: {kind: drive, joint: lift, position: {kind: ramp, to: 0.3, end: 1}}
 """,
         fix="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
-        run=lambda facts: one_per_place(_droops(facts)),
+        run=_droops,
     ),
 )

@@ -14,28 +14,28 @@ def _idle(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
     bodies: dict[str, list[LoadedJoint]] = {}
-    for swing in mechanics.swings():
-        where = mechanics.where(swing, "actuator")
-        if swing.motor is None or (swing.copy.body, swing.name) in driven or facts.value_at(where) is None:
+    for joint in mechanics.joints():
+        where = mechanics.where(joint, "actuator")
+        if joint.motor is None or (joint.copy.body, joint.name) in driven or facts.value_at(where) is None:
             continue
         # The motor of a prefab may stay idle, as long as its joint does not sag.
-        if facts.loaded.document.origin(where) is None or _sags(swing):
-            bodies.setdefault(swing.copy.body, []).append(swing)
-    for swings in bodies.values():
-        names = list(dict.fromkeys(f"`{mechanics.label(swing)}`" for swing in swings))
+        if facts.loaded.document.origin(where) is None or _sags(joint):
+            bodies.setdefault(joint.copy.body, []).append(joint)
+    for joints in bodies.values():
+        names = list(dict.fromkeys(f"`{mechanics.label(joint)}`" for joint in joints))
         listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
-        joints = "their joints move" if len(names) > 1 else "its joint moves"
+        then = "their joints move" if len(names) > 1 else "its joint moves"
         text = (
-            f"no control drives {listed}: a motor without a drive gives no force, and {joints} freely; add a control "
+            f"no control drives {listed}: a motor without a drive gives no force, and {then} freely; add a control "
             "of kind `drive` (a constant `position` holds it), or leave the actuator out"
         )
-        yield facts.problem("idle-motor", mechanics.where(swings[0], "actuator"), text, key=True)
+        yield facts.problem("idle-motor", mechanics.where(joints[0], "actuator"), text, key=True)
 
 
-def _sags(swing: LoadedJoint) -> bool:
+def _sags(joint: LoadedJoint) -> bool:
     """Return whether gravity moves a joint that nothing holds."""
-    scale = swing.mass * 9.81 * (swing.size if swing.hinge else 1.0)
-    return max(map(abs, swing.pull)) > max(swing.joint.friction, 0.01 * scale) or swing.mass <= 0.0
+    scale = joint.mass * 9.81 * (joint.size if joint.hinge else 1.0)
+    return max(map(abs, joint.pull)) > max(joint.spec.friction, 0.01 * scale) or joint.mass <= 0.0
 
 
 RULES = (

@@ -17,7 +17,8 @@ class LoadedJoint:
     copy: Copy
     name: str
     """Name of the joint."""
-    joint: TreeJoint
+    spec: TreeJoint
+    """Its kind, axis, range, friction, damping and spring."""
     motor: Motor | None
     axis: Vec
     """Axis in the world, at the start."""
@@ -40,7 +41,7 @@ class LoadedJoint:
     @property
     def hinge(self) -> bool:
         """Whether it rotates."""
-        return self.joint.kind == "hinge"
+        return self.spec.kind == "hinge"
 
     @property
     def units(self) -> tuple[str, str]:

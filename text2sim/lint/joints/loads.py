@@ -8,6 +8,7 @@ where it does not depend on the position.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import cos, inf, sin
 
 from text2sim.compiler.placing.placement import Copy
@@ -42,42 +43,40 @@ class Lift:
 
 def lifts(motor: Powered) -> Iterator[Lift]:
     """Yield the drives by which a motor lifts bodies attached to its joint after the start."""
-    facts, swing = motor.mechanics.facts, motor.swing
-    tree = facts.tree(swing.copy)
+    facts, joint = motor.mechanics.facts, motor.joint
+    tree = facts.tree(joint.copy)
     for weld, until in _later(facts):
-        for mine, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
-            if mine != swing.copy.name or tree is None or not facts.free(facts.copies[other]):
+        for holder, link, other in ((weld.a, weld.a_link, weld.b), (weld.b, weld.b_link, weld.a)):
+            if holder != joint.copy.name or tree is None or not facts.free(facts.copies[other]):
                 continue
-            standing = _standing(facts, swing.copy, weld.at)
-            beyond = [one for one in standing if one.link.name in motor.mechanics.beyond(swing)]
-            holder = link or tree.roots[0].name
-            if not any(one.link.name == holder for one in beyond):
+            carried = motor.mechanics.beyond(joint)
+            if (link or tree.roots[0].name) not in carried:
                 continue
+            standing = [row for row in _standing(facts, joint.copy, weld.at) if row.link.name in carried]
             inertial = combined_inertial(_inertial(motor, name, weld.at) for name in _group(facts, other, weld.at))
-            joint = next(one for one in beyond if any(name == swing.name for name, _ in one.link.all_joints()))
-            yield from _lifts(motor, joint, inertial, weld, min(until, facts.case.scene.duration), other)
+            own = next(row for row in standing if any(name == joint.name for name, _ in row.link.all_joints()))
+            yield from _lifts(motor, own, inertial, weld, min(until, facts.case.scene.duration), other)
 
 
 def _lifts(
-    motor: Powered, joint: StandingLink, inertial: Inertial, weld: Weld, until: float, other: str
+    motor: Powered, standing: StandingLink, inertial: Inertial, weld: Weld, until: float, other: str
 ) -> Iterator[Lift]:
-    swing, gravity = motor.swing, motor.mechanics.facts.plan.gravity
-    axis = quat_rotate(joint.quat, swing.joint.axis)
-    anchor = frame_apply(joint.pos, joint.quat, swing.joint.anchor)
-    pull = pull_of(swing.joint.kind, axis, anchor, inertial, gravity)
-    if swing.hinge:
-        pull = _turned_pull(pull, _position(motor, weld.at) - swing.start)
+    joint, gravity = motor.joint, motor.mechanics.facts.plan.gravity
+    axis = quat_rotate(standing.quat, joint.spec.axis)
+    anchor = frame_apply(standing.pos, standing.quat, joint.spec.anchor)
+    pull = pull_of(joint.spec.kind, axis, anchor, inertial, gravity)
+    if joint.hinge:
+        pull = _turned_pull(pull, _position(motor, weld.at) - joint.start)
     for span in motor.spans:
         start, end = max(span.start, weld.at), min(span.end, until)
-        if span.mode == "force" or span.anytime or end <= start or (swing.hinge and span.mode != "position"):
+        if span.mode == "force" or span.anytime or end <= start or (joint.hinge and span.mode != "position"):
             continue
-        own = replace(swing, pull=pull)
         part = replace(span, start=start, end=end)
-        if not _opposes(own, part):
+        if not _opposes(replace(joint, pull=pull), part):
             continue
-        both = (swing.pull[0] + pull[0], swing.pull[1] + pull[1])
-        loaded = replace(swing, pull=both, mass=swing.mass + inertial.mass)
-        yield Lift(replace(motor, swing=loaded), part, other, weld.control, weld.at)
+        both = (joint.pull[0] + pull[0], joint.pull[1] + pull[1])
+        lifting = replace(joint, pull=both, mass=joint.mass + inertial.mass)
+        yield Lift(replace(motor, joint=lifting), part, other, weld.control, weld.at)
 
 
 def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
@@ -87,9 +86,9 @@ def _later(facts: Facts) -> Iterator[tuple[Weld, float]]:
             continue
         ends = (weld.a, weld.a_link, weld.b, weld.b_link)
         undone = (
-            one.at
-            for one in facts.rows.welds
-            if not one.on and one.at > weld.at and (one.a, one.a_link, one.b, one.b_link) == ends
+            row.at
+            for row in facts.rows.welds
+            if not row.on and row.at > weld.at and (row.a, row.a_link, row.b, row.b_link) == ends
         )
         yield weld, min(undone, default=inf)
 
@@ -98,10 +97,10 @@ def _group(facts: Facts, name: str, t: float) -> set[str]:
     """Return the name of a free body and of all free ones welded to it at a time [s]."""
     found, waiting = {name}, [name]
     while waiting:
-        one = waiting.pop()
+        current = waiting.pop()
         for weld in facts.rows.welds:
-            if weld.on and weld.at <= t and one in (weld.a, weld.b):
-                other = weld.b if one == weld.a else weld.a
+            if weld.on and weld.at <= t and current in (weld.a, weld.b):
+                other = weld.b if current == weld.a else weld.a
                 if other not in found and other in facts.copies and facts.free(facts.copies[other]):
                     found.add(other)
                     waiting.append(other)
@@ -134,7 +133,7 @@ def _position(motor: Powered, t: float) -> float:
     """Return the target [rad or m] of a joint at a time [s]; its start if it has none."""
     timed = [span for span in motor.spans if span.mode == "position" and not span.anytime]
     values = [span.value(t) for span in timed if span.start <= t]
-    return values[-1] if values else motor.swing.start
+    return values[-1] if values else motor.joint.start
 
 
 def _turned_pull(pull: tuple[float, float], turn: float) -> tuple[float, float]:
@@ -142,12 +141,12 @@ def _turned_pull(pull: tuple[float, float], turn: float) -> tuple[float, float]:
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 
-def _opposes(swing: LoadedJoint, span: Span) -> bool:
-    """Return whether a drive moves against a pull."""
+def _opposes(joint: LoadedJoint, span: Span) -> bool:
+    """Return whether a drive moves a joint against its pull."""
     corners = span.corners()
     if span.mode == "velocity":
-        return any(value * swing.pull[0] < 0.0 for _, value in corners)
-    steps = zip(corners, corners[1:], strict=False)
+        return any(value * joint.pull[0] < 0.0 for _, value in corners)
+    steps = pairwise(corners)
     return any(
-        abs(q - p) > MIN_TARGET_CHANGE and (q - p) * swing.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps
+        abs(q - p) > MIN_TARGET_CHANGE and (q - p) * joint.gravity((p + q) / 2) < 0.0 for (_, p), (_, q) in steps
     )

@@ -6,13 +6,12 @@ joints makes it larger.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import cached_property
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
 from text2sim.compiler.shapes.rotation import frame_apply, quat_rotate
-from text2sim.compiler.trees.tree import StandingLink, tree_links
+from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.loaded_joint import LoadedJoint, far_from, pull_of
 from text2sim.spec_schema.names.selectors import keys_for
@@ -32,10 +31,10 @@ class Mechanics:
         self._twins: dict[str, Copy] = {}
         self._firsts: dict[str, Copy] = {}
         self._uniform: dict[str, bool] = {}
-        self._swings: dict[tuple[str, str], LoadedJoint | None] = {}
+        self._joints: dict[tuple[str, str], LoadedJoint | None] = {}
         self.motors = {(motor.entity, motor.joint): motor for motor in facts.lowering.motors}
 
-    def swings(self) -> Iterator[LoadedJoint]:
+    def joints(self) -> Iterator[LoadedJoint]:
         """Yield every hinge and slider that physics moves; for identical copies, only the first."""
         for body, group in self.facts.placed.items():
             if body not in self.facts.case.bodies or self.facts.case.bodies[body].kind == "driven":
@@ -45,33 +44,33 @@ class Mechanics:
                     continue
                 tree = self.facts.tree(copy)
                 for link in tree.links() if tree is not None else ():
-                    for name, joint in link.all_joints():
-                        if joint.kind in ONE_DOF and (swing := self.swing(copy, name)) is not None:
-                            yield swing
+                    for name, _ in link.all_joints():
+                        if (joint := self.joint(copy, name)) is not None:
+                            yield joint
 
-    def swing(self, copy: Copy, name: str) -> LoadedJoint | None:
+    def joint(self, copy: Copy, name: str) -> LoadedJoint | None:
         """Return the hinge or slider of a copy with that name; None if there is none, or it is not known."""
         key = (copy.name, name)
-        if key not in self._swings:
+        if key not in self._joints:
             twin = self._equivalent_copy(copy)
-            self._swings[key] = self._make(copy, name) if twin is copy else self.swing(twin, name)
-        return self._swings[key]
+            self._joints[key] = self._make(copy, name) if twin is copy else self.joint(twin, name)
+        return self._joints[key]
 
-    def where(self, swing: LoadedJoint, *keys: str) -> Path:
+    def where(self, joint: LoadedJoint, *keys: str) -> Path:
         """Return the path of a joint in the case, or of a value inside it."""
-        model, body = swing.copy.model, swing.copy.body
+        model, body = joint.copy.model, joint.copy.body
         if model.kind == "rigid":
             return ("bodies", body, "mount", *keys)
         if getattr(model, "links", None) is not None and not isinstance(model.links, int):
-            return ("bodies", body, "links", swing.name, "joint", *keys)
+            return ("bodies", body, "links", joint.name, "joint", *keys)
         if getattr(model, "file", None) is not None:
-            joint_keys = keys_for(swing.name, model.joints)
+            joint_keys = keys_for(joint.name, model.joints)
             return ("bodies", body, "joints", joint_keys[-1], *keys) if joint_keys else ("bodies", body)
         return ("bodies", body)
 
-    def label(self, swing: LoadedJoint) -> str:
+    def label(self, joint: LoadedJoint) -> str:
         """Return the selector of a joint."""
-        return swing.copy.name if swing.copy.model.kind == "rigid" else f"{swing.copy.name}.{swing.name}"
+        return joint.copy.name if joint.copy.model.kind == "rigid" else f"{joint.copy.name}.{joint.name}"
 
     def inertial(self, copy: Copy) -> Inertial:
         """Return the inertial of a whole copy, in the world at the start."""
@@ -81,10 +80,10 @@ class Mechanics:
         """Return the inertial of every link of a copy with all links beyond it, in the world at the start, by link."""
         return self._links_of(copy).totals
 
-    def beyond(self, swing: LoadedJoint) -> set[str]:
+    def beyond(self, joint: LoadedJoint) -> set[str]:
         """Return the names of all links that a joint carries."""
-        links = self._links_of(swing.copy)
-        return links.beyond(links.of_joint[swing.name].link.name)
+        links = self._links_of(joint.copy)
+        return links.beyond(links.of_joint[joint.name].link.name)
 
     def _links_of(self, copy: Copy) -> "_Links":
         if copy.name not in self._links:
@@ -158,8 +157,8 @@ class Mechanics:
             return None
         links = self._links_of(copy)
         standing = links.of_joint.get(name)
-        joint = dict(standing.link.all_joints()).get(name) if standing is not None else None
-        if standing is None or joint is None or joint.kind not in ONE_DOF:
+        spec = dict(standing.link.all_joints()).get(name) if standing is not None else None
+        if standing is None or spec is None or spec.kind not in ONE_DOF:
             return None
         carried, closed = self._carried
         beyond = links.beyond(standing.link.name)
@@ -171,54 +170,48 @@ class Mechanics:
             for inertial in masses
         ]
         inertial = combined_inertial([links.totals[standing.link.name], *loads])
-        axis = quat_rotate(standing.quat, joint.axis)
-        anchor = frame_apply(standing.pos, standing.quat, joint.anchor)
+        axis = quat_rotate(standing.quat, spec.axis)
+        anchor = frame_apply(standing.pos, standing.quat, spec.anchor)
         inertia = 0.0
         if inertial.mass > 0.0:
-            inertia = inertial.mass if joint.kind == "slider" else inertial.about(anchor, axis)
-            inertia += joint.armature
+            inertia = inertial.mass if spec.kind == "slider" else inertial.about(anchor, axis)
+            inertia += spec.armature
         reaches = [far_from(anchor, ball) for ball in self.facts.balls(copy)] or [0.0]
         return LoadedJoint(
             copy=copy,
             name=name,
-            joint=joint,
+            spec=spec,
             motor=self.motors.get((copy.name, name)),
             axis=axis,
             start=tree.initial.get(name, 0.0),
             mass=inertial.mass,
             inertia=inertia,
-            pull=pull_of(joint.kind, axis, anchor, inertial, self.facts.plan.gravity),
+            pull=pull_of(spec.kind, axis, anchor, inertial, self.facts.plan.gravity),
             closed=bool(tree.loops) or copy.name in closed or len(tree.roots) > 1,
             floating=self.facts.free(copy),
             size=max(reaches),
         )
 
 
-@dataclass
 class _Links:
-    """The links of a copy, with the inertial of each and of all beyond it, in the world."""
+    """The links of a copy, with the inertial of each and of all beyond it, in the world.
 
-    facts: Facts
-    copy: Copy
-    rho: float | None
-    """Density [kg/m3] of a primitive of the engine."""
-    standing: dict[str, StandingLink] = field(init=False)
-    of_joint: dict[str, StandingLink] = field(init=False)
-    totals: dict[str, Inertial] = field(init=False)
-    whole: Inertial = field(init=False)
+    Args:
+        facts: The case.
+        copy: The copy.
+        rho: Density [kg/m3] of a primitive of the engine.
+    """
 
-    def __post_init__(self) -> None:
-        copy, tree = self.copy, self.facts.tree(self.copy)
+    def __init__(self, facts: Facts, copy: Copy, rho: float | None) -> None:
+        tree = facts.tree(copy)
+        found = tree_links(tree, copy.pos, copy.quat) if tree is not None else []
+        self.standing = {standing.link.name: standing for standing in found}
+        self.of_joint = {name: standing for standing in found for name, _ in standing.link.all_joints()}
+        self.totals: dict[str, Inertial] = {}
         if tree is None:
-            self.standing, self.of_joint, self.totals = {}, {}, {}
-            rho = self.rho or 0.0
-            parts = self.facts.parts(copy) if rho else []
-            self.whole = combined_inertial(piece_inertial(p.piece, rho).at(p.pos, p.quat) for p in parts)
+            parts = facts.parts(copy) if rho else []
+            self.whole = combined_inertial(piece_inertial(p.piece, rho or 0.0).at(p.pos, p.quat) for p in parts)
             return
-        found = tree_links(tree, copy.pos, copy.quat)
-        self.standing = {one.link.name: one for one in found}
-        self.of_joint = {name: one for one in found for name, _ in one.link.all_joints()}
-        self.totals = {}
         for link in reversed(tree.links()):  # children first
             own = link.inertial.at(self.standing[link.name].pos, self.standing[link.name].quat)
             self.totals[link.name] = combined_inertial([own, *(self.totals[child.name] for child in link.children)])

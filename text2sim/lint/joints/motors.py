@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, sqrt
 
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import Mechanics, mechanics_of
@@ -29,7 +29,7 @@ class Powered:
     """A driven joint whose load is known, its motor and its drives."""
 
     mechanics: Mechanics
-    swing: LoadedJoint
+    joint: LoadedJoint
     spans: tuple[Span, ...]
     stiffness: float
     damping: float
@@ -39,25 +39,23 @@ class Powered:
     @property
     def label(self) -> str:
         """The selector of the joint."""
-        return self.mechanics.label(self.swing)
+        return self.mechanics.label(self.joint)
 
     @property
     def alone(self) -> bool:
         """Whether nothing else holds the load of the joint."""
-        return not (self.swing.closed or self.swing.floating)
+        return not (self.joint.closed or self.joint.floating)
 
     def where(self, key: str) -> Path:
         """Return the path of a value of the motor, or of the motor if the case does not give the value."""
-        for way in (("actuator", key), ("actuator",), ()):
-            path = self.mechanics.where(self.swing, *way)
-            if self.mechanics.facts.value_at(path) is not None:
-                return path
-        return ("bodies", self.swing.copy.body)
+        ways = (("actuator", key), ("actuator",), ())
+        paths = (self.mechanics.where(self.joint, *way) for way in ways)
+        return self.mechanics.facts.first_path(*paths, ("bodies", self.joint.copy.body))
 
     def tolerances(self, kind: str) -> list[float]:
         """Return the tolerances of expectations on measures of that kind of the joint."""
         facts, found = self.mechanics.facts, []
-        names = {self.label, self.label.replace(self.swing.copy.name, self.swing.copy.body, 1)}
+        names = {self.label, self.label.replace(self.joint.copy.name, self.joint.copy.body, 1)}
         for expect in facts.case.actions.expect.values():
             measure = facts.case.actions.measures.get(expect.measure or "")
             if expect.tolerance is not None and measure is not None and measure.kind == kind:
@@ -66,25 +64,22 @@ class Powered:
 
     def load(self, q: float) -> float:
         """Return the torque [N m] or force [N] of gravity and of the joint's spring at a position."""
-        return self.swing.gravity(q) - self.swing.joint.spring * q
+        return self.joint.gravity(q) - self.joint.spec.spring * q
 
     def critical(self, stiffness: float) -> float:
         """Return the critical damping of a servo of that stiffness."""
-        return 2 * sqrt(stiffness * self.swing.inertia)
+        return 2 * sqrt(stiffness * self.joint.inertia)
 
 
+@once_per_case
 def powered(facts: Facts) -> list[Powered]:
     """Return every driven joint whose load is known; for copies with the same drives, the first.
 
     Of more than `MAX_COPIES` with different targets, an even sample is returned.
     """
-    return facts.once(_powered)
-
-
-def _powered(facts: Facts) -> list[Powered]:
     groups: dict[int, list[Powered]] = {}
     for motor in _all_powered(facts):
-        groups.setdefault(id(motor.swing), []).append(motor)
+        groups.setdefault(id(motor.joint), []).append(motor)
     found = []
     for group in groups.values():
         step = max(1, -(-len(group) // MAX_COPIES))
@@ -95,11 +90,11 @@ def _powered(facts: Facts) -> list[Powered]:
 def _all_powered(facts: Facts) -> Iterator[Powered]:
     mechanics, seen = mechanics_of(facts), set()
     for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        key = (id(swing), tuple((span.control, id(span.schedule)) for span in spans))
-        if swing is None or swing.inertia <= 0.0 or key in seen:
+        joint = mechanics.joint(facts.copies[entity], name)
+        key = (id(joint), tuple((span.control, id(span.schedule)) for span in spans))
+        if joint is None or joint.inertia <= 0.0 or key in seen:
             continue
         seen.add(key)
-        motor = swing.motor
+        motor = joint.motor
         stiffness, damping, limit = (motor.stiffness, motor.damping, motor.max_force) if motor else (0.0, 0.0, None)
-        yield Powered(mechanics, swing, tuple(spans), stiffness, damping, inf if limit is None else limit)
+        yield Powered(mechanics, joint, tuple(spans), stiffness, damping, inf if limit is None else limit)

@@ -10,8 +10,9 @@ from math import degrees, dist, pi, radians
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.drives import Span, spans_of
 from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
-from text2sim.lint.words import amount
+from text2sim.lint.words import amount, as_radians
 from text2sim.spec_schema.errors import Problem
 
 MAX_BEYOND_RANGE = 0.02
@@ -20,19 +21,19 @@ FAR_ANCHOR = 50.0
 """Largest distance of an anchor in lengths of the body: a bob of 4 cm may hang on 2 m."""
 
 
+@one_per_place
 def _range(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for (entity, name), spans in spans_of(facts).items():
-        swing = mechanics.swing(facts.copies[entity], name)
-        if swing is None or swing.joint.range is None:
+        joint = mechanics.joint(facts.copies[entity], name)
+        if joint is None or joint.spec.range is None:
             continue
-        low, high = swing.joint.range
+        (low, high), unit = joint.spec.range, joint.units[0]
         slack = MAX_BEYOND_RANGE * (high - low)
-        if (stuck := _against_end(spans, low - swing.start, high - swing.start)) is not None:
+        if (stuck := _against_end(spans, low - joint.start, high - joint.start)) is not None:
             end, way = (high, "up") if stuck.extremes()[1] > 0.0 else (low, "down")
-            unit = swing.units[0]
             text = (
-                f"drives `{mechanics.label(swing)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
+                f"drives `{mechanics.label(joint)}` {way}, but it starts at {end:.4g} {unit}, where its range ends: it "
                 "pushes against that limit and does not move; change the sign, or widen the range"
             )
             yield facts.problem("target-out-of-range", stuck.where, text)
@@ -41,19 +42,18 @@ def _range(facts: Facts) -> Iterator[Problem]:
             if span.mode != "position":
                 continue
             # A file's joint may start outside its range, and moves in from there.
-            least, most = (min(max(x, low), high) if x == swing.start else x for x in span.extremes())
+            least, most = (min(max(x, low), high) if x == joint.start else x for x in span.extremes())
             if least >= low - slack and most <= high + slack:
                 continue
             target, end = (most, high) if most - high > low - least else (least, low)
-            unit = swing.units[0]
             limits = f"from {low:.4g} to {high:.4g} {unit}"
             hint = ""
-            if swing.hinge:
+            if joint.hinge:
                 limits += f" ({degrees(low):.4g} to {degrees(high):.4g} deg)"
                 if low - slack <= radians(target) <= high + slack and abs(target) > pi:
-                    hint = f"; targets are in radians: {target:g} deg is ${{radians({target:g})}}"
+                    hint = f"; targets are in radians: {as_radians(target)}"
             text = (
-                f"the target is {target:.4g} {unit}, and `{mechanics.label(swing)}` moves {limits}: it will stop at "
+                f"the target is {target:.4g} {unit}, and `{mechanics.label(joint)}` moves {limits}: it will stop at "
                 f"{end:.4g} {unit} and push against its limit{hint}"
             )
             yield facts.problem("target-out-of-range", span.where, text)
@@ -79,14 +79,14 @@ def _far_anchor(facts: Facts) -> Iterator[Problem]:
         box = facts.box(facts.placed[name][0])
         if anchor is None or box is None:
             continue
-        size = max(high - low for low, high in zip(*box, strict=True))
+        size = max(sides(box))
         if (away := dist(anchor, (0.0, 0.0, 0.0))) > FAR_ANCHOR * size:
             text = (
                 f"`{name}` is {amount(size, 'm')} long and turns about a point {amount(away, 'm')} away from its "
                 "origin; anchors are in metres, in the body's own frame"
             )
-            where = facts.where(name, "mount", "anchor")
-            yield facts.problem("far-anchor", where if facts.value_at(where) is not None else facts.where(name), text)
+            where = facts.first_path(facts.where(name, "mount", "anchor"), facts.where(name))
+            yield facts.problem("far-anchor", where, text)
 
 
 _DOOR = """\
@@ -112,7 +112,7 @@ targets in radians.""",
         remedy="Widen the range, or change the target; `${radians(45)}` turns degrees into radians.",
         example=_DOOR % ("range_deg: [0, 90],", "90"),
         fix=_DOOR % ("range_deg: [0, 90],", "1.57"),
-        run=lambda facts: one_per_place(_range(facts)),
+        run=_range,
     ),
     Rule(
         id="far-anchor",

@@ -10,10 +10,10 @@ first cause of unknown strength (a drive, a driven body, a spring, a bounce).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from math import dist, hypot, inf
+from typing import NamedTuple
 
 from text2sim.compiler.prescribed import sets_out
 from text2sim.compiler.schedules import extremes
@@ -29,39 +29,31 @@ from text2sim.spec_schema.models.motion import Sine, Steps
 LEVER_FACTOR = 4.0
 """Largest speed of the far end of a body over that of its centre after a push off centre."""
 
-Cause = tuple[float, str, "MotionCause | None"]
-"""Time [s], name in the case, and strength if it is known."""
 
-
-@dataclass(frozen=True)
-class MotionCause:
-    """A cause of known strength: from `start` to `end` [s] it adds at most `speed` [m/s] to a body."""
+class Cause(NamedTuple):
+    """A cause of motion: from `start` to `end` [s] it adds at most `speed` [m/s] to a body."""
 
     start: float
-    end: float
-    speed: float
+    name: str
+    """Name in the case."""
+    end: float = inf
+    speed: float = inf
+    """Infinite if its strength is not known."""
 
 
-@dataclass
 class Causes:
     """The causes of motion in a scene; see `causes_of`."""
 
-    facts: Facts
-    pushes: list[MotionCause] = field(default_factory=list)
-    unknown: float = inf
-    """Time [s] of the first cause of unknown strength."""
-    first: str = ""
-    """Name of the first cause."""
-    onset: float = inf
-    """Time [s] of the first cause."""
-
-    def __post_init__(self) -> None:
-        found: list[Cause] = [(0.0, "", None)] if self._restless() else []
-        found += [(0.0, rows[0].control, None) for rows in self.facts.rows.later.values()]  # at any time
+    def __init__(self, facts: Facts) -> None:
+        self.facts = facts
+        found = [Cause(0.0, "")] if self._restless() else []
+        found += [Cause(0.0, rows[0].control) for rows in facts.rows.later.values()]  # at any time
         found += [*self._starts(), *self._wrenches(), *self._other_causes()]
-        self.pushes = [push for _, _, push in found if push is not None]
-        self.unknown = min((time for time, _, push in found if push is None), default=inf)
-        self.onset, self.first = min(((time, name) for time, name, _ in found), default=(inf, ""))
+        self.pushes = [cause for cause in found if cause.speed < inf]
+        self.unknown = min((cause.start for cause in found if cause.speed == inf), default=inf)
+        """Time [s] of the first cause of unknown strength."""
+        self.onset, self.first = min(((cause.start, cause.name) for cause in found), default=(inf, ""))
+        """Time [s] and name of the first cause."""
         if self._springy():
             self.unknown = min(self.unknown, self.onset if all_still(self.facts) else 0.0)
 
@@ -85,11 +77,11 @@ class Causes:
         if t > self.unknown:
             return inf
         speed = sum(
-            one.speed * (min(1.0, (t - one.start) / (one.end - one.start)) if one.end > one.start else 1.0)
-            for one in self.pushes
-            if one.start < t
+            push.speed * (min(1.0, (t - push.start) / (push.end - push.start)) if push.end > push.start else 1.0)
+            for push in self.pushes
+            if push.start < t
         )
-        return 2 * speed * time + hypot(*self.facts.plan.gravity) * time**2
+        return 2 * speed * time + self.facts.pull * time**2
 
     def soonest(self, way: float) -> float:
         """Return a lower bound on the time [s] to move a distance [m]; infinite if nothing moves so far in the run."""
@@ -119,7 +111,7 @@ class Causes:
             far = dist(*box) if box is not None else 0.0
             speed = hypot(*row.linear) + hypot(*row.angular) * far
             if speed > 0.0:
-                yield 0.0, row.control, MotionCause(0.0, 0.0, speed)
+                yield Cause(0.0, row.control, 0.0, speed)
 
     def _wrenches(self) -> Iterator[Cause]:
         facts = self.facts
@@ -130,36 +122,36 @@ class Causes:
             mass = facts.masses.get(row.entity, 0.0)
             known = isinstance(control, Impulse | Force) and mass > 0.0 and row.link is None
             if not known:
-                yield row.start, row.control, None
+                yield Cause(row.start, row.control)
                 continue
             lever = 1.0 if row.point is None and facts.free(facts.copies[row.entity]) else LEVER_FACTOR
             gain = lever * hypot(*row.force) / mass
             if isinstance(control, Force):
                 end = min(row.end, facts.case.scene.duration)
                 gain *= max(0.0, end - row.start) * max(map(abs, extremes(control.scale)))
-                yield row.start, row.control, MotionCause(row.start, max(end, row.start), gain)
+                yield Cause(row.start, row.control, max(end, row.start), gain)
             else:
-                yield row.start, row.control, MotionCause(row.start, row.start, gain)
+                yield Cause(row.start, row.control, row.start, gain)
 
     def _other_causes(self) -> Iterator[Cause]:
         """Yield the drives, driven bodies, releases and removals."""
         facts = self.facts
         for (entity, name), spans in spans_of(facts).items():
-            swing = mechanics_of(facts).swing(facts.copies[entity], name)
-            rest = swing.start if swing is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
+            joint = mechanics_of(facts).joint(facts.copies[entity], name)
+            rest = joint.start if joint is not None else facts.lowering.initial.get(entity, {}).get(name, 0.0)
             moved = [(time, span.control) for span in spans if (time := _moves(span, rest)) is not None]
             if moved:
-                yield (*min(moved), None)
+                yield Cause(*min(moved))
         for body, model in facts.case.bodies.items():
             if isinstance(model, Driven):
                 for copy in facts.placed[body]:
-                    yield sets_out(copy.model.motion), body, None
+                    yield Cause(sets_out(copy.model.motion), body)
         for weld in facts.rows.welds:
             if not weld.on:
-                yield weld.at, weld.control, MotionCause(weld.at, weld.at, 0.0)
+                yield Cause(weld.at, weld.control, weld.at, 0.0)
         for removal in facts.rows.removals:
             at = 0.0 if removal.at is None else removal.at  # an event may come at any time
-            yield at, removal.control, MotionCause(at, at, 0.0)
+            yield Cause(at, removal.control, at, 0.0)
 
 
 def causes_of(facts: Facts) -> Causes:

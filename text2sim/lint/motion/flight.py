@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.shapes.boxes import Bounds, apart, moved, union
-from text2sim.compiler.shapes.rotation import Vec, vector_dot
+from text2sim.compiler.shapes.boxes import Bounds, apart, grown, moved, union
+from text2sim.compiler.shapes.rotation import Vec, vector_dot, vector_minus, vector_plus
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import Ground, StandingPart
+from text2sim.lint.parts import Ground, StandingPart, sides
 
 MAX_RESTING_GAP = 0.002
 """Largest gap [m] below a body at rest."""
@@ -42,7 +42,6 @@ class Meeting:
 class Flight:
     """The path of a free body until it meets another."""
 
-    copy: Copy
     velocity: Vec
     """Velocity at the start [m/s]."""
     pull: Vec
@@ -88,24 +87,27 @@ class _Flights:
         duration = facts.case.scene.duration
         welded = {name for weld in facts.rows.welds for name in (weld.a, weld.b)}
         near = self._copies_along(copy, box, v, g, duration)
-        resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, near, g)
+        resting = any(g) and vector_dot(v, g) >= 0 and self._is_supported(copy, box, near)
         if resting or copy.name in welded:
             g = (0.0, 0.0, 0.0)
             near = self._copies_along(copy, box, v, g, duration)
         if not any(v) and not any(g):
-            return Flight(copy, v, g, duration, None)
+            return Flight(v, g, duration, None)
         meeting = self._first(copy, box, near, v, g, duration)
         if self.left < 0:
             return None
-        return Flight(copy, v, g, meeting.time if meeting is not None else duration, meeting)
+        return Flight(v, g, meeting.time if meeting is not None else duration, meeting)
 
     def _copies_along(self, copy: Copy, box: Bounds, v: Vec, g: Vec, duration: float) -> list[tuple[Copy, Bounds]]:
         """Return the copies near the box around the whole path, with a margin for supports."""
         times = {0.0, duration}
         times |= {t for a, b in zip(v, g, strict=True) if b and 0 < (t := -a / b) < duration}  # turning points
-        low, high = union(moved(box, _displacement_at(v, g, t)) for t in times) or box
-        room: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
-        return [(other, its) for other, its in self._copies_around(room) if other is not copy and not apart(its, room)]
+        room = grown(union(moved(box, _displacement_at(v, g, t)) for t in times) or box, MAX_RESTING_GAP)
+        return [
+            (other, other_box)
+            for other, other_box in self._copies_around(room)
+            if other is not copy and not apart(other_box, room)
+        ]
 
     def _copies_around(self, room: Bounds) -> list[tuple[Copy, Bounds]]:
         """Return the copies that a box may meet, and few others; for many copies, arrays are a hundred times faster."""
@@ -126,22 +128,14 @@ class _Flights:
         met = ((some[:, 3:] > room[0]) & (some[:, :3] < room[1])).all(axis=1)
         return [self.others[k] for k in np.sort(order[first:last][met]).tolist()]
 
-    def _is_supported(self, copy: Copy, near: list[tuple[Copy, Bounds]], g: Vec) -> bool:
+    def _is_supported(self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]]) -> bool:
         """Return whether a copy has something just below it at the start."""
         parts = self.facts.parts(copy)
         for ground in self.facts.planes:
             if any(ground.depth(part) > -MAX_RESTING_GAP and ground.beside(part.solid.center) < 0.0 for part in parts):
                 return True
-        size = math.hypot(*g)
-        down: Vec = (g[0] / size, g[1] / size, g[2] / size)
-        low, high = self.facts.box(copy) or ((0, 0, 0), (0, 0, 0))
-        reach: Bounds = tuple(c - MAX_RESTING_GAP for c in low), tuple(c + MAX_RESTING_GAP for c in high)  # type: ignore[assignment]
-        for other, box in near:
-            if not apart(reach, box):
-                way = sweep([p.solid for p in parts], [p.solid for p in self.facts.parts(other)], down)
-                if way is not None and way < MAX_RESTING_GAP:
-                    return True
-        return False
+        reach = grown(box, MAX_RESTING_GAP)
+        return any(not apart(reach, other_box) and is_just_above(self.facts, copy, other) for other, other_box in near)
 
     def _first(
         self, copy: Copy, box: Bounds, near: list[tuple[Copy, Bounds]], v: Vec, g: Vec, duration: float
@@ -150,8 +144,8 @@ class _Flights:
         landings = [_landing(ground, copy, parts, v, g, duration) for ground in self.facts.planes]
         landing = min((m for m in landings if m is not None), key=lambda m: m.time, default=None)
         end = landing.time if landing is not None else duration
-        touching = {other.name for other, its in near if not apart(box, its, -MAX_RESTING_GAP)}
-        size = max(min(high - low for low, high in zip(*box, strict=True)), 1e-6)
+        touching = {other.name for other, other_box in near if not apart(box, other_box, -MAX_RESTING_GAP)}
+        size = max(min(sides(box)), 1e-6)
         # Enough legs that the path is never farther from its chords than a tenth of the body.
         count = math.ceil(end * math.sqrt(math.hypot(*g) / (0.8 * size)))
         count = min(max(count, PATH_LEGS[0] if near else 1), PATH_LEGS[1])
@@ -173,15 +167,15 @@ class _Flights:
         end: float,
     ) -> Meeting | None:
         a, b = _displacement_at(v, g, start), _displacement_at(v, g, end)
-        step = tuple(q - p for p, q in zip(a, b, strict=True))
+        step = vector_minus(b, a)
         length = math.hypot(*step)
         if length < 1e-12:
             return None
         direction: Vec = (step[0] / length, step[1] / length, step[2] / length)
         swept = union((moved(box, a), moved(box, b)))
         best: tuple[float, Copy, StandingPart] | None = None
-        for other, its in near:
-            if swept is None or apart(swept, its):
+        for other, other_box in near:
+            if swept is None or apart(swept, other_box):
                 continue
             for part in self.facts.parts(other):
                 if apart(swept, part.box) or self.left < 0:
@@ -200,6 +194,19 @@ class _Flights:
         return Meeting(best[1], best[2], time, _velocity(v, g, time))
 
 
+def is_just_above(facts: Facts, copy: Copy, other: Copy) -> bool:
+    """Return whether a copy touches another one if it moves down by the gap of bodies at rest.
+
+    Args:
+        facts: The case.
+        copy: A copy.
+        other: Another copy.
+    """
+    x, y, z = facts.up
+    way = sweep([p.solid for p in facts.parts(copy)], [p.solid for p in facts.parts(other)], (-x, -y, -z))
+    return way is not None and way < MAX_RESTING_GAP
+
+
 def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: Vec, duration: float) -> Meeting | None:
     """Return the meeting of a body with a plane from above."""
     height = -max((ground.depth(part) for part in parts), default=-math.inf)
@@ -207,7 +214,7 @@ def _landing(ground: Ground, copy: Copy, parts: list[StandingPart], v: Vec, g: V
     if height < -MAX_RESTING_GAP:
         return None
     for t in _roots(fall, rise, max(height, 0.0)):
-        there: Vec = tuple(p + q for p, q in zip(copy.pos, _displacement_at(v, g, t), strict=True))  # type: ignore[assignment]
+        there = vector_plus(copy.pos, _displacement_at(v, g, t))
         if 0 <= t <= duration and rise + 2 * fall * t < 0 and ground.beside(there) < 0:
             return Meeting(ground.copy, None, t, _velocity(v, g, t))
     return None

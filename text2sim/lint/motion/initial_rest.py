@@ -9,7 +9,7 @@ from math import hypot
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
@@ -33,12 +33,9 @@ Rectangle = tuple[float, float, float, float]
 """Lowest and highest x, lowest and highest y [m]."""
 
 
+@once_per_case
 def all_still(facts: Facts) -> bool:
     """Return whether everything is at rest until the script acts."""
-    return facts.once(_is_at_rest)
-
-
-def _is_at_rest(facts: Facts) -> bool:
     case = facts.case
     x, y, z = case.scene.gravity
     bodies = [copy for name in case.bodies for copy in facts.placed[name]]
@@ -51,8 +48,8 @@ def _is_at_rest(facts: Facts) -> bool:
             loose.append(copy)
         elif mount == "ball" or (mount == "tree" and not _joints_only(facts, copy)):
             return False
-    swings = mechanics_of(facts).swings()
-    return all(_is_joint_held(facts, swing) for swing in swings) and (z == 0 or _all_stand(facts, loose))
+    joints = mechanics_of(facts).joints()
+    return all(_is_joint_held(facts, joint) for joint in joints) and (z == 0 or _all_stand(facts, loose))
 
 
 def _joints_only(facts: Facts, copy: Copy) -> bool:
@@ -63,26 +60,26 @@ def _joints_only(facts: Facts, copy: Copy) -> bool:
     return all(joint.kind in ("hinge", "slider") for link in tree.links() for _, joint in link.all_joints())
 
 
-def _is_joint_held(facts: Facts, swing: LoadedJoint) -> bool:
+def _is_joint_held(facts: Facts, joint: LoadedJoint) -> bool:
     """Return whether a joint stays where it starts until it is driven."""
-    if swing.closed or swing.floating or swing.joint.spring and swing.start:
+    if joint.closed or joint.floating or joint.spec.spring and joint.start:
         return False
-    pull = abs(swing.gravity(swing.start))
-    if pull <= swing.joint.friction + 1e-9:
+    pull = abs(joint.gravity(joint.start))
+    if pull <= joint.spec.friction + 1e-9:
         return True
-    spans = spans_of(facts).get((swing.copy.name, swing.name), [])
-    motor = swing.motor
+    spans = spans_of(facts).get((joint.copy.name, joint.name), [])
+    motor = joint.motor
     if motor is None or not spans or spans[0].mode != "position":
         return False
     strong = motor.max_force is None or motor.max_force > pull
-    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < MAX_HOLDING_ERROR[swing.joint.kind]
+    return strong and motor.stiffness > 0.0 and pull / motor.stiffness < MAX_HOLDING_ERROR[joint.spec.kind]
 
 
 def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
     """Return whether every free body stands on something, from the lowest to the highest."""
     tops = [part for copy in facts.copies.values() if not facts.moves(copy) for part in facts.parts(copy)]
     tops = [part for part in tops if upright(part)]
-    for copy in sorted(loose, key=lambda one: (facts.box(one) or ((0, 0, 0),))[0][2]):
+    for copy in sorted(loose, key=lambda copy: (facts.box(copy) or ((0, 0, 0),))[0][2]):
         if not _stands(facts, copy, tops):
             return False
         tops += [part for part in facts.parts(copy) if upright(part)]
@@ -103,9 +100,9 @@ def _stands(facts: Facts, copy: Copy, tops: list[StandingPart]) -> bool:
     carried = []
     for part in tops:
         (a, b, _), (c, d, top) = part.box
-        here = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
-        if abs(low - top) < MAX_RESTING_GAP and here[0] <= here[1] and here[2] <= here[3]:
-            carried += [(here[0], here[2]), (here[1], here[3])]
+        shared = (max(a, sole[0]), min(c, sole[1]), max(b, sole[2]), min(d, sole[3]))
+        if abs(low - top) < MAX_RESTING_GAP and shared[0] <= shared[1] and shared[2] <= shared[3]:
+            carried += [(shared[0], shared[2]), (shared[1], shared[3])]
     return bool(carried) and _contains(_rectangle_around(carried), cx, cy)
 
 

@@ -9,7 +9,7 @@ from math import dist, inf
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate
-from text2sim.compiler.trees.tree import StandingLink, TreeJoint, tree_links
+from text2sim.compiler.trees.tree import StandingLink, Tree, TreeJoint, tree_links
 from text2sim.lint.facts import Facts
 
 Ball = tuple[Vec, float]
@@ -28,34 +28,32 @@ class LinkReach:
 
     def body(self, copy: Copy, part: str | None = None) -> list[Ball] | None:
         """Return balls that a copy (or one link) never leaves; None if it can move anywhere, or is a plane."""
-        return self._balls(copy, part, 0)
+        tree = self.facts.tree(copy)
+        if tree is None:
+            return None if self.facts.moves(copy) else self.facts.balls(copy) or None
+        found = [pieces for pieces, _ in self._links(tree, copy, part) if pieces[1] > 0.0]
+        if not found or any(radius == inf for _, radius in found):
+            return None
+        return found + (self.facts.balls(copy) if tree.fixtures and part is None else [])
 
     def origin(self, copy: Copy, part: str | None = None) -> Ball | None:
         """Return a ball that the origin of a copy (or of one link) never leaves; None if it can move anywhere."""
-        if copy.shape is None or self.facts.tree(copy) is not None:
-            found = self._balls(copy, part if part is not None else self._root(copy), 1)
-            return found[0] if found else None
-        return None if self.facts.moves(copy) else (copy.pos, 0.0)
-
-    def _root(self, copy: Copy) -> str | None:
-        tree = self.facts.tree(copy)
-        return tree.roots[0].name if tree is not None and tree.roots else None
-
-    def _balls(self, copy: Copy, part: str | None, what: int) -> list[Ball] | None:
-        if copy.name in self.welded and self.facts.moves(copy):
-            return None  # a weld holds by a spring, and may pull a joint apart
         tree = self.facts.tree(copy)
         if tree is None:
-            balls = self.facts.balls(copy)
-            return balls if balls and not self.facts.moves(copy) else None
+            return None if self.facts.moves(copy) else (copy.pos, 0.0)
+        if part is None and tree.roots:
+            part = tree.roots[0].name
+        found = [origin for _, origin in self._links(tree, copy, part)]
+        return found[0] if found and found[0][1] < inf else None
+
+    def _links(self, tree: Tree, copy: Copy, part: str | None) -> list[tuple[Ball, Ball]]:
+        """Return the balls of a link, or of all links of a copy; none if something is welded to it."""
+        if copy.name in self.welded and self.facts.moves(copy):
+            return []  # a weld holds by a spring, and may pull a joint apart
         if copy.name not in self._trees:
             self._trees[copy.name] = _tree(tree_links(tree, copy.pos, copy.quat), tree.initial)
         links = self._trees[copy.name]
-        chosen = list(links.values()) if part is None else [links[part]] if part in links else []
-        found = [pair[what] for pair in chosen if what == 1 or pair[0][1] > 0.0]
-        if not found or any(radius == inf for _, radius in found):
-            return None
-        return found + ([] if part or what else self.facts.balls(copy) * bool(tree.fixtures))
+        return list(links.values()) if part is None else [links[part]] if part in links else []
 
 
 def reach_of(facts: Facts) -> LinkReach:
@@ -80,9 +78,9 @@ def _tree(standing: list[StandingLink], initial: dict[str, float]) -> dict[str, 
     # By link: the point of the world around which it moves, the largest distance of its own anchor from that point, and
     # the position of that anchor at the start; None for fixed links.
     moved: dict[str, tuple[Vec, float, Vec] | None] = {}
-    children = {child.name: one.link.name for one in standing for child in one.link.children}
+    parents = {child.name: link.name for link, *_ in standing for child in link.children}
     for link, pos, quat, _ in standing:
-        state = moved.get(children.get(link.name, ""))
+        state = moved.get(parents.get(link.name, ""))
         for name, joint in link.all_joints():
             anchor = frame_apply(pos, quat, joint.anchor)
             slack = _slack(joint)

@@ -9,8 +9,9 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.motion.flight import Flight, flight_of
+from text2sim.lint.motion.flight import flight_of
 from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.parts import sides
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -34,19 +35,15 @@ class Whereabouts:
         """Return the probable displacement [m] of a copy at a time [s]: by its motion, or in free flight."""
         if isinstance(copy.model, Driven):
             return displacement(copy.model.motion, t)
-        flight = self.flight(copy)
+        flight = flight_of(self.facts, copy)
         return flight.offset(min(t, flight.end)) if flight is not None else (0.0, 0.0, 0.0)
 
     def known_until(self, copy: Copy) -> float:
         """Return the time [s] up to which the position of a copy is known; 0 if it is at rest, or is held."""
         if isinstance(copy.model, Driven):
             return self.facts.case.scene.duration
-        flight = self.flight(copy)
+        flight = flight_of(self.facts, copy)
         return flight.end if flight is not None and flight.moves else 0.0
-
-    def flight(self, copy: Copy) -> Flight | None:
-        """Return the path of a copy up to the first meeting; None if it is held or has no size."""
-        return flight_of(self.facts, copy)
 
     # --- in the whole run --------------------------------------------------------------------------------------
 
@@ -65,7 +62,7 @@ class Whereabouts:
         assert box is not None, copy.name
         if not self.facts.moves(copy):
             return box
-        size = max(high - low for low, high in zip(*box, strict=True))
+        size = max(sides(box))
         if isinstance(copy.model, Driven):
             return grown(swept(box, displacements(copy.model.motion)), size / 2)
         if not self.facts.free(copy) and not is_soft(copy.model):

@@ -11,6 +11,7 @@ from text2sim.compiler.shapes.rotation import Vec, quat_conjugate, quat_rotate, 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import AXES
 from text2sim.spec_schema.models.materials import DENSITY
 
 MIN_SHARED_MASS = 0.05
@@ -19,7 +20,6 @@ LATTICE_POINTS = 8
 """Sample points along each side of the intersection of two boxes."""
 MAX_PAIRS = 150
 """Most pairs of pieces that are tested in a body."""
-_AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def _counted_twice(facts: Facts) -> Iterator[Problem]:
@@ -58,8 +58,8 @@ def _counted_twice(facts: Facts) -> Iterator[Problem]:
 
 def _box(piece: Piece) -> tuple[Any, Any]:
     """Return the corners [m] of the bounding box of a piece, in the body's frame."""
-    low = tuple(-piece_reach(piece, (-x, -y, -z)) for x, y, z in _AXES)
-    return low, tuple(piece_reach(piece, axis) for axis in _AXES)
+    low = tuple(-piece_reach(piece, (-x, -y, -z)) for x, y, z in AXES.values())
+    return low, tuple(piece_reach(piece, axis) for axis in AXES.values())
 
 
 def _common(a: Piece, b: Piece, low: Any, high: Any) -> float:

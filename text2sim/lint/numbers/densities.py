@@ -73,10 +73,11 @@ def _unlikely_density(facts: Facts, where: Path, density: float) -> Problem:
 
 def _masses(facts: Facts, name: str) -> Iterator[Problem]:
     """Check the masses of a body and its links over their volumes: in grams, one is a thousand times too dense."""
-    body, where = facts.case.bodies[name], facts.where(name, "material", "mass")
+    body = facts.case.bodies[name]
     mass = getattr(getattr(body, "material", None), "mass", None)
     if body.kind == "rigid" and mass is not None:
-        where = where if facts.value_at(where) is not None else facts.where(name)  # a prefab may give the mass
+        # A prefab may give the mass.
+        where = facts.first_path(facts.where(name, "material", "mass"), facts.where(name))
         for copy in kinds_of(facts, name):
             text = _mass_text(copy.name, mass, sum(part.piece.volume() for part in facts.parts(copy)))
             if text:
@@ -95,7 +96,7 @@ def _masses(facts: Facts, name: str) -> Iterator[Problem]:
 
 
 def _mass_text(name: str, mass: float, volume: float) -> str:
-    """Say why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
+    """Return why a mass [kg] in a volume [m3] is implausible; empty if it is not."""
     if volume <= 0.0 or MASS_DENSITIES[0] <= mass / volume <= MAX_MASS_DENSITY:
         return ""
     density = mass / volume

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import at_most, length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
@@ -43,14 +44,14 @@ def kinds_of(facts: Facts, name: str) -> Iterator[Copy]:
 
 def _too_small(facts: Facts) -> Iterator[Problem]:
     settings, scene = facts.settings, facts.case.scene
-    sag = SAG_FACTOR * math.hypot(*scene.gravity) * (settings.bounce_time or settings.timeconst) ** 2
+    sag = SAG_FACTOR * facts.pull * (settings.bounce_time or settings.timeconst) ** 2
     for name in facts.case.bodies:
         thin = min((facts.thinnest(copy) for copy in kinds_of(facts, name) if facts.free(copy)), default=math.inf)
         if thin < MIN_SIZE:
             text = f"`{name}` has a piece of {length(thin)}: the engine fails below 0.02 mm; is the size in metres?"
             yield facts.problem("too-small", facts.first_given(name, "shape"), text, key=True, severity="error")
         elif facts.own_contact and sag > MAX_WALL_SUNK_SHARE * thin and scene.contact.timeconst is None:
-            longest = float(at_most(math.sqrt(MAX_WALL_SUNK_SHARE * thin / (SAG_FACTOR * math.hypot(*scene.gravity)))))
+            longest = float(at_most(math.sqrt(MAX_WALL_SUNK_SHARE * thin / (SAG_FACTOR * facts.pull))))
             text = (
                 f"`{name}` has a piece of {length(thin)} and will sink by {length(sag)} ({sag / thin:.0%} of it) into "
                 f"its support at a contact timeconst of {settings.timeconst:g} s"
@@ -69,9 +70,9 @@ def _too_large(facts: Facts) -> Iterator[Problem]:
     largest = max(sizes.values(), default=0.0)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         static = name in facts.case.scene.statics
-        for copy, sides in zip(kinds_of(facts, name), _sizes(facts, name), strict=True):
-            size = max(sides)
-            giant = min(sides) > THICK_STATIC and size > max(LARGE_BODY, GIANT_STATIC * largest) and bool(sizes)
+        for copy, box in zip(kinds_of(facts, name), _sizes(facts, name), strict=True):
+            size = max(box)
+            giant = min(box) > THICK_STATIC and size > max(LARGE_BODY, GIANT_STATIC * largest) and bool(sizes)
             if size <= LARGE_BODY or (static and size <= LARGE_STATIC and not giant):
                 continue
             text = f"`{name}` is {length(size)} large{_unit(copy)}"
@@ -86,7 +87,7 @@ def _too_large(facts: Facts) -> Iterator[Problem]:
 def _sizes(facts: Facts, name: str) -> list[tuple[float, ...]]:
     """Return width, depth and height [m] of each different shape of a body or static; 0 for a plane."""
     boxes = [facts.box(copy) for copy in kinds_of(facts, name)]
-    return [(0.0,) if box is None else tuple(high - low for low, high in zip(*box, strict=True)) for box in boxes]
+    return [(0.0,) if box is None else sides(box) for box in boxes]
 
 
 def _unit(copy: Copy) -> str:

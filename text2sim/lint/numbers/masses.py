@@ -12,12 +12,13 @@ links of 2.5 g at substeps of 0.2 ms stretched the weld by 0.9 mm, which is 0.02
 """
 
 from collections.abc import Iterator
-from math import ceil, hypot, sqrt
+from math import ceil, sqrt
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.settings import MIN_TIMECONST
 from text2sim.lint.facts import Facts
 from text2sim.lint.joints.mechanics import mechanics_of
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
@@ -57,26 +58,27 @@ def _links(facts: Facts) -> Iterator[tuple[str, str | None, float]]:
         group = [copy for copy in facts.placed[name] if facts.masses.get(copy.name) and facts.moves(copy)]
         if not group:
             continue
-        copy = min(group, key=lambda one: facts.masses[one.name])
+        copy = min(group, key=lambda copy: facts.masses[copy.name])
         tree = facts.tree(copy)
         if tree is None or sum(1 for _ in tree.links()) == 1:
             yield name, None, facts.masses[copy.name]
             continue
         totals = mechanics_of(facts).totals(copy)
         movable = [link.name for link in tree.links() if link.all_joints()]
-        link = min(movable, key=lambda one: totals[one].mass, default=None)
+        link = min(movable, key=lambda link: totals[link].mass, default=None)
         if link is not None:
             yield name, link, totals[link].mass
 
 
+@one_per_place
 def _ratio(facts: Facts) -> Iterator[Problem]:
-    yield from one_per_place(_stacked(facts))
-    yield from one_per_place(_welded(facts))
+    yield from _stacked(facts)
+    yield from _welded(facts)
 
 
 def _yield_distance(facts: Facts, factor: float, time: float, heavy: float, light: float) -> float:
     """Return the distance [m] by which a light body yields under a heavy one."""
-    return factor * hypot(*facts.plan.gravity) * time**2 * heavy / light
+    return factor * facts.pull * time**2 * heavy / light
 
 
 def _needed_settings(facts: Facts, time: float, *, contact: bool) -> str:
@@ -112,7 +114,7 @@ def _stacked(facts: Facts) -> Iterator[Problem]:
         under, over = facts.box(light), facts.box(heavy)
         if under is None or over is None or over[0][2] < under[1][2] - 2e-3:
             continue
-        size = min(b - a for a, b in zip(*under, strict=True))
+        size = min(sides(under))
         round_ = any(getattr(copy.shape, "kind", "") in ROUND_SHAPES for copy in pair)
         time = facts.settings.timeconst
         way = _yield_distance(facts, EDGE_COMPLIANCE if round_ else FLAT_COMPLIANCE, time, high, low)

@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.distance_field import MAX_NODES, DistanceField
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.rule import Rule
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
@@ -21,8 +21,8 @@ from text2sim.spec_schema.text.document import Path
 if TYPE_CHECKING:
     import numpy as np
 
-LONG_TRIANGLE, FEW_VERTICES_SHARE = 1 / 3, 0.7
-"""A triangle is long above this share of the mesh's size; a mesh has few vertices above this share of such area."""
+LONG_TRIANGLE, MAX_LONG_SHARE = 1 / 3, 0.7
+"""Share of the mesh's size above which a triangle is long, and largest share of the surface in such triangles."""
 CONVEX_FILL = 0.9999
 """Share of its hull that a convex mesh fills."""
 MANY_TRIANGLES = 25_000
@@ -34,40 +34,51 @@ class _Use(NamedTuple):
 
     where: Path
     shape: Mesh
-    weighs: bool
+    mesh: MeshFile
+    weighs: bool = False
     """Whether its volume gives the mass of a moving body."""
     filled: bool = False
     """Whether it is filled with particles or tetrahedra."""
 
+    @property
+    def fault(self) -> str:
+        """Why its surface encloses no volume; empty if it does."""
+        return "" if self.mesh.closed else _surface(self.mesh).fault
 
+
+@once_per_case
 def _uses(facts: Facts) -> list[_Use]:
     """Return every mesh of the case."""
-    return list(_find(facts))
+    return [
+        _Use(where, shape, load_mesh(shape.file, facts.folder), weighs, filled)
+        for where, shape, weighs, filled in _find(facts)
+    ]
 
 
-def _find(facts: Facts) -> Iterator[_Use]:
+def _find(facts: Facts) -> Iterator[tuple[Path, Mesh, bool, bool]]:
+    """Yield path and shape of every mesh, whether it gives a mass, and whether it is filled."""
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         copy = facts.placed[name][0]
         model, where = copy.model, facts.where(name)
         if isinstance(model, Articulated):
-            for link, its in (model.links or {}).items():
-                own = (its.material or model.material).mass is None
-                yield from _meshes(its.shape, (*where, "links", link, "shape"), own)
+            for link_name, link in (model.links or {}).items():
+                own = (link.material or model.material).mass is None
+                yield from _meshes(link.shape, (*where, "links", link_name, "shape"), own)
         elif isinstance(model, Chain):
             if model.payload is not None:
                 own = model.payload.material.mass is None
                 yield from _meshes(model.payload.shape, (*where, "payload", "shape"), own)
         elif is_soft(model):
             if isinstance(model.shape, Mesh) and model.kind != "cloth":
-                yield _Use((*where, "shape"), model.shape, weighs=False, filled=True)
+                yield (*where, "shape"), model.shape, False, True
         elif (shape := getattr(model, "shape", None)) is not None:
             own = facts.moves(copy) and getattr(model.material, "mass", None) is None
             yield from _meshes(shape, (*where, "shape"), own)
 
 
-def _meshes(shape: Any, where: Path, weighs: bool) -> Iterator[_Use]:
+def _meshes(shape: Any, where: Path, weighs: bool) -> Iterator[tuple[Path, Mesh, bool, bool]]:
     if isinstance(shape, Mesh):
-        yield _Use(where, shape, weighs)
+        yield where, shape, weighs, False
     elif isinstance(shape, Compound):
         for name, part in shape.parts.items():
             yield from _meshes(part.shape, (*where, "parts", name, "shape"), weighs)
@@ -116,21 +127,19 @@ def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
 
 
 def _open_meshes(facts: Facts) -> Iterator[Problem]:
-    for use in facts.once(_uses):
-        mesh = load_mesh(use.shape.file, facts.folder)
-        if use.weighs and not mesh.closed and (fault := _surface(mesh).fault):
-            hull = mesh.volume * use.shape.scale**3
+    for use in _uses(facts):
+        if use.weighs and use.fault:
+            hull = use.mesh.volume * use.shape.scale**3
             text = (
-                f"`{use.shape.file}` {fault}: its mass is that of its convex hull, {hull:.3g} m3; close the surface, "
-                "or give the body a `mass`"
+                f"`{use.shape.file}` {use.fault}: its mass is that of its convex hull, {hull:.3g} m3; close the "
+                "surface, or give the body a `mass`"
             )
             yield facts.problem("open-mesh", (*use.where, "file"), text)
 
 
 def _inside_out(facts: Facts) -> Iterator[Problem]:
-    for use in facts.once(_uses):
-        mesh = load_mesh(use.shape.file, facts.folder)
-        if not mesh.closed and not _surface(mesh).fault and _surface(mesh).volume < 0:
+    for use in _uses(facts):
+        if not use.mesh.closed and not use.fault and _surface(use.mesh).volume < 0:
             text = (
                 f"the triangles of `{use.shape.file}` face inward: it is drawn inside out, and its mass is that of its "
                 "convex hull; flip all triangles"
@@ -139,22 +148,19 @@ def _inside_out(facts: Facts) -> Iterator[Problem]:
 
 
 def _unfilled(facts: Facts) -> Iterator[Problem]:
-    for use in facts.once(_uses):
-        mesh = load_mesh(use.shape.file, facts.folder)
-        if use.filled and not mesh.closed and (fault := _surface(mesh).fault):
+    for use in _uses(facts):
+        if use.filled and use.fault:
             text = (
-                f"`{use.shape.file}` {fault} and has no inside to fill; close the surface (in Blender `Fill holes`, "
-                "then `Recalculate outside`), or use `kind: cloth` for a skin"
+                f"`{use.shape.file}` {use.fault} and has no inside to fill; close the surface (in Blender `Fill "
+                "holes`, then `Recalculate outside`), or use `kind: cloth` for a skin"
             )
             yield facts.problem("open-soft-body", (*use.where, "file"), text)
 
 
 def _slow_meshes(facts: Facts) -> Iterator[Problem]:
-    for use in facts.once(_uses):
-        if use.shape.collision != "decompose":
-            continue
-        faces = len(load_mesh(use.shape.file, facts.folder).faces)
-        if faces > MANY_TRIANGLES:
+    for use in _uses(facts):
+        faces = len(use.mesh.faces)
+        if use.shape.collision == "decompose" and faces > MANY_TRIANGLES:
             # Measured with a bumpy ring on one core: 7 s for 6,400 triangles, 21 s for 25,600, 51 s for 102,400.
             seconds = 7 * (faces / 6400) ** 0.72
             text = (
@@ -185,8 +191,8 @@ def _coarse(facts: Facts) -> Iterator[Problem]:
 
 def _sparse(facts: Facts) -> Iterator[Problem]:
     for use, _ in _exact(facts):
-        share = _open_share(load_mesh(use.shape.file, facts.folder))
-        if share > FEW_VERTICES_SHARE:
+        share = _long_share(use.mesh)
+        if share > MAX_LONG_SHARE:
             text = (
                 f"{share:.0%} of the surface of `{use.shape.file}` is in triangles longer than a third of it: contact "
                 "is detected at vertices, and an edge of another body passes through between them; use `collision: "
@@ -196,7 +202,7 @@ def _sparse(facts: Facts) -> Iterator[Problem]:
 
 
 @lru_cache(maxsize=64)
-def _open_share(mesh: MeshFile) -> float:
+def _long_share(mesh: MeshFile) -> float:
     """Return the share of the surface in triangles longer than `LONG_TRIANGLE` of the longest side of the mesh."""
     import numpy as np
 
@@ -209,8 +215,8 @@ def _open_share(mesh: MeshFile) -> float:
 
 def _needless_decomposition(facts: Facts) -> Iterator[Problem]:
     uses = [use for use, _ in _exact(facts)]
-    meshes = [load_mesh(use.shape.file, facts.folder) for use in uses]
-    if any(mesh.volume < CONVEX_FILL * _volume(mesh.hull_vertices, mesh.hull_faces) for mesh in meshes):
+    hulls = [_volume(use.mesh.hull_vertices, use.mesh.hull_faces) for use in uses]
+    if any(use.mesh.volume < CONVEX_FILL * hull for use, hull in zip(uses, hulls, strict=True)):
         return
     for use in uses:
         text = (
@@ -222,7 +228,7 @@ def _needless_decomposition(facts: Facts) -> Iterator[Problem]:
 
 def _exact(facts: Facts) -> Iterator[tuple[_Use, DistanceField]]:
     """Yield the meshes that collide by their surface, with their fields."""
-    for use in facts.once(_uses):
+    for use in _uses(facts):
         if use.shape.collision == "exact" and not use.filled:
             (piece,) = pieces(use.shape, facts.folder)
             if piece.field is not None:

@@ -31,6 +31,7 @@ MIN_STEPS_PER_CYCLE = 8
 # --- spinning ------------------------------------------------------------------------------------------------------
 
 
+@one_per_place
 def _spin(facts: Facts) -> Iterator[Problem]:
     h, dt = facts.substep, facts.case.scene.dt
     for where, speed in _spins(facts):
@@ -54,11 +55,11 @@ def _spins(facts: Facts) -> Iterator[tuple[Path, float]]:
             if isinstance(copy.model, Driven) and isinstance(copy.model.motion, Spin):
                 yield ("bodies", name, "motion", "speed"), max(map(abs, extremes(copy.model.motion.speed)))
     mechanics = mechanics_of(facts)
-    for (entity, joint), spans in spans_of(facts).items():
+    for (entity, name), spans in spans_of(facts).items():
         for span in spans:
             if span.mode == "velocity":
-                swing = mechanics.swing(facts.copies[entity], joint)
-                if swing is not None and swing.hinge:
+                joint = mechanics.joint(facts.copies[entity], name)
+                if joint is not None and joint.hinge:
                     yield span.where, max(map(abs, span.extremes()))
 
 
@@ -81,6 +82,7 @@ def _schedules(facts: Facts) -> Iterator[tuple[Path, Any]]:
             yield ((*where, "speed"), body.motion.speed) if isinstance(body.motion, Spin) else (where, body.motion)
 
 
+@one_per_place
 def _fast(facts: Facts) -> Iterator[Problem]:
     dt = facts.case.scene.dt
     for where, schedule in _schedules(facts):
@@ -140,7 +142,7 @@ or jumps past them, before the contact is detected.""",
         remedy="Use more substeps, or a slower rotation.",
         example=_TURNED % "120",
         fix=_TURNED % "12",
-        run=lambda facts: one_per_place(_spin(facts)),
+        run=_spin,
     ),
     Rule(
         id="fast-schedule",
@@ -153,6 +155,6 @@ step only one has an effect.""",
         remedy="Use a shorter `scene.dt`, or a slower schedule.",
         example=_SHAKEN % "30",
         fix=_SHAKEN % "10",
-        run=lambda facts: one_per_place(_fast(facts)),
+        run=_fast,
     ),
 )

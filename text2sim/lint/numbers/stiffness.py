@@ -35,27 +35,28 @@ CHAIN_STEP, LOOP_STEP = 0.005, 0.0025
 """Longest substeps [s] at which an undamped chain, and an undamped net, remained stable (measured)."""
 
 
+@one_per_place
 def _stiff(facts: Facts) -> Iterator[Problem]:
     mechanics = mechanics_of(facts)
     for motor in powered(facts):
-        swing = motor.swing
-        if motor.stiffness > 0.0 and not swing.closed and any(span.mode == "position" for span in motor.spans):
-            stiffness, damping = motor.stiffness + swing.joint.spring, motor.damping + swing.joint.damping
+        joint = motor.joint
+        if motor.stiffness > 0.0 and not joint.closed and any(span.mode == "position" for span in motor.spans):
+            stiffness, damping = motor.stiffness + joint.spec.spring, motor.damping + joint.spec.damping
             where, name = motor.where("stiffness"), f"stiffness {motor.stiffness:g}"
-            yield from _judge(facts, motor.label, swing, stiffness, damping, where, name, motor.limit)
-    for swing in mechanics.swings():
-        if swing.joint.spring > 0.0 and swing.inertia > 0.0 and not swing.closed:
-            where = mechanics.where(swing, "spring")
+            yield from _judge(facts, motor.label, joint, stiffness, damping, where, name, motor.limit)
+    for joint in mechanics.joints():
+        if joint.spec.spring > 0.0 and joint.inertia > 0.0 and not joint.closed:
+            where = mechanics.where(joint, "spring")
             if facts.value_at(where) is not None:
-                name, label = f"spring {swing.joint.spring:g}", mechanics.label(swing)
-                yield from _judge(facts, label, swing, swing.joint.spring, swing.joint.damping, where, name, inf)
+                name, label = f"spring {joint.spec.spring:g}", mechanics.label(joint)
+                yield from _judge(facts, label, joint, joint.spec.spring, joint.spec.damping, where, name, inf)
 
 
 def _judge(
-    facts: Facts, label: str, swing: LoadedJoint, stiffness: float, damping: float, where: Path, name: str, limit: float
+    facts: Facts, label: str, joint: LoadedJoint, stiffness: float, damping: float, where: Path, name: str, limit: float
 ) -> Iterator[Problem]:
-    h, dt, inertia = facts.substep, facts.case.scene.dt, swing.inertia
-    unit = "kg m2" if swing.hinge else "kg"
+    h, dt, inertia = facts.substep, facts.case.scene.dt, joint.inertia
+    unit = "kg m2" if joint.hinge else "kg"
     rate = sqrt(stiffness / inertia)
     if h * h * stiffness >= 4 * inertia + 2 * h * damping:
         longest = (damping + sqrt(damping**2 + 4 * stiffness * inertia)) / stiffness
@@ -94,9 +95,9 @@ def _undamped(facts: Facts) -> Iterator[Problem]:
                 loose = joint.kind == "ball" and joint.damping == joint.armature == 0.0
                 depth = depth + 1 if loose else 0
             if depth >= MIN_CHAIN_JOINTS:
-                where = ("bodies", name, "links", link.name, "joint")
-                if facts.value_at(where) is None:
-                    where = ("bodies", name, "joint") if facts.value_at(("bodies", name, "joint")) else ("bodies", name)
+                where = facts.first_path(
+                    facts.where(name, "links", link.name, "joint"), facts.where(name, "joint"), facts.where(name)
+                )
                 needed = ceil(facts.case.scene.dt / longest - 1e-9)
                 text = (
                     f"`{name}` has {depth} ball joints in a row without damping and armature, and will fly apart at "
@@ -158,7 +159,7 @@ large.""",
         remedy="Use more substeps, a lower stiffness, more damping, or a heavier load: the message has the numbers.",
         example=_CART % "1.0e+5",
         fix=_CART % "4000",
-        run=lambda facts: one_per_place(_stiff(facts)),
+        run=_stiff,
     ),
     Rule(
         id="undamped-joints",

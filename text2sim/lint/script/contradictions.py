@@ -10,7 +10,7 @@ from itertools import combinations, islice
 
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.script.outcomes import Bound, bound_of, field_of
+from text2sim.lint.script.outcomes import Bound, bound_of, count_bounds, field_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
@@ -67,24 +67,16 @@ def _clash(a: Bound, b: Bound) -> bool:
     return touching and (b.stat == "max" and a.low >= b.high or b.stat == "min" and a.high <= b.low)
 
 
-def _times(expect: Expect) -> tuple[int, float]:
-    if expect.never:
-        return 0, 0
-    if expect.count is None:
-        return 1, float("inf")
-    return (expect.count, expect.count) if isinstance(expect.count, int) else expect.count
-
-
 def _at_odds(a: Expect, b: Expect, duration: float) -> str:
-    """Say why two expectations of one event cannot both hold; empty if they can."""
+    """Return why two expectations of one event cannot both hold; empty if they can."""
     first, second = span_of(a.within, duration), span_of(b.within, duration)
     if a.never and b.never:
         return ""
     if a.never or b.never:
-        span, other, least = (first, second, _times(b)[0]) if a.never else (second, first, _times(a)[0])
+        span, other, least = (first, second, count_bounds(b)[0]) if a.never else (second, first, count_bounds(a)[0])
         inside = span[0] <= other[0] and other[1] <= span[1]
         return "must and must not happen" if inside and least > 0 else ""
-    (least, most), (less, more) = _times(a), _times(b)
+    (least, most), (less, more) = count_bounds(a), count_bounds(b)
     if max(least, less) > min(most, more):
         return "has to happen different numbers of times"
     if least > 0 and less > 0 and max(first[0], second[0]) > min(first[1], second[1]):
@@ -103,7 +95,7 @@ def _order(facts: Facts, events: dict[str, list[tuple[str, Expect]]]) -> Iterato
             where = ("actions", "expect", name, "before")
             follows[event] = other
             start = (expect.within or (0.0, 0.0))[0]
-            rivals = [rival for _, rival in events.get(other, []) if rival.within and _times(rival)[0] > 0]
+            rivals = [rival for _, rival in events.get(other, []) if rival.within and count_bounds(rival)[0] > 0]
             ends = [span_of(rival.within, facts.case.scene.duration)[1] for rival in rivals]
             if any(end <= start for end in ends):
                 text = f"`{other}` has to happen by {min(ends):g} s, and `{event}` not before {start:g} s"

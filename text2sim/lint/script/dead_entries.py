@@ -6,6 +6,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.measure_bounds import subjects, values_of
+from text2sim.lint.script.outcomes import count_bounds
 from text2sim.spec_schema.errors import Problem
 
 STATIC_MEASURES = ("position", "extent")
@@ -39,7 +40,7 @@ def _dead_events(facts: Facts) -> Iterator[Problem]:
         waits = [
             key
             for key, expect in actions.expect.items()
-            if name in (expect.event, expect.before, expect.on) and not expect.never and expect.count not in (0, (0, 0))
+            if name in (expect.event, expect.before, expect.on) and count_bounds(expect)[1] > 0
         ]
         quiet = [key for key, expect in actions.expect.items() if expect.event == name and key not in waits]
         then = f"; `{waits[0]}` cannot hold" if waits else f"; `{quiet[0]}` cannot fail" if quiet else ""

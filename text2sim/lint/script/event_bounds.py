@@ -17,9 +17,6 @@ from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.controls import Release, Remove
 
-MAX_PAIRS = 2_000
-"""Most pairs of bodies that are tested."""
-
 
 @dataclass(frozen=True)
 class EventBounds:
@@ -59,28 +56,21 @@ def bounds_of(facts: Facts, name: str) -> EventBounds:
 
 
 def _contact(facts: Facts, event: Any) -> EventBounds:
-    first, second = (targets_of(facts).select(selector) for selector in event.between)
     if event.kind == "separation" and event.for_ > facts.case.scene.duration:
         duration = facts.case.scene.duration
         return EventBounds(f"it needs {event.for_:g} s without contact, and the run takes {duration:g} s")
-    if not first or not second or len(first) * len(second) > MAX_PAIRS:
-        return EventBounds()
     reach, why = reach_of(facts), ""
-    for a in first:
-        here = reach.body(a.copy, a.link)
-        for b in second:
-            if a.label == b.label:
-                continue
-            why = _why_no_contact(facts, a, b)
-            if not why and never_meet(here, reach.body(b.copy, b.link)):
-                why = f"their joints and mounts keep `{a.label}` and `{b.label}` apart"
-            if not why:
-                return EventBounds()
+    for a, b in targets_of(facts).pairs(event.between) or ():
+        why = _why_no_contact(a, b)
+        if not why and never_meet(reach.body(a.copy, a.link), reach.body(b.copy, b.link)):
+            why = f"their joints and mounts keep `{a.label}` and `{b.label}` apart"
+        if not why:
+            return EventBounds()
     return EventBounds(why)
 
 
-def _why_no_contact(facts: Facts, a: StartTarget, b: StartTarget) -> str:
-    """Say why two links do not collide even where they meet; empty if they do."""
+def _why_no_contact(a: StartTarget, b: StartTarget) -> str:
+    """Return why two links do not collide even where they meet; empty if they do."""
     model = a.copy.model
     if a.copy.name == b.copy.name and isinstance(model, Articulated) and model.links is not None:
         if not model.self_collision:

@@ -1,7 +1,6 @@
 """Events whose condition holds when the run begins; see `start_values` for the values at the start."""
 
 from collections.abc import Callable, Iterator
-from itertools import product
 from typing import Any
 
 from text2sim.compiler.placing.placement import Copy
@@ -15,15 +14,13 @@ from text2sim.lint.script.targets import targets_of
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
 
-MAX_PAIRS = 2_000
-"""Most pairs of bodies that are tested."""
 MAX_TOUCHING_GAP = 1e-4
 """Largest gap [m] of bodies that touch from the first step."""
 
 
 def _true_at_start(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
-    used = {name for one in actions.expect.values() for name in (one.event, one.before, one.on)}
+    used = {name for expect in actions.expect.values() for name in (expect.event, expect.before, expect.on)}
     used |= {getattr(control, "on", None) for control in actions.controls.values()}
     for name, event in actions.events.items():
         if (
@@ -39,12 +36,11 @@ def _true_at_start(facts: Facts) -> Iterator[Problem]:
 
 
 def _contact(facts: Facts, event: Any) -> str:
-    first, second = (targets_of(facts).select(selector) for selector in event.between)
-    if len(first) * len(second) > MAX_PAIRS or any(target.link is not None for target in (*first, *second)):
+    pairs = targets_of(facts).pairs(event.between) or []
+    if any(target.link is not None for pair in pairs for target in pair):
         return ""
-    gaps = facts.once(Gaps)
-    for a, b in product(first, second):
-        if a.label != b.label and a.known and b.known and _gap(facts, gaps, a.copy, b.copy) <= MAX_TOUCHING_GAP:
+    for a, b in pairs:
+        if a.known and b.known and _gap(facts, a.copy, b.copy) <= MAX_TOUCHING_GAP:
             return (
                 f"`{a.label}` and `{b.label}` touch from the start, so it happens at once; use `after` another event "
                 "to find later contacts"
@@ -52,11 +48,11 @@ def _contact(facts: Facts, event: Any) -> str:
     return ""
 
 
-def _gap(facts: Facts, gaps: Gaps, a: Copy, b: Copy) -> float:
+def _gap(facts: Facts, a: Copy, b: Copy) -> float:
+    gaps = facts.once(Gaps)
     for one, other in ((a, b), (b, a)):
-        for ground in facts.planes:
-            if ground.copy is other:
-                return gaps.to_plane(one, ground, 1.0)
+        if (ground := facts.ground(other)) is not None:
+            return gaps.to_plane(one, ground, 1.0)
     return gaps.between(a, b, 1.0)
 
 

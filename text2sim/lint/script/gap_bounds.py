@@ -16,11 +16,11 @@ def min_gap(facts: Facts, a: Copy, b: Copy) -> float:
         a: A copy.
         b: Another copy.
     """
-    here, there = facts.box(a), facts.box(b)
-    if here is not None and there is not None:
-        return hypot(*(max(0.0, p - s, r - q) for p, q, r, s in zip(*here, *there, strict=True)))
-    plane, box = (a, there) if here is None else (b, here)
-    ground = next((ground for ground in facts.planes if ground.copy is plane), None)
+    box_a, box_b = facts.box(a), facts.box(b)
+    if box_a is not None and box_b is not None:
+        return hypot(*(max(0.0, p - s, r - q) for p, q, r, s in zip(*box_a, *box_b, strict=True)))
+    plane, box = (a, box_b) if box_a is None else (b, box_a)
+    ground = facts.ground(plane)
     return max(0.0, height(ground, box)) if ground is not None and box is not None else 0.0
 
 

@@ -14,20 +14,27 @@ from text2sim.lint.joints.drives import spans_of
 from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.motion.reach import reach_of
+from text2sim.lint.parts import sides
 from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
 
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
-MIN_STRETCH = 1e-6
-"""Lower bound on a stretch."""
 ROUND_SHORTFALL = 0.02
 """Share of its size by which the engine's mesh of a round shape may be smaller."""
 
 Bounds = tuple[float, float, str]
 """Lowest and highest value, and why."""
 UNBOUNDED: Bounds = (-inf, inf, "")
+A_SHARE: Bounds = (0.0, 1.0, "a share is 0 to 1")
+BOUNDS_OF_KIND: dict[str, Bounds] = {
+    "tilt": (0.0, 180.0, "a tilt is 0 to 180 deg"),
+    "share_in": A_SHARE,
+    "largest_piece": A_SHARE,
+    "leaked": A_SHARE,
+    "stretch": (1e-6, inf, "it is a ratio of lengths, and 1 is unstretched"),
+}
 
 
 @dataclass(frozen=True)
@@ -99,7 +106,7 @@ def _values(facts: Facts, measure: Any) -> Values:
         low, high, why = start, start, frozen
     error = ROUNDING * max(1.0, abs(start or 0.0))
     if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
-        error += ROUND_SHORTFALL * max(b - a for a, b in zip(*box, strict=True))
+        error += ROUND_SHORTFALL * max(sides(box))
     return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 
@@ -122,16 +129,12 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
         return -fastest, fastest, f"the run stops at scene.max_speed ({fastest:g} m/s)"
     if kind == "speed":
         return 0.0, fastest, f"a speed is not negative, and the run stops at scene.max_speed ({fastest:g} m/s)"
-    if kind == "tilt":
-        return 0.0, 180.0, "a tilt is 0 to 180 deg"
+    if kind in BOUNDS_OF_KIND:
+        return BOUNDS_OF_KIND[kind]
     if kind == "count_in":
         return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
-    if kind in ("share_in", "largest_piece", "leaked"):
-        return 0.0, 1.0, "a share is 0 to 1"
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
-    if kind == "stretch":
-        return MIN_STRETCH, inf, "it is a ratio of lengths, and 1 is unstretched"
     if kind == "contact_count" and measure.by is not None:
         pairs = len(targets) * len(targets_of(facts).select(measure.by))
         return 0.0, float(pairs), f"there are {pairs} pairs"
@@ -168,7 +171,7 @@ def _distance_bounds(facts: Facts, targets: list[StartTarget]) -> Bounds:
 
 
 def _frozen(measure: Any, targets: list[StartTarget]) -> str:
-    """Say why a measure never changes; empty if it may."""
+    """Return why a measure never changes; empty if it may."""
     if measure.kind in CONTACT_KINDS or any(target.driven for target in targets):
         return ""
     if measure.kind in ("extent", "displacement") and measure.frame is not None:
@@ -186,19 +189,19 @@ def _frozen(measure: Any, targets: list[StartTarget]) -> str:
 
 def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values:
     mechanics = mechanics_of(facts)
-    found = [mechanics.swing(target.copy, target.link or target.copy.body) for target in targets]
-    swings = [swing for swing in found if swing is not None]
-    if len(swings) < len(found) or measure.stat in ("count", "sum", "std", "range"):
+    found = [mechanics.joint(target.copy, target.link or target.copy.body) for target in targets]
+    joints = [joint for joint in found if joint is not None]
+    if len(joints) < len(found) or measure.stat in ("count", "sum", "std", "range"):
         return Values()
-    unit, force = swings[0].units
-    ranges = [swing.joint.range for swing in swings]
+    unit, force = joints[0].units
+    ranges = [joint.spec.range for joint in joints]
     locked = all(limits is not None and limits[0] == limits[1] for limits in ranges)
     frozen = "its range does not let it move" if locked else ""
     if measure.kind == "joint_force":
-        return _of_motor(facts, targets, swings, force)
+        return _of_motor(facts, targets, joints, force)
     if measure.kind == "joint_velocity":
         return Values(start=0.0, error=ROUNDING, frozen=frozen, unit=f"{unit}/s")
-    starts = {swing.start for swing in swings}
+    starts = {joint.start for joint in joints}
     start = starts.pop() if len(starts) == 1 else None
     low, high, why = UNBOUNDED
     if (limits := [limits for limits in ranges if limits is not None]) and len(limits) == len(ranges):
@@ -208,13 +211,13 @@ def _of_joints(facts: Facts, measure: Any, targets: list[StartTarget]) -> Values
     return Values(low, high, why, start, ROUNDING, frozen, unit)
 
 
-def _of_motor(facts: Facts, targets: list[StartTarget], swings: list[LoadedJoint], unit: str) -> Values:
+def _of_motor(facts: Facts, targets: list[StartTarget], joints: list[LoadedJoint], unit: str) -> Values:
     driven = spans_of(facts)
     file = any(getattr(target.copy.model, "file", None) is not None for target in targets)
     if not file and not any((t.copy.name, t.link or t.copy.body) in driven for t in targets):
         why = "no control drives this joint, so its motor gives no force"
         return Values(0.0, 0.0, why, 0.0, ROUNDING, why, unit)
-    limits = [swing.motor.max_force if swing.motor is not None else None for swing in swings]
+    limits = [joint.motor.max_force if joint.motor is not None else None for joint in joints]
     most = max((limit for limit in limits if limit is not None), default=inf)
     if any(limit is None for limit in limits):
         return Values(unit=unit)

@@ -14,6 +14,7 @@ from text2sim.lint.joints.angles import in_degrees
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.event_bounds import bounds_of
 from text2sim.lint.script.measure_bounds import Values, values_of
+from text2sim.lint.words import as_radians
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.expectations import Expect
@@ -51,6 +52,15 @@ def bound_of(expect: Expect, duration: float) -> Bound:
         return Bound(low, high, float(at), float(at), "all")
     first, last = span_of(expect.during if isinstance(expect.during, tuple) else None, duration)
     return Bound(low, high, first, last, expect.stat or "all")
+
+
+def count_bounds(expect: Expect) -> tuple[int, float]:
+    """Return the smallest and the largest number of times that an event may happen to satisfy an expectation."""
+    if expect.never:
+        return 0, 0
+    if expect.count is None:
+        return 1, inf
+    return (expect.count, expect.count) if isinstance(expect.count, int) else expect.count
 
 
 def field_of(expect: Expect) -> str:
@@ -122,14 +132,14 @@ def _cannot_hold(facts: Facts) -> Iterator[Problem]:
 def _degrees(values: Values, bound: Bound) -> str:
     for edge in (bound.low, bound.high):
         if values.unit == "rad" and in_degrees(edge) and values.low <= radians(edge) <= values.high:
-            return f"; joint positions of hinges are in radians: {edge:g} deg is ${{radians({edge:g})}}"
+            return f"; joint positions of hinges are in radians: {as_radians(edge)}"
     if values.unit == "rad" and max(abs(values.low), abs(values.high)) < inf:
         return f" ({degrees(values.low):.4g} to {degrees(values.high):.4g} deg, with a margin)"
     return ""
 
 
 def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
-    """Say why an event cannot satisfy its expectation, and which field it violates."""
+    """Return why an event cannot satisfy its expectation, and which field it violates."""
     known = bounds_of(facts, expect.event or "")
     if known.never or expect.on is not None:
         return "", ""  # `dead-event` reports the event; the time of `on` is not known
@@ -145,8 +155,8 @@ def _too_early(facts: Facts, expect: Expect) -> tuple[str, str]:
         if last < known.earliest - ROUNDING:
             return f"`{expect.event}` cannot happen before {known.earliest:g} s, when its `after` happens", "within"
     if expect.count is not None and known.at is not None:
-        low, high = (expect.count, expect.count) if isinstance(expect.count, int) else expect.count
-        if not low <= len(known.at) <= high:
+        least, most = count_bounds(expect)
+        if not least <= len(known.at) <= most:
             return f"`{expect.event}` happens {len(known.at)} times, as the case specifies", "count"
     if expect.before is not None:
         other = bounds_of(facts, expect.before)
@@ -166,14 +176,14 @@ def _cannot_fail(facts: Facts) -> Iterator[Problem]:
             continue
         where: Path = ("actions", "expect", name)
         known = bounds_of(facts, expect.event)
+        least, most = count_bounds(expect)
         happens = known.at is not None and not _too_early(facts, expect)[0]
         if happens and not expect.never:
             text = f"`{name}` cannot fail: the case specifies when `{expect.event}` happens"
             yield facts.problem("cannot-fail", (*where, "event"), text)
-        elif isinstance(expect.count, tuple) and expect.count[0] <= 0 and expect.count[1] >= 100_000:
-            if expect.within is None:
-                text = f"`{name}` cannot fail: it accepts any number of times"
-                yield facts.problem("cannot-fail", (*where, "count"), text)
+        elif least <= 0 and most >= 100_000 and expect.within is None:
+            text = f"`{name}` cannot fail: it accepts any number of times"
+            yield facts.problem("cannot-fail", (*where, "count"), text)
 
 
 _BALL = """\

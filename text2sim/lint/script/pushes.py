@@ -14,6 +14,7 @@ from text2sim.compiler.shapes.boxes import union
 from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.lint.facts import Facts
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least, length, vector
 from text2sim.spec_schema.errors import Problem
@@ -25,7 +26,7 @@ MAX_POINT_DISTANCE = 0.1
 
 def _length(facts: Facts, entity: str) -> float:
     box = facts.box(facts.copies[entity])
-    return max(high - low for low, high in zip(*box, strict=True)) if box is not None else inf
+    return max(sides(box)) if box is not None else inf
 
 
 def _launched(facts: Facts) -> Iterator[Problem]:
@@ -100,14 +101,14 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
         copy = facts.copies[row.entity]
         pos, quat = copy.pos, copy.quat
         if row.link is not None and (tree := facts.tree(copy)) is not None:
-            frames = {one.link.name: (one.pos, one.quat) for one in tree_links(tree, copy.pos, copy.quat)}
+            frames = {link.name: (pos, quat) for link, pos, quat, _ in tree_links(tree, copy.pos, copy.quat)}
             pos, quat = frames.get(row.link, (pos, quat))
         box = union(part.box for part in facts.parts(copy) if row.link is None or part.link == row.link)
         if box is None:
             continue
         point = frame_apply(pos, quat, row.point)
         off = dist(point, [min(max(c, low), high) for c, low, high in zip(point, *box, strict=True)])
-        if off > MAX_POINT_DISTANCE * max(high - low for low, high in zip(*box, strict=True)):
+        if off > MAX_POINT_DISTANCE * max(sides(box)):
             done.add(row.control)
             name = row.entity if row.link is None else f"{row.entity}.{row.link}"
             text = (
@@ -117,9 +118,10 @@ def _off_body(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("point-off-body", ("actions", "controls", row.control, "point"), text)
 
 
+@one_per_place
 def _violent(facts: Facts) -> Iterator[Problem]:
-    yield from one_per_place(_launched(facts))
-    yield from one_per_place(_pushed(facts))
+    yield from _launched(facts)
+    yield from _pushed(facts)
 
 
 _PUCK = """\

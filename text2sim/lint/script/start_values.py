@@ -15,8 +15,8 @@ from text2sim.spec_schema.models.space import BoxRegion, SphereRegion
 COLUMN = {"x": 0, "y": 1, "z": 2}
 ROUNDING = 1e-4
 """Relative error of values at the start, because the engine uses single precision."""
-MAX_PAIRS = 10_000
-"""Most pairs of bodies whose distances are computed."""
+MAX_DISTANCES = 10_000
+"""Most distances of bodies that are computed."""
 
 
 def start_of(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
@@ -136,10 +136,8 @@ def _extent(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float
 
 
 def _distance(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
-    first, second = (targets_of(facts).select(selector) for selector in measure.between)
-    if len(first) * len(second) > MAX_PAIRS:
-        return None
-    return min((dist(a.origin, b.origin) for a in first for b in second if a.label != b.label), default=None)
+    pairs = targets_of(facts).pairs(measure.between, MAX_DISTANCES) or ()
+    return min((dist(a.origin, b.origin) for a, b in pairs), default=None)
 
 
 def _count_in(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
@@ -181,7 +179,7 @@ _TOGETHER: dict[str, Callable[[Facts, Any, Sequence[StartTarget]], float | None]
     "energy": _energy,
 }
 UNDEFORMED = {"stretch": 1.0, "strain": 0.0}
-"""Measures of deformation at the start."""
+"""Values of measures of deformation at the start."""
 
 
 def depth_inside(region: Any, point: Vec) -> float:

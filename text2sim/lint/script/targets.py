@@ -1,6 +1,7 @@
 """Targets of selectors in the resolved case: copies and links, with their start positions."""
 
 from dataclasses import dataclass
+from itertools import product
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select
@@ -8,6 +9,9 @@ from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.spec_schema.names.selectors import named_by
+
+MAX_PAIRS = 2_000
+"""Most pairs of bodies that a rule tests."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,13 @@ class Targets:
             self._found[selector] = found
         return self._found[selector]
 
+    def pairs(self, between: tuple[str, str], limit: int = MAX_PAIRS) -> list[tuple[StartTarget, StartTarget]] | None:
+        """Return the pairs of different targets of two selectors; None if there may be more than `limit`."""
+        first, second = (self.select(selector) for selector in between)
+        if len(first) * len(second) > limit:
+            return None
+        return [(a, b) for a, b in product(first, second) if a.label != b.label]
+
     def _names(self, copy: Copy, part: str | None) -> list[str | None]:
         """Return the links that a pattern matches; without a pattern, the link itself, or None for the whole copy."""
         tree = self.facts.tree(copy) if part is not None and "*" in part else None
@@ -69,11 +80,11 @@ class Targets:
             moves = self.facts.moves(copy)
             return StartTarget(copy, None, None, True, moves, moves, driven)
         links = tree_links(tree, copy.pos, copy.quat)
-        mine = [one for one in links if part is None or one.link.name == part]
+        chosen = [standing for standing in links if part is None or standing.link.name == part]
         # The engine numbers links in the order of the file, parents first: a body's frame is that of its first link.
-        first = next((one for one in mine if one.link.name == (part or tree.roots[0].name)), None)
+        first = next((row for row in chosen if row.link.name == (part or tree.roots[0].name)), None)
         known = first is not None and getattr(copy.model, "file", None) is None
-        moves = any(one.moves for one in mine)
+        moves = any(standing.moves for standing in chosen)
         return StartTarget(copy, part, first, known, first is None or first.moves, moves, driven)
 
 

@@ -6,7 +6,6 @@ bounce.
 """
 
 from collections.abc import Iterator
-from itertools import product
 from math import inf
 from typing import Any
 
@@ -15,15 +14,12 @@ from text2sim.lint.motion.causes import Causes, causes_of
 from text2sim.lint.rule import Rule
 from text2sim.lint.script.gap_bounds import min_gap
 from text2sim.lint.script.measure_bounds import values_of
-from text2sim.lint.script.outcomes import bound_of, field_of
+from text2sim.lint.script.outcomes import bound_of, count_bounds, field_of
 from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.measures import Displacement, Position
-
-MAX_PAIRS = 2_000
-"""Most pairs of bodies that are tested."""
 
 
 def _too_soon(facts: Facts) -> Iterator[Problem]:
@@ -34,7 +30,7 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
         if expect.on is not None:
             continue
         if expect.event is not None:
-            if expect.never or expect.within is None or expect.count in (0, (0, 0)):
+            if expect.within is None or count_bounds(expect)[1] == 0:
                 continue
             way = _shortest_distance(facts, actions.events[expect.event])
             _, last = span_of(expect.within, facts.case.scene.duration)
@@ -62,7 +58,7 @@ def _too_soon(facts: Facts) -> Iterator[Problem]:
 
 
 def _why_too_far(causes: Causes, distance: float, by: float) -> str:
-    """Say why a distance is too long for a time."""
+    """Return why a distance is too long for a time."""
     needs = causes.soonest(distance)
     if by <= causes.quiet:
         if not causes.first:
@@ -75,10 +71,8 @@ def _why_too_far(causes: Causes, distance: float, by: float) -> str:
 def _shortest_distance(facts: Facts, event: Any) -> float:
     """Return the shortest distance [m] that some body has to move before an event; 0 if it is not known."""
     if event.kind == "contact":
-        first, second = (targets_of(facts).select(selector) for selector in event.between)
-        if len(first) * len(second) > MAX_PAIRS:
-            return 0.0
-        return min((_gap(facts, a, b) for a, b in product(first, second) if a.label != b.label), default=0.0)
+        pairs = targets_of(facts).pairs(event.between) or ()
+        return min((_gap(facts, a, b) for a, b in pairs), default=0.0)
     if event.kind == "enters" and event.region.moves_with is None:
         targets = targets_of(facts).select(event.of)
         if any(not target.known for target in targets):
@@ -88,7 +82,7 @@ def _shortest_distance(facts: Facts, event: Any) -> float:
 
 
 def _gap(facts: Facts, a: StartTarget, b: StartTarget) -> float:
-    """Return the least distance [m] that one of two bodies has to move before they touch."""
+    """Return the shortest distance [m] that one of two bodies has to move before they touch."""
     if a.copy.name == b.copy.name:
         return 0.0
     return min_gap(facts, a.copy, b.copy) / (2.0 if a.moves and b.moves else 1.0)

@@ -16,11 +16,11 @@ def _mappings_and_texts(value: Any) -> Iterator[Any]:
     """Yield every mapping and text inside some data."""
     waiting = [value]
     while waiting:
-        one = waiting.pop()
-        if isinstance(one, dict | str):
-            yield one
-        if isinstance(one, dict | list):
-            waiting += one.values() if isinstance(one, dict) else one
+        item = waiting.pop()
+        if isinstance(item, dict | str):
+            yield item
+        if isinstance(item, dict | list):
+            waiting += item.values() if isinstance(item, dict) else item
 
 
 def _words_in(text: str) -> set[str]:

@@ -17,7 +17,7 @@ from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
 
-MAX_SPEED, MAX_SPEED_WITH_MANY = 8.0, 16.0
+CATCH_SPEED, CATCH_SPEED_WITH_MANY = 8.0, 16.0
 """Speed [m/s] at which a sheet still catches a ball, with 4 and with `MANY_ITERATIONS`; at twice that the ball passed
 through."""
 MANY_ITERATIONS = 20
@@ -35,7 +35,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
         speed = _meeting_speed(facts, soft, body, copy)
         if speed > found.get((body.body, copy.body), (0.0,))[0]:
             found[body.body, copy.body] = speed, body, copy
-    limit = MAX_SPEED_WITH_MANY if (facts.case.scene.pbd.stretch_iterations or 0) >= MANY_ITERATIONS else MAX_SPEED
+    limit = CATCH_SPEED_WITH_MANY if (facts.case.scene.pbd.stretch_iterations or 0) >= MANY_ITERATIONS else CATCH_SPEED
     for speed, body, copy in found.values():
         shift = speed * h
         if shift > room * (1 + 1e-6):
@@ -50,7 +50,7 @@ def _passes(facts: Facts) -> Iterator[Problem]:
             text = (
                 f"`{copy.name}` meets `{body.name}` at up to {speed:.3g} m/s: the sheet stretches open at that speed, "
                 f"and a ball passed through at twice {limit:g} m/s; "
-                + ("make it slower" if limit == MAX_SPEED_WITH_MANY else more)
+                + ("make it slower" if limit == CATCH_SPEED_WITH_MANY else more)
             )
         else:
             continue
@@ -62,13 +62,13 @@ def _meeting_speed(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) ->
     own, other = (facts.velocities.get(c.name, (0.0, 0.0, 0.0)) for c in (body.copy, copy))
     fast = math.dist(own, other)
     drop = 0.0
-    box, its = body.box, facts.box(copy)
-    if its is not None:
+    box, other_box = body.box, facts.box(copy)
+    if other_box is not None:
         if facts.free(copy) and soft.comes_down_on(copy, body.copy):
-            drop = its[0][2] - box[1][2]
+            drop = other_box[0][2] - box[1][2]
         elif facts.loose(body.copy) and soft.comes_down_on(body.copy, copy):
-            drop = box[0][2] - its[1][2]
-    fall = math.sqrt(max(0.0, 2 * math.hypot(*facts.case.scene.gravity) * drop))
+            drop = box[0][2] - other_box[1][2]
+    fall = math.sqrt(max(0.0, 2 * facts.pull * drop))
     return math.hypot(fast, fall)
 
 
@@ -119,7 +119,7 @@ def _off_its_holder(facts: Facts) -> Iterator[Problem]:
         except RegionError:
             continue  # it is inside the body, where no gap is visible
         near = region.sphere.radius if region.sphere else 0.0
-        away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), one) for one in pieces)
+        away = min(distance(Solid(Piece("sphere", size=(near,)), point, IDENTITY), piece) for piece in pieces)
         if away > max(soft.scales.spacing(body.body, body.solver), MIN_VISIBLE_GAP):
             text = (
                 f"the attached point of `{body.name}` is {length(away)} away from `{control.to}`: the film shows it "

@@ -69,10 +69,8 @@ def _slow_run(facts: Facts) -> Iterator[Problem]:
         + f", {1.0 / facts.substep:,.0f} substeps per second; with {_grains(most)} one and a half times as large it "
         f"is {1.5**power:.0f} times as fast"
     )
-    where = next(
-        (facts.where(body.body, "cell") for body in soft.of(most) if facts.value_at(facts.where(body.body, "cell"))),
-        ("scene", "duration"),
-    )
+    cells = (facts.where(body.body, "cell") for body in soft.of(most))
+    where = facts.first_path(*cells, ("scene", "duration"))
     yield facts.problem("slow-scene", where, text)
 
 

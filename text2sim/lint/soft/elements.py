@@ -4,8 +4,10 @@ import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.parts import sides
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
@@ -23,20 +25,16 @@ MAX_POISSON = 0.49
 """Largest Poisson's ratio without a warning."""
 
 
+@first_per_place
 def _too_stiff(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
-    seen = set()
     for body in soft.of("fem"):
-        if body.body in seen:
-            continue
         thin = soft.thickness(body)
-        low, high = extents(body.copy.shape, (1.0, 0.0, 0.0, 0.0), facts.folder)
-        longest = max(b - a for a, b in zip(low, high, strict=True))
+        longest = max(sides(extents(body.copy.shape, IDENTITY, facts.folder)))
         edge = soft.scales.spacing(body.body, "fem")
         through = thin / edge
         if longest < MIN_SLENDERNESS * thin or through >= MIN_ELEMENTS * (1 - 1e-3):
             continue
-        seen.add(body.body)
         lacking = min(MAX_MISSING_SHARE, ONE_ELEMENT_ERROR * through**-1.5)
         text = (
             f"`{body.name}` has {through:.2g} elements of {length(edge)} through its thickness of {length(thin)}: "
@@ -47,14 +45,12 @@ def _too_stiff(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("too-few-elements", where, text, key=True)
 
 
+@first_per_place
 def _incompressible(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
-    seen = set()
-    for body in soft.of("fem", "mpm"):
+    for body in soft_facts(facts).of("fem", "mpm"):
         nu = getattr(body.model.material, "poisson_ratio", None)
-        if nu is None or nu <= MAX_POISSON or body.body in seen:
+        if nu is None or nu <= MAX_POISSON:
             continue
-        seen.add(body.body)
         factor = math.sqrt((1 - nu) / ((1 + nu) * (1 - 2 * nu)))
         then = "linear tetrahedra lock, and it is many times too stiff"
         if body.solver == "mpm":
@@ -64,16 +60,13 @@ def _incompressible(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("nearly-incompressible", where, text)
 
 
+@first_per_place
 def _model(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
-    seen = set()
     for body in soft.of("fem"):
         model = body.model.material.model
-        if body.body in seen or model not in ("neo_hookean", "elasto_plastic"):
+        if model not in ("neo_hookean", "elasto_plastic") or (model == "neo_hookean" and soft.model == "ipc"):
             continue
-        if model == "neo_hookean" and soft.model == "ipc":
-            continue
-        seen.add(body.body)
         text = (
             f"`{body.body}` has model {model}, which the implicit fem solver does not support: it would use `elastic` "
             "(corotated); leave the model out, or use `solver: mpm`"

@@ -9,12 +9,12 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.softmesh import solid_volume
-from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.scales import PARTICLE_CELLS, Scales, scales, sheet_size, thickness
 from text2sim.compiler.soft.solvers import contact_model, is_soft, solver_of
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.parts import Ground, lowest_of
+from text2sim.lint.words import length
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class SoftBody:
 
 
 class SoftFacts:
-    """The deformable bodies of a case. Made by `soft_facts`."""
+    """The deformable bodies of a case; see `soft_facts`."""
 
     def __init__(self, facts: Facts) -> None:
         self.facts = facts
@@ -94,9 +94,9 @@ class SoftFacts:
         """Return the volume [m3] at the start; 0 for cloth."""
         return 0.0 if body.model.kind == "cloth" else solid_volume(body.copy.shape, self.facts.folder)
 
-    def mass(self, body: SoftBody) -> float:
-        """Return the mass [kg]."""
-        return mass(body.copy, self.facts.folder)
+    def in_cells(self, size: float) -> str:
+        """Return a length [m] in cells of the mpm grid, with their size: `2.2 cells of the mpm grid (20 mm)`."""
+        return f"{size / self.cell:.2g} cells of the mpm grid ({length(self.cell)})"
 
     def points(self, body: SoftBody) -> int:
         """Return about how many particles or elements a body has; see `compiler.soft.scales`."""

@@ -31,7 +31,13 @@ CONTACT_MODEL_OF_PAIR = {
 """Contact model under which a pair has contact on every machine."""
 MODELS_WITH_STILL_MPM = ("sap", "ipc")
 """Contact models under which the mpm grid does not move: a block of jelly stayed in the air."""
-FAMILY_NAMES = {"mpm": "mpm bodies", "pbd": "cloth of solver pbd", "fem": "fem bodies", "ipc": "cloth of solver ipc"}
+FAMILY_NAMES = {
+    "rigid": "rigid bodies",
+    "mpm": "mpm bodies",
+    "pbd": "cloth of solver pbd",
+    "fem": "fem bodies",
+    "ipc": "cloth of solver ipc",
+}
 
 
 def _cloth_without_ipc(facts: Facts) -> Iterator[Problem]:
@@ -88,47 +94,36 @@ def _possible_partners(soft: SoftFacts, body: SoftBody) -> Iterator[tuple[Copy, 
         yield ground.copy, "rigid"
     for copy in soft.rigid:
         yield copy, "rigid"
-    found = False
-    for other in soft.bodies:
-        found = found or other is body
-        if found and other is not body:
-            yield other.copy, other.solver
+    for other in soft.bodies[soft.bodies.index(body) + 1 :]:
+        yield other.copy, other.solver
 
 
 def _could_meet(soft: SoftFacts, body: SoftBody, other: Copy) -> bool:
-    for ground in soft.planes:
-        if ground.copy is other:
-            return soft.meets_plane(body, ground)
+    if (ground := soft.facts.ground(other)) is not None:
+        return soft.meets_plane(body, ground)
     return whereabouts(soft.facts).meet(body.copy, other)
 
 
 def _finding(facts: Facts, soft: SoftFacts, body: SoftBody, other: Copy, family: str) -> Problem:
-    model, pair = soft.model, frozenset((family, body.solver))
-    sure = any(ground.copy is other for ground in soft.planes) or (
+    model = soft.model
+    sure = facts.ground(other) is not None or (
         soft.comes_down_on(body.copy, other) or soft.comes_down_on(other, body.copy)
     )
-    what = (
-        FAMILY_NAMES[body.solver]
-        if family in ("rigid", body.solver)
-        else f"{FAMILY_NAMES[body.solver]} and {FAMILY_NAMES[family]}"
+    families = " and ".join(FAMILY_NAMES[name] for name in dict.fromkeys((body.solver, family)))
+    text = (
+        f"`{body.name}` and `{other.name}` {'have' if sure else 'may meet, but have'} no contact: under contact model "
+        f"{model} {families} pass through each other"
     )
-    whom = "rigid bodies" if family == "rigid" else "each other"
-    text = f"`{body.name}` and `{other.name}` {'have' if sure else 'may meet, but have'} no contact: "
-    text += f"under contact model {model} {what} and {whom} pass through each other"
-    text = text.replace(f"{what} and each other pass", f"{what} pass")
-    is_given = facts.case.scene.contact.model is not None
-    if not is_given and model in ("sap", "ipc"):
+    if facts.case.scene.contact.model is None and model in ("sap", "ipc"):
         needs = next(b for b in soft.bodies if b.solver == ("fem" if model == "sap" else "ipc"))
         text += f" (the model is {model} because `{needs.name}` has solver {needs.solver})"
-    where = facts.first_given(body.body, "solver")
-    severity = "error" if sure else "warning"
-    return facts.problem(
-        "no-contact", where, f"{text}; {_remedy(soft, body, family, pair)}", key=True, severity=severity
-    )
+    text += f"; {_remedy(soft, body, family)}"
+    where, severity = facts.first_given(body.body, "solver"), "error" if sure else "warning"
+    return facts.problem("no-contact", where, text, key=True, severity=severity)
 
 
-def _remedy(soft: SoftFacts, body: SoftBody, family: str, pair: frozenset[str]) -> str:
-    needed = CONTACT_MODEL_OF_PAIR.get(pair)
+def _remedy(soft: SoftFacts, body: SoftBody, family: str) -> str:
+    needed = CONTACT_MODEL_OF_PAIR.get(frozenset((family, body.solver)))
     others = {b.solver for b in soft.bodies if b is not body}
     if needed == "sap" and not others & {"mpm", "pbd"}:
         also = ", or `solver: mpm` with contact model particle" if body.model.kind == "soft" else ""

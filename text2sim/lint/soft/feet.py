@@ -3,13 +3,13 @@
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
 MIN_FOOT_CELLS = 4.0
-"""Least width of a foot in cells. Cylinders of 120 mm on foam with cells of 20 mm: those up to 2 cells wide fell over
+"""Smallest width of a foot [cells]. Cylinders of 120 mm on foam with cells of 20 mm: those up to 2 cells wide fell over
 or went through the foam, of those of 3 cells one stood and one went through, and those of 4 and 6 stood within 0.6
 degrees (`tests/physics/test_soft_feet.py`)."""
 TALL_FEET = 1.5
@@ -18,13 +18,12 @@ MAX_GAP_CELLS = 2.5
 """Largest gap to the body on which it stands, in cells."""
 
 
+@first_per_place
 def _narrow_foot(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body whose foot is too narrow."""
     soft = soft_facts(facts)
-    seen = set()
     for body, copy in soft.pairs("mpm"):
         box = facts.box(copy)
-        if body.model.kind != "soft" or copy.body in seen or box is None or not facts.free(copy):
+        if body.model.kind != "soft" or box is None or not facts.free(copy):
             continue
         low, high = box
         width, height = min(high[0] - low[0], high[1] - low[1]), high[2] - low[2]
@@ -32,10 +31,9 @@ def _narrow_foot(facts: Facts) -> Iterator[Problem]:
         stands = over and abs(low[2] - body.box[1][2]) <= MAX_GAP_CELLS * soft.cell
         if not stands or height < TALL_FEET * width or width >= MIN_FOOT_CELLS * soft.cell * (1 - 1e-6):
             continue
-        seen.add(copy.body)
         text = (
-            f"`{copy.name}` stands on `{body.name}` with a foot {length(width)} wide, {width / soft.cell:.2g} cells of "
-            f"the mpm grid ({length(soft.cell)}), which feels it at a few nodes: it tips over or sinks in; make the "
+            f"`{copy.name}` stands on `{body.name}` with a foot {length(width)} wide, {soft.in_cells(width)}, "
+            f"which feels it at a few nodes: it tips over or sinks in; make the "
             f"foot {length(MIN_FOOT_CELLS * soft.cell)} wide, or `scene.mpm.cell` {at_most(width / MIN_FOOT_CELLS)}"
         )
         yield facts.problem("narrow-foot", facts.first_given(copy.body, "shape"), text, key=True)

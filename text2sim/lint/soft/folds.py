@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.shapes.sagging import fold_radius
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
@@ -15,18 +15,16 @@ MIN_FOLD_CELLS = 1.45
 bends. Sheets of 1.6 m with cells of 25 mm flew apart in the first step with 0.6 and 1.1 cells, and hung with 1.48."""
 
 
+@first_per_place
 def _sharp_folds(facts: Facts) -> Iterator[Problem]:
-    """One finding for each body whose folds are too sharp."""
     soft = soft_facts(facts)
-    seen = set()
     for body in soft.of("pbd"):
         sheet = body.model.shape
-        if not isinstance(sheet, Sheet) or not sheet.folds or body.body in seen:
+        if not isinstance(sheet, Sheet) or not sheet.folds:
             continue
         cell, radius = soft.scales.spacing(body.body, body.solver), fold_radius(sheet)
         if radius >= MIN_FOLD_CELLS * cell * (1 - 1e-6):
             continue
-        seen.add(body.body)
         text = (
             f"the folds of `{body.name}` bend with a radius of {length(radius)}, {radius / cell:.2g} of its cells: it "
             f"flies apart; take at most {int(sheet.folds * radius / (MIN_FOLD_CELLS * cell))} folds, a smaller "

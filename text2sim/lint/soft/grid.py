@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Iterator
+from itertools import combinations
 
 from text2sim.compiler.soft.settings import wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, soft_facts
+from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.soft.gaps import Gaps
+from text2sim.lint.soft.starts import closest_pairs
 from text2sim.lint.words import at_most, length, more_copies
 from text2sim.spec_schema.errors import Problem
 
 MAX_COURANT, UNSTABLE_COURANT = 0.5, 0.7
 """Fractions of a cell that a sound wave may cross per substep: with a warning, and with an error. With 0.74 and 1.0,
 bars of 10 MPa diverged, with finite numbers; with 0.3 to 0.9, bars of 1 MPa held for 0.25 s."""
-MIN_THICKNESS_CELLS = 0.25
+EMPTY_CELLS = 0.25
 """Thickness [cells] below which a body contains no particle: particles are half a cell apart."""
-THIN_CELLS = 2.2
+MIN_CELLS = 2.2
 """Fewest cells through the thinnest part of a body: strokes of 2.2 cells bent and held."""
 MIN_GAP_CELLS = 2.0
 """Fewest cells between bodies at the start: they touch at 1.6 cells."""
@@ -44,10 +46,7 @@ def _step(facts: Facts) -> Iterator[Problem]:
         )
         + f"; use scene.substeps of {needed}, or a softer body ({(MAX_COURANT / part) ** 2:.2g} of its stiffness)"
     )
-    where = next(
-        (path for path in (("scene", "substeps"), ("scene", "dt")) if facts.value_at(path) is not None),
-        facts.first_given(body.body, "material"),
-    )
+    where = facts.first_path(("scene", "substeps"), ("scene", "dt"), facts.first_given(body.body, "material"))
     yield facts.problem("sound-too-fast", where, text, severity=None if part > UNSTABLE_COURANT else "warning")
 
 
@@ -56,49 +55,38 @@ def _thin_body(facts: Facts) -> Iterator[Problem]:
     seen = set()
     for body in soft.of("mpm"):
         thin = soft.thickness(body)
-        if body.body in seen or thin >= THIN_CELLS * soft.cell * (1 - 1e-6):
+        if body.body in seen or thin >= MIN_CELLS * soft.cell * (1 - 1e-6):
             continue
         seen.add(body.body)
         cells = thin / soft.cell
-        text = (
-            f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-            f"({length(soft.cell)}): it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / THIN_CELLS)} gives "
-            f"it {THIN_CELLS:g}" + (f" (that is {(THIN_CELLS / cells) ** 4:.2g} times as slow)" if cells > 0 else "")
-        )
-        if cells < MIN_THICKNESS_CELLS:
-            text = (
-                f"`{body.name}` is {length(thin)} thick at its thinnest, {cells:.2g} cells of the mpm grid "
-                f"({length(soft.cell)}), and contains no particle; make it at least "
-                f"{length(MIN_THICKNESS_CELLS * soft.cell)} thick"
+        text = f"`{body.name}` is {length(thin)} thick at its thinnest, {soft.in_cells(thin)}"
+        if cells < EMPTY_CELLS:
+            text += f", and contains no particle; make it at least {length(EMPTY_CELLS * soft.cell)} thick"
+        else:
+            text += (
+                f": it tears and keeps no shape; `scene.mpm.cell` {at_most(thin / MIN_CELLS)} gives it "
+                f"{MIN_CELLS:g} (that is {(MIN_CELLS / cells) ** 4:.2g} times as slow)"
             )
-        severity = "error" if cells < (1.0 if body.model.kind == "soft" else MIN_THICKNESS_CELLS) else None
-        where = (
-            ("scene", "mpm", "cell") if facts.case.scene.mpm.cell is not None else facts.first_given(body.body, "shape")
-        )
+        severity = "error" if cells < (1.0 if body.model.kind == "soft" else EMPTY_CELLS) else None
+        where = facts.first_path(("scene", "mpm", "cell"), facts.first_given(body.body, "shape"))
         yield facts.problem("thin-soft-body", where, text, key=True, severity=severity)
 
 
 def _too_near(facts: Facts) -> Iterator[Problem]:
     """Report each pair of mpm bodies that share grid nodes at the start once."""
     soft = soft_facts(facts)
-    bodies, room, gaps = soft.of("mpm"), MIN_GAP_CELLS * soft.cell, Gaps(facts)
-    found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
-    for k, a in enumerate(bodies):
-        for b in bodies[k + 1 :]:
-            gap = gaps.between(a.copy, b.copy, room)
-            if gap < room * (1 - 1e-3) and not (a.body == b.body and a.model.kind in ("liquid", "granular")):
-                found.setdefault((a.body, b.body), []).append((gap, a, b))
-    for rows in found.values():
-        gap, a, b = min(rows, key=lambda row: row[0])
+    room = MIN_GAP_CELLS * soft.cell
+    merging = ("liquid", "granular")  # portions of one such body may touch
+    pairs = ((a, b) for a, b in combinations(soft.of("mpm"), 2) if a.body != b.body or a.model.kind not in merging)
+    for pair in closest_pairs(Gaps(facts), pairs, room):
+        gap, a, b, count = pair
         text = (
             f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
-            f"{more_copies(len(rows), 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
+            f"{more_copies(count, 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
             f"({length(soft.cell)}): they push each other away at once{'' if gap > 0 else ', and stick'}; increase "
             f"their distance by {length(room - max(gap, 0.0))}"
         )
-        keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        where = facts.first_given(b.body, *keys)
-        yield facts.problem("soft-too-near", where, text, key=True)
+        yield facts.problem("soft-too-near", pair.where(facts), text, key=True)
 
 
 RULES = (
@@ -131,7 +119,7 @@ bodies:
         severity="warning",
         title="An mpm body is too thin for the grid to hold it together.",
         reason=f"""\
-A body needs {THIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
+A body needs {MIN_CELLS:g} cells through its thinnest part (letters with such strokes fell, bent and held); with fewer
 it has no bending stiffness, and its parts separate. A soft body thinner than one cell is an error, and so is any body
 thinner than a quarter of a cell, which contains no particle.""",
         remedy="Make the grid finer with `scene.mpm.cell`, or the body thicker; or use `solver: fem`.",

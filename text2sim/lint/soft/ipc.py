@@ -8,7 +8,7 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.sagging import SHEET_THICKNESS
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import inside
@@ -114,15 +114,14 @@ _INSTEAD = {
 }
 
 
+@first_per_place
 def _fine(facts: Facts) -> Iterator[Problem]:
     """Report cloth whose triangles are smaller than its thickness."""
     soft = soft_facts(facts)
-    seen = set()
     for body in soft.of("ipc"):
         thick, edge = body.model.material.thickness, soft.scales.spacing(body.body, "ipc")
-        if body.body in seen or edge > 2 * thick:
+        if edge > 2 * thick:
             continue
-        seen.add(body.body)
         text = (
             f"`{body.name}` is {length(thick)} thick and has triangles of {length(edge)}: its points touch their "
             f"neighbours at the start; use `cell: {4 * thick:.2g}` or more, or a thinner cloth"

@@ -1,10 +1,10 @@
 """Deformable bodies that are too soft for their weight, or too coarse to fold."""
 
-import math
 from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.parts import sides
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
@@ -19,19 +19,16 @@ MIN_CLOTH_PARTICLES = 8
 """Fewest particles along the longer side of a cloth without a warning."""
 
 
+@first_per_place
 def _collapses(facts: Facts) -> Iterator[Problem]:
-    soft = soft_facts(facts)
-    gravity = math.hypot(*facts.case.scene.gravity)
-    seen = set()
-    for body in soft.of("mpm", "fem"):
+    for body in soft_facts(facts).of("mpm", "fem"):
         material = body.model.material
         key = "stiffness" if body.model.kind == "liquid" else "youngs_modulus"
         stiffness = getattr(material, key)
-        height = body.box[1][2] - body.box[0][2]
-        weight = material.density * gravity * height
-        if body.body in seen or weight <= MAX_PRESSURE_RATIO * stiffness:
+        height = sides(body.box)[2]
+        weight = material.density * facts.pull * height
+        if weight <= MAX_PRESSURE_RATIO * stiffness:
             continue
-        seen.add(body.body)
         text = (
             f"the weight of `{body.name}` puts {weight:.2g} Pa on its base ({material.density:g} kg/m3, "
             f"{length(height)} high), but its {key} is {stiffness:g} Pa: it collapses under its own weight"
@@ -60,22 +57,16 @@ def _probable_unit(stiffness: float, weight: float) -> tuple[str, float] | None:
     return next((unit for unit in STIFFNESS_UNITS if _is_usual(stiffness * unit[1], weight)), None)
 
 
+@first_per_place
 def _coarse(facts: Facts) -> Iterator[Problem]:
     soft = soft_facts(facts)
-    seen = set()
     for body in soft.of("pbd", "ipc"):
-        low, high = body.box
-        side = max(b - a for a, b in zip(low, high, strict=True))
+        side = max(sides(body.box))
         width = min(getattr(body.model.shape, "size", (side,)))
         edge = soft.scales.spacing(body.body, body.solver)
         narrow = width < 0.5 * edge
-        if (
-            body.model.kind != "cloth"
-            or body.body in seen
-            or (side >= MIN_CLOTH_PARTICLES * edge * (1 - 1e-3) and not narrow)
-        ):
+        if body.model.kind != "cloth" or (side >= MIN_CLOTH_PARTICLES * edge * (1 - 1e-3) and not narrow):
             continue
-        seen.add(body.body)
         grain = "particles" if body.solver == "pbd" else "triangles"
         if narrow:
             text = (

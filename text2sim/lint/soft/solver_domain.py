@@ -1,12 +1,13 @@
 """Deformable bodies that start outside the bounds of their solver, leave them, or rest on them."""
 
-import math
 from collections.abc import Iterator
 
 from text2sim.compiler.shapes.boxes import Bounds
+from text2sim.compiler.soft.lowering import mass
 from text2sim.compiler.soft.solver_domain import find_surroundings, way_of
 from text2sim.compiler.soft.travel import travel
 from text2sim.lint.facts import Facts
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.words import length, more_copies, vector
@@ -86,9 +87,9 @@ def _leaving(facts: Facts) -> Iterator[Problem]:
     spaces = {solver: (space, pad) for solver, (space, pad) in spaces.items() if space is not None and soft.of(solver)}
     if not spaces:
         return
-    masses = {body.name: soft.mass(body) for body in soft.bodies}
-    controls, gravity = case.actions.controls.values(), math.hypot(*case.scene.gravity)
-    ways = travel(facts.rows, controls, facts.placed, masses, gravity, case.scene.duration)
+    masses = {body.name: mass(body.copy, facts.folder) for body in soft.bodies}
+    controls = case.actions.controls.values()
+    ways = travel(facts.rows, controls, facts.placed, masses, facts.pull, case.scene.duration)
     around = find_surroundings(facts.placed, ways, facts.folder)
     for solver, (space, pad) in spaces.items():
         is_given = getattr(case.scene, solver).bounds is not None
@@ -128,7 +129,7 @@ def _is_held(facts: Facts, body: SoftBody) -> bool:
 
 def _hung(box: Bounds, there: Bounds) -> Bounds:
     """Return the reach of a hanging cloth: no lower than its longest side below its top."""
-    low = max(there[0][2], box[1][2] - max(b - a for a, b in zip(*box, strict=True)))
+    low = max(there[0][2], box[1][2] - max(sides(box)))
     return (there[0][0], there[0][1], min(low, box[0][2])), there[1]
 
 

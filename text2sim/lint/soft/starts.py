@@ -1,12 +1,12 @@
 """Deformable bodies that start inside other bodies, or below the ground."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import combinations
+from typing import NamedTuple
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING_PAIRS
@@ -14,6 +14,7 @@ from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import Effort, Way, inside, overlap_of, plain
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.text.document import Path
 
 MAX_DEPTH = 1e-3
 """Largest depth [m] without a warning."""
@@ -21,6 +22,8 @@ MIN_SPACING = 0.9
 """Smallest gap between two cloths, in units of their particle distance, which contact keeps."""
 STEP_BUDGET = 4000
 """Budget for finding depths."""
+ROUNDING = 1e-9
+"""Distance [m] of bodies that touch."""
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
@@ -31,14 +34,14 @@ def _inside(facts: Facts) -> Iterator[Problem]:
     for body in soft.bodies:
         if frozenset(("rigid", body.solver)) not in TOUCHING_PAIRS[soft.model] or soft.model == "ipc":
             continue  # they have no contact, or another rule covers them
-        least = _least(soft, body)
+        tolerated = _tolerated_depth(soft, body)
         for ground in soft.planes:
             depth = max((ground.depth(part) for part in facts.parts(body.copy)), default=0.0)
-            if depth > least:
+            if depth > tolerated:
                 way = "up" if ground.up[2] > 1 - 1e-9 else f"along {vector(ground.up)}"
                 found.setdefault((body.body, ground.copy.body), []).append((depth, way, body, ground.copy))
         for copy in soft.rigid:
-            if (row := _overlap(facts, body, copy, least, effort)) is not None:
+            if (row := _overlap(facts, body, copy, tolerated, effort)) is not None:
                 found.setdefault((body.body, copy.body), []).append((*row, body, copy))
     for rows in found.values():
         depth, way, body, other = max(rows, key=lambda row: row[0])
@@ -58,20 +61,18 @@ _CONSEQUENCES = {
 }
 
 
-def _least(soft: SoftFacts, body: SoftBody) -> float:
+def _tolerated_depth(soft: SoftFacts, body: SoftBody) -> float:
     """Return the depth [m] that a solver tolerates, because particles have a size."""
     return max(MAX_DEPTH, {"mpm": soft.cell / 2, "pbd": soft.particle / 2}.get(body.solver, 0.0))
 
 
 def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort: Effort) -> tuple[float, str] | None:
     """Return how deep [m] a body is in a rigid copy, and which way leads out; None if it is not in it."""
-    box, its = body.box, facts.box(copy)
-    if its is None or apart(box, its, 0.0 if body.model.kind == "cloth" else min_depth):
+    box, other_box = body.box, facts.box(copy)
+    if other_box is None or apart(box, other_box, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
-    pairs: list[tuple[StandingPart, StandingPart]] = []
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
-    for one in facts.parts(body.copy):
-        pairs += [(one, other) for other in others if effort.spend() and inside(one, other)]
+    pairs = [(a, b) for a in facts.parts(body.copy) for b in others if effort.spend() and inside(a, b)]
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
@@ -87,30 +88,56 @@ def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:
     return down > 0.0 and any(ground.up[2] > 0.99 and lowest < ground.level - MAX_DEPTH for ground in soft.planes)
 
 
+class ClosePair(NamedTuple):
+    """The closest copies of two deformable bodies that start too close together."""
+
+    gap: float
+    """Distance [m]; 0 if they overlap."""
+    a: SoftBody
+    b: SoftBody
+    pairs: int
+    """Number of pairs of copies of these bodies that are too close."""
+
+    def where(self, facts: Facts) -> Path:
+        """Return the path of the value that places the second body."""
+        keys = ("repeat", "place", "pose") if self.a.body == self.b.body else ("place", "pose")
+        return facts.first_given(self.b.body, *keys)
+
+
+def closest_pairs(gaps: Gaps, pairs: Iterable[tuple[SoftBody, SoftBody]], room: float) -> list[ClosePair]:
+    """Return the closest copies of each two bodies that are closer than they should be.
+
+    Args:
+        gaps: Distances of copies.
+        pairs: Pairs of copies to test.
+        room: Distance [m] that they should have.
+    """
+    found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
+    for a, b in pairs:
+        gap = gaps.between(a.copy, b.copy, room)
+        if gap < room * (1 - 1e-3):
+            found.setdefault((a.body, b.body), []).append((gap, a, b))
+    return [ClosePair(*min(rows, key=lambda row: row[0]), len(rows)) for rows in found.values()]
+
+
 def _into_each_other(facts: Facts) -> Iterator[Problem]:
     """Report each pair of fem bodies, or of cloths, that start in each other once."""
     soft = soft_facts(facts)
     gaps = Gaps(facts)
-    found: dict[tuple[str, str], list[tuple[float, SoftBody, SoftBody]]] = {}
-    for solver, room in (("fem", MAX_DEPTH), ("pbd", MIN_SPACING * soft.particle)):
-        for a, b in combinations(soft.of(solver), 2):
-            gap = gaps.between(a.copy, b.copy, room)
-            if gap < room * (1 - 1e-3) and (gap <= 0.0 or solver == "pbd"):
-                found.setdefault((a.body, b.body), []).append((gap, a, b))
-    for rows in found.values():
-        gap, a, b = min(rows, key=lambda row: row[0])
-        how = f"are {length(gap)} apart" if gap > 0 else "start in each other"
+    fem = closest_pairs(gaps, combinations(soft.of("fem"), 2), ROUNDING)
+    pbd = closest_pairs(gaps, combinations(soft.of("pbd"), 2), MIN_SPACING * soft.particle)
+    for pair in (*fem, *pbd):
+        how = f"are {length(pair.gap)} apart" if pair.gap > 0 else "start in each other"
         then = "contact throws them apart with its full stiffness"
-        if a.solver == "pbd":
+        if pair.a.solver == "pbd":
             then = (
                 f"particles of cloth are {length(soft.particle)} thick, and closer ones are separated at once, or are "
                 "on the wrong side"
             )
-        more = more_copies(len(rows), "pairs of their copies")
-        text = f"`{a.name}` and `{b.name}` {how}{more}: {then}; move one of them"
-        keys = ("repeat", "place", "pose") if a.body == b.body else ("place", "pose")
-        severity = "error" if a.solver == "fem" else None
-        yield facts.problem("soft-in-soft", facts.first_given(b.body, *keys), text, key=True, severity=severity)
+        more = more_copies(pair.pairs, "pairs of their copies")
+        text = f"`{pair.a.name}` and `{pair.b.name}` {how}{more}: {then}; move one of them"
+        severity = "error" if pair.a.solver == "fem" else None
+        yield facts.problem("soft-in-soft", pair.where(facts), text, key=True, severity=severity)
 
 
 RULES = (

@@ -6,6 +6,7 @@ from typing import Any
 
 from text2sim.compiler.soft.scales import PARTICLE_CELLS
 from text2sim.lint.facts import Facts
+from text2sim.lint.parts import sides
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, soft_facts
 from text2sim.lint.soft.walls import free_by, opening
@@ -62,8 +63,7 @@ def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
     A body of constant volume and mean cross-section A is A / a times as long in a bore of cross-section a.
     """
     soft = soft_facts(facts)
-    low, high = body.box
-    mean = soft.volume(body) / max(b - a for a, b in zip(low, high, strict=True))
+    mean = soft.volume(body) / max(sides(body.box))
     worst, whose = 1.0, ""
     for one, copy in soft.pairs("mpm"):
         radius = opening(copy.shape) if one is body else None
@@ -78,11 +78,9 @@ def _forced_stretch(facts: Facts, body: SoftBody) -> tuple[float, str]:
 
 def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
     """Return the approximate cross-section [m2] of a region of a body; None if it is not known."""
-    (a, b, c), (d, e, f) = body.box
-    size = (d - a, e - b, f - c)
-    sides = region.sides
+    size = sides(body.box)
     if region.face is not None:
-        across = SIDES[sides[0]][0]
+        across = SIDES[region.sides[0]][0]
         u, v = (size[k] for k in range(3) if k != across)
         return u * v
     if region.sphere is not None:
@@ -96,7 +94,7 @@ def _area(facts: Facts, body: SoftBody, region: Any) -> float | None:
     if region.edge is not None or region.corner is not None:
         # One row of particles, or one of them.
         grain = PARTICLE_CELLS * soft_facts(facts).cell
-        along = [size[k] for k in range(3) if k not in {SIDES[side][0] for side in sides}]
+        along = [size[k] for k in range(3) if k not in {SIDES[side][0] for side in region.sides}]
         return grain * (along[0] if len(along) == 1 else grain)
     return None
 

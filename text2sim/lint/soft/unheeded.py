@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from text2sim.compiler.soft.solvers import is_soft
-from text2sim.lint.facts import Facts
+from text2sim.lint.facts import REPLACING_CONTACT_MODELS, Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
@@ -12,9 +12,6 @@ from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
-
-REPLACING_CONTACT_MODELS = ("sap", "ipc")
-"""Contact models that replace the engine's own rigid contacts."""
 
 
 def _no_records(facts: Facts) -> Iterator[Problem]:
@@ -43,8 +40,7 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
 
 
 def _soft(facts: Facts, selector: str) -> bool:
-    body = facts.case.bodies.get(body_of(selector))
-    return is_soft(body)
+    return is_soft(facts.case.bodies.get(body_of(selector)))
 
 
 IGNORED_FIELDS = {

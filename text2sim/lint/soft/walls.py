@@ -7,8 +7,8 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.soft.scales import thickness
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
-from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
+from text2sim.lint.rule import Rule, first_per_place
+from text2sim.lint.soft.facts import SoftFacts, soft_facts
 from text2sim.lint.words import at_most, length
 from text2sim.spec_schema.errors import Problem
 
@@ -31,7 +31,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted_cells(facts, soft, body, copy)
+        wanted, why = _wanted_cells(facts, copy)
         thin, link = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
@@ -40,7 +40,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
         seen.add(copy.body)
         name = copy.name if link is None else f"{copy.name}.{link}"
         text = (
-            f"`{name}` is {length(thin)} thick, {cells:.2g} cells of the mpm grid ({length(soft.cell)})"
+            f"`{name}` is {length(thin)} thick, {soft.in_cells(thin + more)}"
             f"{' with its soft_reach' if more else ''}, and {why}: `{body.name}` leaks through it; make it "
             f"{length(wanted * soft.cell - more)} or thicker, or `scene.mpm.cell` {at_most((thin + more) / wanted)}, or"
         )
@@ -64,7 +64,7 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
-def _wanted_cells(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> tuple[float, str]:
+def _wanted_cells(facts: Facts, copy: Copy) -> tuple[float, str]:
     """Return how many cells thick a rigid copy should be, and why."""
     mount = facts.mount(copy)
     if mount == "driven":
@@ -78,32 +78,30 @@ def _wanted_cells(facts: Facts, soft: SoftFacts, body: SoftBody, copy: Copy) -> 
     return ON_TOP, "it may lie on the body" if facts.free(copy) else "the body presses on it"
 
 
+@first_per_place
 def _narrow(facts: Facts) -> Iterator[Problem]:
-    """Report each funnel or tube that is too narrow for an mpm body once."""
+    """Report funnels and tubes that are too narrow for an mpm body."""
     soft = soft_facts(facts)
-    seen = set()
     for body, copy in soft.pairs("mpm"):
         radius = opening(copy.shape)
-        if radius is None or copy.body in seen or radius >= MIN_NECK_CELLS * soft.cell * (1 - 1e-6):
+        if radius is None or radius >= MIN_NECK_CELLS * soft.cell * (1 - 1e-6):
             continue
-        seen.add(copy.body)
         text = (
-            f"the opening of `{copy.name}` has a radius of {length(radius)}, {radius / soft.cell:.2g} cells of the mpm "
-            f"grid ({length(soft.cell)}): `{body.name}` gets stuck in it; use a radius of "
-            f"{length(MIN_NECK_CELLS * soft.cell)}, or `scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
+            f"the opening of `{copy.name}` has a radius of {length(radius)}, {soft.in_cells(radius)}: "
+            f"`{body.name}` gets stuck in it; use a radius of {length(MIN_NECK_CELLS * soft.cell)}, or "
+            f"`scene.mpm.cell` {at_most(radius / MIN_NECK_CELLS)}"
         )
         yield facts.problem("narrow-opening", facts.first_given(copy.body, "shape"), text, key=True)
 
 
+@first_per_place
 def _leaks(facts: Facts) -> Iterator[Problem]:
-    """Report each wall whose reach is too short for a liquid once."""
+    """Report walls whose reach is too short for a liquid."""
     soft = soft_facts(facts)
-    seen = set()
     for body, copy in soft.pairs("mpm"):
         cells = free_by(copy, soft) / soft.cell
-        if body.model.kind != "liquid" or facts.moves(copy) or cells >= HOLDING_CELLS * (1 - 1e-6) or copy.body in seen:
+        if body.model.kind != "liquid" or facts.moves(copy) or cells >= HOLDING_CELLS * (1 - 1e-6):
             continue
-        seen.add(copy.body)
         share = 7 if cells < 0.25 else 2
         text = (
             f"`{body.name}` leaks through `{copy.name}`, whose reach is {length(free_by(copy, soft))}, {cells:.2g} "

@@ -5,8 +5,8 @@ from typing import Any
 
 from text2sim.compiler.shapes.meshfile import MeshFile
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_multiply, quat_rotate
-from text2sim.lint.parts import StandingPart
+from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_conjugate, quat_rotate, vector_minus
+from text2sim.lint.parts import StandingPart, sides
 
 MAX_ROUGHNESS = 0.05
 """Share of a mesh's size by which the engine's convex pieces may protrude from its surface: its CoACD uses a threshold
@@ -53,8 +53,7 @@ def exit_length(a: StandingPart, b: StandingPart, direction: Vec) -> float:
 def roughness(*parts: StandingPart) -> float:
     """Return how far [m] the engine's convex pieces may protrude from the surfaces of these parts."""
     rough = [part for part in parts if part.piece.collision == "decompose"]
-    sizes = [max(b - a for a, b in zip(*part.box, strict=True)) for part in rough]
-    return MAX_ROUGHNESS * max(sizes, default=0.0)
+    return MAX_ROUGHNESS * max((max(sides(part.box)) for part in rough), default=0.0)
 
 
 def _object(part: StandingPart, pos: Vec) -> Any:
@@ -62,9 +61,10 @@ def _object(part: StandingPart, pos: Vec) -> Any:
     import numpy as np
 
     piece = part.piece
-    turn = np.array(quat_multiply(part.quat, piece.quat))
     geometry = _convex(piece) if part.mesh is None else _surface(part.mesh, piece.size[0])
-    return fcl.CollisionObject(geometry, fcl.Transform(turn, np.array(frame_apply(pos, part.quat, piece.pos))))
+    return fcl.CollisionObject(
+        geometry, fcl.Transform(np.array(part.turn), np.array(frame_apply(pos, part.quat, piece.pos)))
+    )
 
 
 def _convex(piece: Piece) -> Any:
@@ -104,8 +104,8 @@ def _encloses(part: StandingPart, pos: Vec, point: Vec) -> bool:
 
     if part.mesh is None or not part.mesh.closed:
         return False
-    at, back = frame_apply(pos, part.quat, part.piece.pos), quat_conjugate(quat_multiply(part.quat, part.piece.quat))
-    local = quat_rotate(back, (point[0] - at[0], point[1] - at[1], point[2] - at[2]))
+    at, back = frame_apply(pos, part.quat, part.piece.pos), quat_conjugate(part.turn)
+    local = quat_rotate(back, vector_minus(point, at))
     corners = part.mesh.vertices * part.piece.size[0] - local
     a, b, c = (corners[part.mesh.faces[:, k]] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))

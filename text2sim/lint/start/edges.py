@@ -8,8 +8,6 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import (
     Vec,
     frame_apply,
-    quat_multiply,
-    quat_rotate,
     vector_cross,
     vector_dot,
     vector_minus,
@@ -28,7 +26,6 @@ MAX_FACE_ANGLE_DEG = 2.0
 """Largest angle [deg] between two faces at which a body counts as lying on its face."""
 MIN_UPWARD = 0.5
 """Smallest cosine between the normal of a support and straight up."""
-_AXES: tuple[Vec, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 Face = tuple[Vec, Vec]
 """Outward normal of a face, and a point [m] of it."""
@@ -55,12 +52,12 @@ def _edges(facts: Facts) -> Iterator[Problem]:
     found: dict[str, list[tuple[Copy, Copy, float]]] = {}
     for name, copy, box in boxes.values():
         touching = [g.copy for g in facts.planes if abs(gaps.to_plane(copy, g, 1.0)) < MAX_RESTING_GAP]
-        for one in neighbours[copy.name]:
-            if len({copy.name for copy in touching}) > 1:
+        for other in neighbours[copy.name]:
+            if len({support.name for support in touching}) > 1:
                 break
-            if gaps.between(copy, one, 2 * MAX_RESTING_GAP) < MAX_RESTING_GAP:
-                touching.append(one)
-        if len({one.name for one in touching}) != 1:
+            if gaps.between(copy, other, 2 * MAX_RESTING_GAP) < MAX_RESTING_GAP:
+                touching.append(other)
+        if len({support.name for support in touching}) != 1:
             continue  # in the air, or leaning on several
         tilt = _tilt(facts, box, touching[0])
         if tilt > MAX_FACE_ANGLE_DEG:
@@ -89,17 +86,15 @@ def _corners(part: StandingPart) -> list[Vec]:
         own: list[Vec] = [(x * a, y * b, z * c) for x, y, z in product((-1.0, 1.0), repeat=3)]
     else:
         own = list(piece.vertices)
-    turn, pos = quat_multiply(part.quat, piece.quat), frame_apply(part.pos, part.quat, piece.pos)
-    return [frame_apply(pos, turn, corner) for corner in own]
+    pos = frame_apply(part.pos, part.quat, piece.pos)
+    return [frame_apply(pos, part.turn, corner) for corner in own]
 
 
 def _faces(part: StandingPart) -> list[Face]:
     corners = _corners(part)
     if part.piece.kind == "box":
-        turn = quat_multiply(part.quat, part.piece.quat)
-        axes = [quat_rotate(turn, axis) for axis in _AXES]
         # The first corner lies on the three faces that look against the axes, the last on the others.
-        return [((-x, -y, -z), corners[0]) for x, y, z in axes] + [(axis, corners[-1]) for axis in axes]
+        return [((-x, -y, -z), corners[0]) for x, y, z in part.axes] + [(axis, corners[-1]) for axis in part.axes]
     found = []
     for i, j, k in part.piece.faces:
         normal = vector_cross(vector_minus(corners[j], corners[i]), vector_minus(corners[k], corners[i]))
@@ -110,9 +105,8 @@ def _faces(part: StandingPart) -> list[Face]:
 
 def _tilt(facts: Facts, body: StandingPart, support: Copy) -> float:
     """Return the angle [deg] between the nearest faces of a body and of its support; 0 if that has no flat face."""
-    for ground in facts.planes:
-        if ground.copy is support:
-            return _angle(body, ground.up)
+    if (ground := facts.ground(support)) is not None:
+        return _angle(body, ground.up)
     corners = _corners(body)
     best: tuple[float, Vec] | None = None
     for part in facts.parts(support):

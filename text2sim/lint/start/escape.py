@@ -5,13 +5,12 @@ it touches (`compiler.shapes.sweep`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from text2sim.compiler.shapes.boxes import apart, union
 from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import (
     Vec,
-    quat_multiply,
     quat_to_rows,
     vector_dot,
     vector_minus,
@@ -105,8 +104,7 @@ def upright(part: StandingPart) -> bool:
     """Return whether a piece fills its bounding box."""
     if part.piece.kind != "box":
         return False
-    rows = quat_to_rows(quat_multiply(part.quat, part.piece.quat))
-    return all(max(abs(c) for c in row) > 1 - 1e-12 for row in rows)
+    return all(max(abs(c) for c in row) > 1 - 1e-12 for row in quat_to_rows(part.turn))
 
 
 def overlap_of(
@@ -151,11 +149,11 @@ def plain(ways: Sequence[Way]) -> list[Way]:
 
 
 def _free_length(
-    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, min_length: float, effort: Effort
+    movers: Sequence[StandingPart], others: Sequence[StandingPart], direction: Vec, length: float, effort: Effort
 ) -> float | None:
-    """Return a distance [m] >= `min_length` after which no mover is in the others; None if it takes too long."""
+    """Return a distance [m] of at least `length` after which no mover is in the others; None if it takes too long."""
     for _ in range(MAX_ROUNDS):
-        step = vector_times(direction, min_length + ROUNDING_OVERLAP)
+        step = vector_times(direction, length + ROUNDING_OVERLAP)
         moved = [(a, (vector_plus(a.box[0], step), vector_plus(a.box[1], step))) for a in movers]
         around = union([box for _, box in moved])
         assert around is not None
@@ -167,11 +165,11 @@ def _free_length(
         if effort.left < 0:
             return None
         if not pairs:
-            return min_length
+            return length
         # A sample is enough: the next round finds the rest.
         pairs = pairs[:: len(pairs) // MAX_EXACT_PAIRS + 1]
         effort.spend(_cost(pairs))
-        min_length = max([min_length, *(_exit(a, b, direction) for a, b in pairs)])
+        length = max([length, *(_exit(a, b, direction) for a, b in pairs)])
     return None
 
 
@@ -184,14 +182,7 @@ def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
 
 def moved_part(part: StandingPart, way: Way) -> StandingPart:
     """Return a piece after a translation."""
-    return StandingPart(
-        part.piece,
-        vector_plus(part.pos, vector_times(way.direction, way.length + ROUNDING_OVERLAP)),
-        part.quat,
-        part.moves,
-        part.link,
-        part.mesh,
-    )
+    return replace(part, pos=vector_plus(part.pos, vector_times(way.direction, way.length + ROUNDING_OVERLAP)))
 
 
 def _still_inside(a: StandingPart, b: StandingPart, step: Vec, effort: Effort) -> bool:
@@ -222,8 +213,7 @@ def _directions(pairs: list[tuple[StandingPart, StandingPart]]) -> list[Vec]:
             found[_clean(vector_times(line, 1.0 / length))] = None
         for part in (a, b):
             if part.piece.kind in ("box", "cylinder"):
-                columns = zip(*quat_to_rows(quat_multiply(part.quat, part.piece.quat)), strict=True)
-                for x, y, z in columns:
+                for x, y, z in part.axes:
                     found |= dict.fromkeys((_clean((x, y, z)), _clean((-x, -y, -z))))
     return list(found)
 

@@ -24,9 +24,9 @@ def _self_overlap(facts: Facts) -> Iterator[Problem]:
         tree = facts.tree(copy)
         if tree is None:
             continue
-        strangers = _collidable_pairs(tree)
-        neutral = _overlapping(copy, replace(tree, initial={}), strangers)
-        started = _overlapping(copy, tree, strangers) if tree.initial else {}
+        pairs = _collidable_pairs(tree)
+        neutral = _overlapping(copy, replace(tree, initial={}), pairs)
+        started = _overlapping(copy, tree, pairs) if tree.initial else {}
         where = facts.where(name, "self_collision")
         if neutral:
             (a, b), depth = next(iter(neutral.items()))

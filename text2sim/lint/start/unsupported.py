@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds, apart, grown
-from text2sim.compiler.shapes.rotation import Vec, vector_dot
+from text2sim.compiler.shapes.rotation import vector_dot
 from text2sim.lint.facts import Facts
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.lint.parts import lowest_of
@@ -20,21 +20,17 @@ MIN_FALL = 10.0
 
 def _falls_for_ever(facts: Facts) -> Iterator[Problem]:
     """Report each body once whose copies have nothing below them, as far as they may move."""
-    gravity = facts.case.scene.gravity
-    pull = math.hypot(*gravity)
-    fall = pull * facts.case.scene.duration**2 / 2
+    fall = facts.pull * facts.case.scene.duration**2 / 2
     if fall < MIN_FALL:
         return
-    down: Vec = (gravity[0] / pull, gravity[1] / pull, gravity[2] / pull)
-    if any(vector_dot(ground.up, down) < -1e-6 for ground in facts.planes):
+    if any(vector_dot(ground.up, facts.up) > 1e-6 for ground in facts.planes):
         return
-    up: Vec = (-down[0], -down[1], -down[2])
     meant, held = facts.meant_to_leave, _held_bodies(facts)
     resting = [(copy, box) for copy in facts.copies.values() if not facts.loose(copy) and (box := facts.box(copy))]
     for name in facts.case.bodies:
         if name in meant or name in held:
             continue
-        lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, up, resting)]
+        lost = [copy for copy in facts.placed[name] if facts.loose(copy) and not _caught(facts, copy, resting)]
         if lost:
             text = (
                 f"nothing is below `{lost[0].name}`{more_copies(len(lost))}: it falls forever, {fall:.3g} m in "
@@ -60,13 +56,14 @@ def _held_bodies(facts: Facts) -> set[str]:
     return {body_of(name) for name in names}
 
 
-def _caught(facts: Facts, copy: Copy, up: Vec, resting: list[tuple[Copy, Bounds]]) -> bool:
+def _caught(facts: Facts, copy: Copy, resting: list[tuple[Copy, Bounds]]) -> bool:
     """Return whether a held body is lower than a copy and within its reach, generously estimated."""
     box = facts.box(copy)
     if box is None:
         return True
     # It may topple by its own length, and roll.
-    reach, top = grown(whereabouts(facts).box(copy), math.dist(*box)), -lowest_of(box, (-up[0], -up[1], -up[2]))
+    reach, up = grown(whereabouts(facts).box(copy), math.dist(*box)), facts.up
+    top = -lowest_of(box, (-up[0], -up[1], -up[2]))
     return any(lowest_of(held, up) < top and not apart(reach, whereabouts(facts).box(other)) for other, held in resting)
 
 
