@@ -83,8 +83,9 @@ def _too_near(facts: Facts) -> Iterator[Problem]:
         text = (
             f"`{a.name}` and `{b.name}` are {f'{length(gap)} apart' if gap > 0 else 'inside each other'} at the start"
             f"{more_copies(count, 'pairs')}, less than {MIN_GAP_CELLS:g} cells of the mpm grid "
-            f"({length(soft.cell)}): they push each other away at once{'' if gap > 0 else ', and stick'}; increase "
-            f"their distance by {length(room - max(gap, 0.0))}"
+            f"({length(soft.cell)}): they keep this distance and stick to each other, as if they were one body; "
+            f"increase it by {length(room - max(gap, 0.0))}, or, if one lies on the other to the end, let them touch "
+            "and waive this"
         )
         yield facts.problem("soft-too-near", pair.where(facts), text, key=True)
 
@@ -136,9 +137,11 @@ bodies:
         title="Mpm bodies are so close at the start that they already touch.",
         reason=f"""\
 Mpm bodies have contact through their common grid, below a distance of 1.6 cells: two cubes at rest on each other have a
-gap of 1.6 cells between their particles. Bodies that start closer than {MIN_GAP_CELLS:g} cells push each other apart in
-the first steps, or move as one; bodies that start inside each other stick.""",
-        remedy="Leave two cells between bodies, with `clearance` or more room in `repeat`; or make the grid finer.",
+gap of 1.6 cells between their particles. Bodies that start closer than {MIN_GAP_CELLS:g} cells move as one: a cube that
+started 0.02, 0.5 or 1 cell above another kept that gap within 0.15 cells.""",
+        remedy="""\
+Leave two cells between bodies that are to come together or part, with `clearance` or more room in `repeat`; or make the
+grid finer. Layers that lie on each other to the end may start without a gap: waive the rule and say so.""",
         example="""\
 bodies:
   a: {kind: soft, cell: 0.02, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 0.2]}}
