@@ -4,11 +4,12 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.recording.film_record import _look_by_color
-from text2sim.rendering.backdrop import backdrop_mesh, clearness
+from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
 from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
 from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
@@ -71,23 +72,33 @@ def test_ground_without_an_end_fades_before_it_ends() -> None:
     # From above: sky, the edge of the ground, where few samples meet it, far ground, near ground.
     depth = np.array([0.0, 20.0, 600.0, 10.0, 3.0])[:, None] * np.ones((1, 3))
     alpha = np.array([0.0, 0.03, 1.0, 1.0, 1.0])[:, None] * np.ones((1, 3))
-    seen = clearness({"kind": "horizon", "radius": 14.0}, depth, alpha)[:, 1]
+    seen = clearness(1.2 * 14.0, depth, alpha)[:, 1]
     assert seen[4] > 0.99, "what the film is about is seen as it is"
     assert seen[4] > seen[3] > 0.8
     assert (seen[1:3] < 1e-6).all(), "the edge is as far as what it is the edge of"
-    assert (clearness({"kind": "cyclorama", "radius": 8.0}, depth, alpha) == 1).all()
+    assert (clearness(0.0, depth, alpha) == 1).all()
 
 
 def test_ground_without_an_end_ends_where_it_is_not_seen_any_more() -> None:
     backdrop = {"kind": "horizon", "level": 0.0, "center": (1.0, 2.0, 0.0), "radius": 5.0}
     eyes = [np.array([1.0, -4.0, 1.5]), np.array([9.0, 2.0, 3.0])]
-    ground = backdrop_mesh(backdrop, eyes)
+    haze = haze_distance(backdrop, eyes, np.zeros((0, 3)))
+    ground = backdrop_mesh(backdrop, eyes, haze=haze)
     assert ground is not None
     rim = np.hypot(*(ground.vertices[:, :2] - backdrop["center"][:2]).T)
     edge = ground.vertices[rim > rim.max() * 0.999]
     for eye in eyes:
         depth = np.linalg.norm(edge - eye, axis=1)[:, None]
-        assert clearness(backdrop, depth, np.ones_like(depth)).max() < 0.01
+        assert clearness(haze, depth, np.ones_like(depth)).max() < 0.01
+
+
+def test_bodies_far_from_the_camera_are_not_lost_in_haze() -> None:
+    backdrop, eyes = {"kind": "horizon", "radius": 3.0}, [np.array([0.0, -8.0, 1.0])]
+    assert haze_distance(backdrop, eyes, np.array([[0.0, -5.0, 0.0]])) == pytest.approx(2.5 * 10**0.5)
+    haze = haze_distance(backdrop, eyes, np.array([[0.0, 2.0, 1.0]]))
+    assert clearness(haze, np.array([[10.0]]), np.ones((1, 1))).min() > 0.95
+    assert haze_distance(backdrop, eyes, np.array([[0.0, 1000.0, 1.0]])) == pytest.approx(6 * 1.2 * 3.0)
+    assert haze_distance(backdrop | {"kind": "wall"}, eyes, np.zeros((1, 3))) == 0.0
 
 
 def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:

@@ -34,6 +34,7 @@ GLOSS: dict[str, tuple[float, float, float]] = {
     "marble": (0.35, 70.0, 0.0),
     "jelly": (0.5, 90.0, 0.0),
     "peel": (0.2, 24.0, 0.0),
+    "foliage": (0.0, 8.0, 0.0),
 }
 
 

@@ -34,6 +34,8 @@ BEYOND_EDGE = np.radians(6.0)
 """Angle [rad] that the wall extends beyond the field of view of cameras."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which endless ground fades into haze, in radii of the stage."""
+CLEAR, MAX_CLEARING = 2.5, 6.0
+"""That distance is at least this many distances of the farthest body, and grows by this factor at most."""
 LOST = 1.5
 """Radius of endless ground, in distances of haze: less than a hundredth of it would be visible there."""
 OVERHEAD = 0.5
@@ -186,7 +188,7 @@ def _extent(
 
 
 def backdrop_mesh(
-    backdrop: dict[str, Any], eyes: Iterable[Array], rays: Sequence[Array] = (), reach: float = 0.0
+    backdrop: dict[str, Any], eyes: Iterable[Array], rays: Sequence[Array] = (), reach: float = 0.0, haze: float = 0.0
 ) -> RenderMesh | None:
     """Return the mesh of a backdrop without its wall (see `wall_mesh`); None if there is none.
 
@@ -194,7 +196,8 @@ def backdrop_mesh(
         backdrop: The resolved backdrop of the film section.
         eyes: Sampled positions of the cameras [m].
         rays: `edge_rays` of each camera.
-        reach: Smallest radius [m].
+        reach: Smallest radius of a floor with a wall [m].
+        haze: Distance at which endless ground fades, see `haze_distance` [m].
     """
     kind, eyes = backdrop["kind"], list(eyes)
     if kind == "none" or backdrop["level"] is None:
@@ -203,7 +206,7 @@ def backdrop_mesh(
         radius = max(float(backdrop["radius"]), _farthest(backdrop, eyes, rays) * CLEARANCE / NEAR, reach)
     else:
         off = [np.hypot(*np.subtract(eye, backdrop["center"])[:2]) for eye in eyes]
-        radius = LOST * HAZY[kind] * float(backdrop["radius"]) + max(off, default=0.0)
+        radius = LOST * haze + max(off, default=0.0)
     rings = radius * np.geomspace(0.05, 1.0, STEPS)
     made = _turned(np.column_stack([np.append(0.0, rings), np.zeros(STEPS + 1)]), np.tile([0.0, 1.0], (STEPS + 1, 1)))
     if kind == "cyclorama":
@@ -212,20 +215,32 @@ def backdrop_mesh(
     return RenderMesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
 
-def clearness(backdrop: dict[str, Any], depth: Array, alpha: Array) -> Array:
-    """Return the transmittance of the haze, 0 to 1: the ground fades out before its hard edge.
+def haze_distance(backdrop: dict[str, Any], eyes: Sequence[Array], places: Array) -> float:
+    """Return the distance from the camera [m] at which endless ground fades into haze; 0 without any.
 
     Args:
         backdrop: The resolved backdrop of the film section.
+        eyes: Sampled positions of the cameras [m].
+        places: Extreme points of everything visible [m], shape (n, 3).
+    """
+    usual = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
+    away = [float(np.percentile(np.linalg.norm(places - eye, axis=1), PERCENTILE)) for eye in eyes if len(places)]
+    return min(max(usual, CLEAR * max(away, default=0.0)), MAX_CLEARING * usual)
+
+
+def clearness(haze: float, depth: Array, alpha: Array) -> Array:
+    """Return the transmittance of the haze, 0 to 1: the ground fades out before its hard edge.
+
+    Args:
+        haze: Distance from the camera at which endless ground fades [m]; 0 without haze.
         depth: Distance from the camera [m], 0 for empty pixels, shape (h, w).
         alpha: Coverage of each pixel, 0 to 1, shape (h, w).
     """
-    far = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
-    if not far:
+    if not haze:
         return np.ones_like(depth)
     # Only some samples of a pixel at the ground's edge hit it: take the depth of its neighbours.
     away = np.where(alpha < WHOLE, maximum_filter(depth, size=3), depth)
-    return np.exp(-((away / far) ** 4))
+    return np.exp(-((away / haze) ** 4))
 
 
 def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int]) -> Array:

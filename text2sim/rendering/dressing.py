@@ -27,6 +27,7 @@ UNEVEN = (
     "felt",
     "marble",
     "peel",
+    "foliage",
     "sand",
     "cloth",
 )

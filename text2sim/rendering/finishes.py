@@ -83,6 +83,7 @@ FINISHES = {
     "marble": Finish(0.12, 0.55, clearcoat=0.8, texture="veins", shade=0.42, tile=0.7),
     "jelly": Finish(0.08, 0.55, clearcoat=1.0, kind="gel"),
     "peel": Finish(0.38, 0.5, clearcoat=0.35, texture="dimples", shade=0.82, tile=0.07, bump=0.035),
+    "foliage": Finish(0.6, 0.3, sheen=0.3, texture="leaves", shade=0.4, tile=0.7, bump=0.03),
 }
 PLAIN = "rough"
 DEEP = 0.65
@@ -261,6 +262,8 @@ def _pattern(name: str) -> Array:
         return _stretched(np.minimum(np.abs(bent - 0.5), 0.12) + 0.06 * _noise(chance, 1.2, (1, 1)))
     if name in ("cells", "dimples"):
         return _pores(chance, 900 if name == "cells" else 420, hollow=name == "dimples")
+    if name == "leaves":
+        return _leaves(chance, 1500)
     if name == "fuzz":
         return _stretched(_noise(chance, 0.35, (1, 1)))
     return _stretched(_noise(chance, 0.05, (1, 1)) ** 2)  # specks
@@ -276,6 +279,22 @@ def _pores(chance: np.random.Generator, many: int, *, hollow: bool) -> Array:
     away, _ = KDTree(spots, boxsize=1.0).query(texels, k=2)
     near, next_ = away.reshape(TEXELS, TEXELS, 2).transpose(2, 0, 1) * many**0.5
     return np.clip(near / 0.35, 0, 1) if hollow else np.clip((next_ - near) / 0.35, 0, 1) ** 0.5
+
+
+def _leaves(chance: np.random.Generator, count: int) -> Array:
+    """Return leaves of random size and direction, each above the earlier ones and brighter, with a bright midrib."""
+    made = np.zeros((TEXELS, TEXELS))
+    for level in np.linspace(0.15, 1.0, count):
+        half = int(TEXELS * chance.uniform(0.022, 0.045))
+        y, x = np.mgrid[-half : half + 1, -half : half + 1] / half
+        angle, center = chance.uniform(0, 2 * np.pi), chance.integers(0, TEXELS, 2)
+        along, across = x * np.cos(angle) + y * np.sin(angle), np.abs(y * np.cos(angle) - x * np.sin(angle))
+        width = 0.5 * (1 - along**2)
+        rows, columns = (np.arange(-half, half + 1) + c for c in center)
+        there = np.ix_(rows % TEXELS, columns % TEXELS)
+        shade = level * (1 - 0.35 * across / np.maximum(width, 1e-3)) * chance.uniform(0.75, 1.0)
+        made[there] = np.where(across < width, shade, made[there])
+    return made
 
 
 def _noise(chance: np.random.Generator, slope: float, stretch: tuple[float, float]) -> Array:

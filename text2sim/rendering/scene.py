@@ -13,7 +13,7 @@ import numpy as np
 
 from text2sim.compiler.film_lights import CYCLORAMA_RADIUS
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
-from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, wall_mesh
+from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, haze_distance, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
 from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
@@ -163,13 +163,14 @@ class FilmStage:
         """Return for the floor and the wall a factory that takes a material, and the default material."""
         views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
-        wall = None
+        wall, places = None, self._places()
+        self.haze = haze_distance(backdrop, eyes, places)
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            wall = wall_mesh(backdrop, eyes, self._places(), self._stage, rays)
+            wall = wall_mesh(backdrop, eyes, places, self._stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
             if blocks_light(wall[0], np.array(backdrop["center"]), self._stage, self.recording.film["lights"].values()):
                 wall, reach = None, 0.0  # it would shade the scene; the background has its colour
-        mesh = backdrop_mesh(backdrop, eyes, rays, reach)
+        mesh = backdrop_mesh(backdrop, eyes, rays, reach, self.haze)
         if mesh is None:
             return {}
         floor = backdrop.get("floor")

@@ -113,6 +113,7 @@ Finish = Literal[
     "plaster",
     "jelly",
     "peel",
+    "foliage",
 ]
 
 
