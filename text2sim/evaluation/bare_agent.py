@@ -104,9 +104,9 @@ class BareAgent:
         why, accepted = "its attempts are spent", False
         allowed = self._allowance
         limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
-        facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
+        limits = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", render_prompt("agent", **facts)),
+            Message("system", render_prompt("agent", **limits)),
             Message("user", render_prompt("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
         ]
         try:
@@ -115,12 +115,12 @@ class BareAgent:
                     if len(self._trials) >= allowed.attempts:
                         break
                     reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-MAX_RESENT_MESSAGES:]])
-                    facts, images, done = self._act(reply, stop)
+                    response, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
                         break
                     messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
-                    messages += [Message("assistant", reply), Message("user", facts, images)]
+                    messages += [Message("assistant", reply), Message("user", response, images)]
         except BudgetSpent as error:
             why = str(error)
         return self._result(name, why, accepted)
@@ -147,8 +147,8 @@ class BareAgent:
         """Run a program, unless it was run before an interruption."""
         folder = (self._place / "attempts" / f"{len(self._trials) + 1:02}").resolve()
         ended = read_json(folder / ENDED)
-        digest_ = sha256(program.encode()).hexdigest()
-        if not isinstance(ended, dict) or ended.get("program") != digest_:
+        program_digest = sha256(program.encode()).hexdigest()
+        if not isinstance(ended, dict) or ended.get("program") != program_digest:
             folder.mkdir(parents=True, exist_ok=True)
             (folder / LOG).unlink(missing_ok=True)
             write_atomically(folder / PROGRAM, program + "\n")
@@ -158,7 +158,7 @@ class BareAgent:
                 (sys.executable, PROGRAM, "--out", str(folder)), folder=folder, log=folder / LOG,
                 limits=Limits(timeout=max(1.0, limit)), stop=stop, on_poll=lambda: False,
             )  # fmt: skip
-            ended = {"program": digest_, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1),
+            ended = {"program": program_digest, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1),
                      "minutes_left": self._budget.minutes_left()}  # fmt: skip
             write_json(folder / ENDED, ended)
         left = ended.get("minutes_left")
