@@ -16,7 +16,7 @@ from text2sim.assets.confined import environment_without_keys
 from text2sim.assets.mesh_intake import read_surface
 from text2sim.assets.mesh_output import mesh_bytes
 from text2sim.assets.mesh_repair import RepairGoal, parse_size, repair
-from text2sim.assets.mesh_report import report
+from text2sim.assets.mesh_report import faults, report
 from text2sim.assets.meshes import check_mesh, repair_mesh
 from text2sim.assets.surface import TriangleMesh
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
@@ -109,7 +109,7 @@ def test_a_mesh_that_faces_inwards_is_turned(tmp_path: Path):
     ball.invert()
     repaired = repair(read(ball, tmp_path), RepairGoal())
     assert repaired.surface.volumes().sum() > 0
-    assert repaired.remains == ()
+    assert faults(repaired.surface) == []
 
 
 def test_the_wall_of_a_hollow_keeps_facing_into_it(tmp_path: Path):
@@ -126,7 +126,7 @@ def test_a_flat_mesh_is_not_closed_and_said_to_be_flat(tmp_path: Path):
         RepairGoal(),
     )
     assert len(repaired.surface.faces) == 2
-    assert any("flat" in text for text in repaired.remains)
+    assert any("flat" in text for text in faults(repaired.surface))
 
 
 @pytest.mark.parametrize("most", [200, 1000])
