@@ -119,7 +119,8 @@ class BareAgent:
                     if done:
                         why, accepted = "", True
                         break
-                    messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
+                    # Old pictures are not sent again.
+                    messages = [Message(message.role, message.text) for message in messages]
                     messages += [Message("assistant", reply), Message("user", response, images)]
         except BudgetSpent as error:
             why = str(error)
@@ -127,7 +128,7 @@ class BareAgent:
 
     def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:
         """Carry out the actions of a reply; return the response, its images, and whether the agent is done."""
-        blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
+        blocks = [block for block in fenced_blocks(without_thoughts(reply)) if block.mark in ("python", "py")]
         if blocks and blocks[-1].closed:
             trial = self._run(blocks[-1].text, stop)
             return self._describe_trial(trial), self._pictures(trial), False
@@ -138,7 +139,7 @@ class BareAgent:
         except ReplyError:
             data = None
         if isinstance(data, dict) and isinstance(data.get("read"), list):
-            return docstrings_of([str(one)[:80] for one in data["read"][:20]]), (), False
+            return docstrings_of([str(name)[:80] for name in data["read"][:20]]), (), False
         if isinstance(data, dict) and data.get("done") is True and self._trials:
             return "", (), True
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
@@ -197,14 +198,14 @@ class BareAgent:
         return "\n\n".join(match.entry.card.brief() for match in found)
 
     def _result(self, name: str, why: str, accepted: bool) -> CaseResult:
-        filmed = [one for one in self._trials if one.is_filmed()]
+        filmed = [trial for trial in self._trials if trial.is_filmed()]
         best = filmed[-1] if filmed else self._trials[-1] if self._trials else None
         parts = {"program": PROGRAM, "log": LOG} | ({"film": FILM} if filmed else {})
         folder = best.folder.relative_to(self._place.resolve()) if best is not None else None
-        spent = {role: resources_of(asdict(one)) for role, one in self._account.by_role().items()}
+        spent = {role: resources_of(asdict(account)) for role, account in self._account.by_role().items()}
         files = {part: str(folder / file) for part, file in parts.items()} if folder is not None else {}
         return CaseResult.model_validate({
             "prompt": name, "status": "failed" if best is None else "finished", "accepted": accepted,
             "why": why[:4000], "roles": spent, "attempts": len(self._trials),
-            "simulation_s": sum(one.wall for one in self._trials), **files,
+            "simulation_s": sum(trial.wall for trial in self._trials), **files,
         })  # fmt: skip
