@@ -1,4 +1,4 @@
-"""What was found out about a model is kept, and asked again when anything of it is other, or odd."""
+"""The cache of answers about model files: hits, misses, damaged entries."""
 
 import json
 from pathlib import Path
@@ -34,7 +34,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "cache" / "text2sim" / "models"
 
 
-def test_is_asked_once(cache: Path) -> None:
+def test_an_answer_is_computed_once(cache: Path) -> None:
     ask = Asked()
     assert cached_answer([b"a", b"b"], MEMBERS, ask) == cached_answer([b"a", b"b"], MEMBERS, ask) == ANSWER
     assert ask.times == 1

@@ -1,4 +1,4 @@
-"""The manifest of a case's assets: read with located errors, written in one form, verified."""
+"""The manifest of a case's assets: located errors, canonical text, verification."""
 
 import os
 import threading
@@ -52,7 +52,7 @@ def written(text: str) -> Source:
     return Source(text, "manifest.yaml")
 
 
-def test_what_is_written_is_read_again():
+def test_round_trip():
     manifest = Manifest(assets={"teapot": TEAPOT, "on": TEAPOT})
     text = manifest_text(manifest)
     assert parse_manifest(written(text)) == manifest
@@ -75,7 +75,7 @@ def test_without_a_file_there_are_no_assets(tmp_path: Path):
         ("    colour: red", 9, "unknown key `colour`"),
     ],
 )
-def test_what_is_wrong_is_said_at_its_line(line: str, number: int, words: str):
+def test_problems_are_located(line: str, number: int, words: str):
     rows = [
         "text2sim_assets: 1",
         "assets:",
@@ -97,7 +97,7 @@ def test_what_is_wrong_is_said_at_its_line(line: str, number: int, words: str):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "a: &x 1\nb: *x\n", "text2sim_assets: 2\n", "!!python/object:os.system {}"])
-def test_what_is_no_manifest_is_refused(text: str):
+def test_other_documents_are_refused(text: str):
     with pytest.raises(SpecError):
         parse_manifest(written(text))
 

@@ -1,4 +1,4 @@
-"""Meshes of any origin: what is said of them, how they are repaired, which are refused."""
+"""Mesh files of any origin: reports, repairs, refusals."""
 
 import json
 import os
@@ -16,7 +16,7 @@ from text2sim.assets.confined import environment_without_keys
 from text2sim.assets.mesh_intake import read_surface
 from text2sim.assets.mesh_output import mesh_bytes
 from text2sim.assets.mesh_repair import RepairGoal, parse_size, repair
-from text2sim.assets.mesh_report import report
+from text2sim.assets.mesh_report import faults, report
 from text2sim.assets.meshes import check_mesh, repair_mesh
 from text2sim.assets.surface import TriangleMesh
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
@@ -61,7 +61,7 @@ def textured_ball(fineness: int = 4) -> trimesh.Trimesh:
     return ball
 
 
-def test_a_sound_mesh_is_told_as_it_is(tmp_path: Path):
+def test_report_on_a_sound_mesh(tmp_path: Path):
     found = check_mesh(saved(trimesh.creation.box((0.1, 0.2, 0.3)), tmp_path / "box.stl"))
     assert found.extent == pytest.approx((0.1, 0.2, 0.3))
     assert (found.watertight, found.winding, found.components, found.triangles) == (True, "outwards", 1, 12)
@@ -69,7 +69,7 @@ def test_a_sound_mesh_is_told_as_it_is(tmp_path: Path):
     assert found.problems == ()
 
 
-def test_a_broken_mesh_is_told_as_it_is(tmp_path: Path):
+def test_report_on_a_broken_mesh(tmp_path: Path):
     found = report(read(broken_sphere(), tmp_path), "thing.stl", 1)
     assert not found.watertight
     assert found.winding == "mixed"
@@ -78,14 +78,14 @@ def test_a_broken_mesh_is_told_as_it_is(tmp_path: Path):
     assert any("open" in problem for problem in found.problems)
 
 
-def test_thin_walls_are_told(tmp_path: Path):
+def test_thin_walls_are_reported(tmp_path: Path):
     shell = trimesh.creation.annulus(r_min=0.098, r_max=0.1, height=0.2)
     found = report(read(shell, tmp_path), "shell.stl", 1)
     assert found.thickness == pytest.approx(0.002, rel=0.1)
     assert any("thin walls" in note for note in found.notes)
 
 
-def test_a_broken_mesh_is_mended(tmp_path: Path):
+def test_a_broken_mesh_is_repaired(tmp_path: Path):
     repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), RepairGoal(size=0.2))
     assert repaired.report.problems == ()
     assert repaired.report.watertight
@@ -95,7 +95,7 @@ def test_a_broken_mesh_is_mended(tmp_path: Path):
         assert word in said
 
 
-def test_what_is_mended_is_a_shape_of_the_language(tmp_path: Path):
+def test_a_repaired_mesh_is_a_shape_of_the_language(tmp_path: Path):
     repaired = repair_mesh(saved(broken_sphere(), tmp_path / "ball.stl"), RepairGoal(size=0.2))
     (tmp_path / f"out{repaired.suffix}").write_bytes(repaired.content)
     shape = load_mesh(f"out{repaired.suffix}", tmp_path)
@@ -109,7 +109,7 @@ def test_a_mesh_that_faces_inwards_is_turned(tmp_path: Path):
     ball.invert()
     repaired = repair(read(ball, tmp_path), RepairGoal())
     assert repaired.surface.volumes().sum() > 0
-    assert repaired.remains == ()
+    assert faults(repaired.surface) == []
 
 
 def test_the_wall_of_a_hollow_keeps_facing_into_it(tmp_path: Path):
@@ -120,13 +120,13 @@ def test_the_wall_of_a_hollow_keeps_facing_into_it(tmp_path: Path):
     assert repaired.surface.volumes().sum() == pytest.approx(4 / 3 * np.pi * (1 - 0.125), rel=0.02)
 
 
-def test_a_flat_mesh_is_not_closed_and_said_to_be_flat(tmp_path: Path):
+def test_a_flat_mesh_is_not_closed_but_reported_as_flat(tmp_path: Path):
     repaired = repair(
         read(trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2), (0, 2, 3)]), tmp_path),
         RepairGoal(),
     )
     assert len(repaired.surface.faces) == 2
-    assert any("flat" in text for text in repaired.remains)
+    assert any("flat" in text for text in faults(repaired.surface))
 
 
 @pytest.mark.parametrize("most", [200, 1000])
@@ -176,7 +176,7 @@ def test_corner_colours_come_along(tmp_path: Path):
 
 
 @pytest.mark.parametrize(("up", "height"), [("x", 1.0), ("y", 2.0), ("z", 3.0), (None, 3.0)])
-def test_the_axis_that_points_up_is_told(tmp_path: Path, up, height: float):
+def test_the_axis_that_points_up_can_be_given(tmp_path: Path, up, height: float):
     path = saved(trimesh.creation.box((1, 2, 3)), tmp_path / "box.stl")
     surface, _ = read_surface(path, up)
     assert surface.extent[2] == pytest.approx(height)
@@ -197,7 +197,7 @@ def test_sizes_are_read(text: str, meant: tuple):
 
 
 @pytest.mark.parametrize("text", ["", "big", "-1", "w=1", "1,2", "1e999999", "nan"])
-def test_what_is_no_size_is_said(text: str):
+def test_invalid_sizes_are_reported(text: str):
     with pytest.raises(AssetError, match="size"):
         RepairGoal(*parse_size(text))
 
@@ -229,7 +229,7 @@ def test_the_opening_of_a_bowl_is_meant_and_a_hole_is_not(tmp_path: Path, openin
     assert lid.any() == openings
 
 
-def test_what_cannot_be_closed_gets_a_skin(tmp_path: Path):
+def test_a_mesh_that_cannot_be_closed_gets_a_skin(tmp_path: Path):
     half = trimesh.creation.icosphere(4)
     half.update_faces(half.triangles_center[:, 2] < 0.6)
     repaired = repair_mesh(saved(half, tmp_path / "bowl.stl"), RepairGoal(holes=3, wrap=True))

@@ -1,4 +1,4 @@
-"""Reading in a process of its own: what that gives back, and where it ends."""
+"""Reading in a child process: results, refusals, limits."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`genesis:PATH`: files of the engine's own, and nothing else by that way."""
+"""`genesis:PATH`: asset files of the engine, and no others."""
 
 import subprocess
 import sys
@@ -115,7 +115,7 @@ def test_a_model_of_the_engine_refers_to_its_own_files_only(assets: Path):
         assert "copy" not in str(caught.value)
 
 
-def test_without_the_engine_the_place_in_the_case_is_said(monkeypatch: pytest.MonkeyPatch):
+def test_a_missing_engine_is_reported_at_the_line_of_the_case(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(engine_files, "engine_assets", lambda: None)
     with pytest.raises(SpecError) as caught:
         resolve_case(load_text(CASE.replace("FILE", ARM)))

@@ -1,4 +1,4 @@
-"""Model files of any origin: what is read of good ones, and with which words bad ones are refused."""
+"""Model files of any origin: contents of valid ones, messages about invalid ones."""
 
 import os
 import struct
@@ -180,7 +180,7 @@ class TestUrdf:
             ("<gazebo>", "<xacro:macro name='x'/><gazebo>", "xacro robot.urdf.xacro > robot.urdf"),
         ],
     )
-    def test_what_cannot_be_simulated_is_refused_with_the_reason(
+    def test_models_that_cannot_be_simulated_are_refused_with_the_reason(
         self, old: str, new: str, words: str, refused: Refused, tmp_path: Path
     ) -> None:
         (tmp_path / "secret.obj").write_text(TETRAHEDRON)
@@ -247,7 +247,7 @@ class TestMjcf:
         assert (mesh.kind, len(mesh.corners)) == ("mesh", 4)
 
     @pytest.mark.parametrize(("base", "free"), [(None, False), ("fixed", False), ("free", True)])
-    def test_the_case_says_whether_the_root_is_free(self, base: str | None, free: bool, write: Write) -> None:
+    def test_the_case_sets_whether_the_root_is_free(self, base: str | None, free: bool, write: Write) -> None:
         gripper = load_mechanism(write({"m.xml": GRIPPER}), "m.xml", base=base)
         assert any(joint.kind == "free" for joint in gripper.joints) == free
         loose = load_mechanism(write({"n.xml": mjcf("<freejoint/>")}), "n.xml", base=base)
@@ -285,7 +285,7 @@ class TestMjcf:
             (b"\xff\xfe" + "<!DOCTYPE m [<!ENTITY a 'b'>]><mujoco/>".encode("utf-16-le"), "declares a document type"),
         ],
     )  # fmt: skip
-    def test_what_cannot_be_simulated_is_refused_with_the_reason(
+    def test_models_that_cannot_be_simulated_are_refused_with_the_reason(
         self, text: str | bytes, words: str, refused: Refused, tmp_path: Path
     ) -> None:
         (tmp_path / "secret.obj").write_text(TETRAHEDRON)

@@ -1,4 +1,4 @@
-"""Meshes made from words, by a server on this machine that speaks Meshy's protocol."""
+"""Meshes from text, by a local server that speaks Meshy's protocol."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -127,7 +127,7 @@ def test_looks_at_a_task_become_rarer(tmp_path: Path, server: MeshyServer):
         (400, RunError, "refuses .400.: fault 400"),
     ],
 )
-def test_what_no_second_try_would_change_is_said_at_once(
+def test_permanent_errors_are_reported_without_a_second_try(
     tmp_path: Path, server: MeshyServer, fault: int, kind: type[Text2SimError], words: str
 ):
     server.faults = [fault]
@@ -137,7 +137,7 @@ def test_what_no_second_try_would_change_is_said_at_once(
     assert OrderLedger(tmp_path).spent() == 0
 
 
-def test_a_task_that_fails_is_said_in_words_and_asked_for_anew_the_next_time(tmp_path: Path, server: MeshyServer):
+def test_a_failed_task_is_reported_and_started_again_next_time(tmp_path: Path, server: MeshyServer):
     server.ends = "FAILED"
     with pytest.raises(RunError, match="preview ended as FAILED: the.*shape collapsed") as caught:
         client(tmp_path, server).make(WISH)
@@ -177,7 +177,7 @@ def test_the_key_is_written_nowhere(tmp_path: Path, server: MeshyServer):
         assert path.is_dir() or KEY not in path.read_text("utf-8", "replace")
 
 
-def test_without_a_key_the_way_out_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_missing_key_is_reported_with_advice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.delenv("MESHY_API_KEY", raising=False)
     with pytest.raises(MachineError, match="the language's own shapes"):
         Meshy(tmp_path)
@@ -210,7 +210,7 @@ def test_a_damaged_ledger_is_not_paid_over(tmp_path: Path, server: MeshyServer):
     assert server.posted() == []
 
 
-def test_a_made_mesh_is_mended_and_registered(tmp_path: Path, server: MeshyServer):
+def test_a_generated_mesh_is_repaired_and_registered(tmp_path: Path, server: MeshyServer):
     from text2sim.assets.mesh_repair import RepairGoal
 
     added = generate(tmp_path, "teapot", WISH, client(tmp_path, server), goal=RepairGoal(size=0.3))

@@ -1,4 +1,4 @@
-"""Assets tried out: what a mechanism is like, whether its joints answer, whether the engine takes a mesh."""
+"""Trials of assets: reports on mechanisms, responses of joints, meshes in the engine."""
 
 import copy
 from io import BytesIO
@@ -61,7 +61,7 @@ def arm(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_mechanism_is_told_as_it_is(arm: Path):
+def test_report_on_a_mechanism(arm: Path):
     found = check_mechanism(arm)
     assert found.kind == "mjcf"
     assert found.mass == pytest.approx(3.2)
@@ -71,7 +71,7 @@ def test_a_mechanism_is_told_as_it_is(arm: Path):
     assert (grip.kind, grip.unit, grip.actuator) == ("slider", "m", None)
 
 
-def test_a_mechanism_of_the_language_is_told_as_it_is():
+def test_report_on_a_mechanism_of_the_language():
     found = check_mechanism(LEVER)
     assert found.kind == "body"
     assert list(found.control) == ["lever"]
@@ -93,13 +93,13 @@ def test_a_mechanism_is_drawn(arm: Path):
         ("<mujoco><asset><mesh file='../../etc/passwd.obj'/></asset></mujoco>", "arm.xml"),
     ],
 )
-def test_what_is_no_mechanism_is_refused_in_words(tmp_path: Path, text: str, words: str):
+def test_other_bodies_and_files_are_refused(tmp_path: Path, text: str, words: str):
     (tmp_path / "arm.xml").write_text(text)
     with pytest.raises(AssetError, match=words):
         check_mechanism(tmp_path / "arm.xml")
 
 
-def test_what_lies_elsewhere_is_refused(arm: Path, tmp_path: Path):
+def test_files_outside_of_the_root_are_refused(arm: Path, tmp_path: Path):
     (tmp_path / "root").mkdir()
     with pytest.raises(AssetError, match="is not in"):
         check_mechanism(arm, tmp_path / "root")
@@ -172,7 +172,7 @@ def test_a_joint_with_a_motor_that_is_too_weak_does_not_answer():
 
 
 @pytest.mark.usefixtures("engine")
-def test_the_engine_takes_a_mended_mesh(tmp_path: Path):
+def test_the_engine_loads_a_repaired_mesh(tmp_path: Path):
     ball = trimesh.creation.icosphere(3, 0.1)
     (tmp_path / "ball.stl").write_bytes(bytes(ball.export(file_type="stl")))
     added = add(tmp_path, tmp_path / "ball.stl", "ball")

@@ -1,4 +1,4 @@
-"""A small card that is right, to be spoilt in one place at a time."""
+"""A small valid card, of which tests spoil one part at a time."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The cards that come with the package: complete, affordable, and each with two cases that differ in little."""
+"""The built-in cards: complete, small enough, each with two cases that differ in little."""
 
 import difflib
 from pathlib import Path
@@ -38,7 +38,7 @@ def test_a_card_is_cheap(entry: CardEntry) -> None:
     assert len(card.brief("scene")) <= len(card.brief())
 
 
-def test_the_repair_is_what_differs(entry: CardEntry) -> None:
+def test_the_cases_differ_only_in_the_repair(entry: CardEntry) -> None:
     before, after = (path.read_text("utf-8").splitlines() for path in (entry.failing, entry.repaired))
     changed = [row for row in difflib.ndiff(before, after) if row[:2] in ("- ", "+ ")]
     assert 0 < len(changed) <= 20, "a reader must see at once what the repair is"

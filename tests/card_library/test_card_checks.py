@@ -1,4 +1,4 @@
-"""What is wrong with a card is said, at its line, before anything is run."""
+"""Checks of cards without running them, with located problems."""
 
 import json
 from pathlib import Path
@@ -42,7 +42,7 @@ def test_a_card_that_is_right(texts: Texts) -> None:
         ("id: falls-too-far", "id: Falls", 1, "is not a card's id"),
     ],
 )
-def test_what_is_wrong_with_a_card_is_said_at_its_line(texts: Texts, old: str, new: str, line: int, words: str) -> None:
+def test_problems_of_a_card_are_located(texts: Texts, old: str, new: str, line: int, words: str) -> None:
     texts["card.yaml"] = texts["card.yaml"].replace(old, new)
     found = [problem for problem in problems_of(texts) if problem.line == line]
     assert found, problems_of(texts)
@@ -59,7 +59,7 @@ def test_a_card_that_costs_too_much(texts: Texts) -> None:
     assert "at most 350 tokens" in only_problem(texts).message
 
 
-def test_a_case_that_is_wrong_is_said_too(texts: Texts) -> None:
+def test_problems_of_its_cases_are_located(texts: Texts) -> None:
     texts["failing.yaml"] = texts["failing.yaml"].replace("of: ball", "of: bell")
     problem = only_problem(texts)
     assert (problem.file, problem.line, problem.hint) == ("failing.yaml", 8, "ball")
@@ -78,7 +78,7 @@ def test_a_repair_must_not_ask_for_less(texts: Texts) -> None:
     assert (problem.rule, problem.file) == ("other-expectations", "repaired.yaml")
 
 
-def test_an_outcome_names_what_there_is(texts: Texts) -> None:
+def test_an_outcome_names_an_existing_rule_or_expectation(texts: Texts) -> None:
     texts["card.yaml"] = texts["card.yaml"].replace("missed:slow", "missed:slwo")
     assert (only_problem(texts).rule, only_problem(texts).hint) == ("unknown-outcome", "slow")
     texts["card.yaml"] = texts["card.yaml"].replace("missed:slwo", "lint:overlapp")
@@ -91,7 +91,7 @@ def test_texts_are_limited(texts: Texts, name: str, limit: int) -> None:
     assert only_problem(texts).rule == "too-large"
 
 
-def test_the_schema_is_small_and_tells_a_card_from_what_is_none(texts: Texts) -> None:
+def test_the_schema_is_small_and_rejects_other_data(texts: Texts) -> None:
     import jsonschema
     import yaml
 
@@ -114,7 +114,7 @@ def test_cards_of_the_user(shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert len(library.entries) > 20
 
 
-def test_broken_cards_are_left_out_and_told(shelf: Path, texts: Texts, tmp_path: Path) -> None:
+def test_invalid_cards_are_left_out_and_reported(shelf: Path, texts: Texts, tmp_path: Path) -> None:
     secret = tmp_path / "secret.yaml"
     secret.write_text(texts["card.yaml"], "utf-8")
     for name in ("linked", "empty", "misnamed"):
@@ -142,7 +142,7 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     assert [problem.rule for problem in library.problems] == ["unreadable"]
 
 
-def test_what_a_writer_gets_leaves_out_what_only_a_critic_needs(texts: Texts) -> None:
+def test_the_text_for_writers_omits_what_only_a_critic_needs(texts: Texts) -> None:
     import yaml
 
     card = Card.model_validate(yaml.safe_load(texts["card.yaml"]))

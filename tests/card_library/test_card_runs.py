@@ -1,4 +1,4 @@
-"""What cards tell of happens: two cheap ones in the engine, and all that the lint alone can decide."""
+"""Verification of cards: two in the engine, all outcomes of the lint."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ def test_failures_and_repairs_in_the_engine(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("entry", BY_LINT, ids=lambda entry: entry.id)
-def test_what_the_lint_decides(entry: CardEntry, tmp_path: Path) -> None:
+def test_outcomes_of_the_lint(entry: CardEntry, tmp_path: Path) -> None:
     verdict = verify_card(entry, runs=tmp_path, simulate=False)
     assert verdict.ok, verdict.message
     assert verdict.failing == entry.card.evidence.failing.outcome

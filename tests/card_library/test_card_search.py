@@ -1,4 +1,4 @@
-"""The right card comes first."""
+"""Order of the cards that are found."""
 
 from typing import Any
 
@@ -37,7 +37,7 @@ def test_only_cards_for_the_role() -> None:
     assert all("render" in match.entry.card.applies.roles for match in found)
 
 
-def test_what_the_run_said_counts_more_than_words() -> None:
+def test_signatures_count_more_than_words() -> None:
     assert (
         ids(text="the ball rolls on a ramp and falls", signatures=["diverged"])[0] == "chain-without-damping-explodes"
     )

@@ -1,4 +1,4 @@
-"""`text2sim cards` as people and programs call it."""
+"""The command `text2sim cards`, for people and programs."""
 
 import json
 from collections.abc import Callable
@@ -70,7 +70,7 @@ def test_verify_by_the_lint_alone(call: Call) -> None:
     assert "there is no card" in err
 
 
-def test_verify_says_what_does_not_hold(call: Call, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_reports_cards_that_do_not_hold(call: Call, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TEXT2SIM_CARDS", str(shelf))
     card = shelf / "falls-too-far" / "card.yaml"
     card.write_text(card.read_text("utf-8").replace("missed:slow", "lint:overlap"), "utf-8")
@@ -79,7 +79,7 @@ def test_verify_says_what_does_not_hold(call: Call, shelf: Path, monkeypatch: py
     assert "FAIL  falls-too-far" in out
 
 
-def test_broken_cards_are_told(call: Call, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_cards_are_reported(call: Call, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TEXT2SIM_CARDS", str(shelf))
     card = shelf / "falls-too-far" / "card.yaml"
     card.write_text(card.read_text("utf-8").replace("symptoms:", "symptom:"), "utf-8")

@@ -1,4 +1,4 @@
-"""Workers that call functions of these tests, too."""
+"""Workers that can also call functions of these tests."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What Ray runs in place of `ray_pool._on_node`: the same, for functions of these tests, too."""
+"""Replacement for `ray_pool._on_node` that can also call functions of these tests."""
 
 from text2sim.cluster import ray_pool, task
 

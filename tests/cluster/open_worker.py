@@ -1,4 +1,4 @@
-"""A worker that calls functions of this file, which simulate nothing."""
+"""A worker that calls functions of this file, without simulating."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The local pool: who does what, what is done again, and what is left when it stops."""
+"""The local pool: distribution of tasks, retries, stops."""
 
 import threading
 import time
@@ -42,7 +42,7 @@ def test_a_lost_worker_is_replaced_and_only_its_task_is_done_again(tmp_path):
     assert done[id(tasks[2])].tries == 1
 
 
-def test_a_request_to_stop_ends_what_runs_and_begins_nothing(tmp_path):
+def test_a_request_to_stop_ends_running_tasks_and_begins_no_others(tmp_path):
     stop, tasks = Stop(), [task("wait", tmp_path, mark=f"pid{n}") for n in range(3)]
 
     def ask() -> None:
@@ -72,7 +72,7 @@ def test_only_functions_of_ours_are_called(tmp_path, monkeypatch):
     assert "os is not a module of text2sim" in done.error
 
 
-def test_an_estimate_is_the_mean_of_what_was_measured(tmp_path):
+def test_an_estimate_is_the_mean_of_measured_runs(tmp_path):
     for number, seconds in enumerate((30.0, 90.0)):
         (tmp_path / f"fall-{number}").mkdir()
         record = RunRecord("fall", "finished", {}, timings={"simulate": seconds}, peak_memory=10**9)

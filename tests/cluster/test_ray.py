@@ -99,7 +99,7 @@ def test_a_killed_worker_costs_its_task_and_no_other(begin, tmp_path):
     assert count(log) == 7
 
 
-def test_a_lost_node_costs_what_ran_on_it(begin, cluster, tmp_path):
+def test_a_lost_node_costs_only_its_tasks(begin, cluster, tmp_path):
     log = tmp_path / "log"
 
     def lose() -> None:
@@ -137,7 +137,7 @@ def test_a_request_to_stop_leaves_no_processes(begin, tmp_path):
     assert not any(psutil.pid_exists(pid) for pid in pids)
 
 
-def test_what_a_user_wrote_wrong_comes_back_as_words(begin, tmp_path):
+def test_errors_of_the_user_come_back_as_messages(begin, tmp_path):
     (one,) = begin([Task("open_worker:refuse", needs=SMALL)])
     assert one.error == "there is no ball"
 

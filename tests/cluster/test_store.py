@@ -1,4 +1,4 @@
-"""The shared store: a folder, or whatever fsspec reaches."""
+"""The shared store, in a folder or any file system of fsspec."""
 
 import json
 import os
@@ -84,7 +84,7 @@ def test_a_result_is_there_as_a_whole_or_not(store):
     assert store.kept("k") == ({"state": "finished"}, {})
 
 
-def test_what_is_missing_damaged_or_leads_out_is_said(store, tmp_path):
+def test_missing_damaged_and_escaping_files_are_reported(store, tmp_path):
     (tmp_path / "one").write_text("1")
     tree = store.put_tree(tmp_path / "one")
     fs, root = fsspec.core.url_to_fs(store.url)
@@ -101,13 +101,13 @@ def test_what_is_missing_damaged_or_leads_out_is_said(store, tmp_path):
     assert not list((tmp_path / "there").iterdir())
 
 
-def test_a_bucket_that_is_not_there_is_no_reason_to_make_one(bucket: str) -> None:
+def test_a_missing_bucket_is_not_created(bucket: str) -> None:
     with pytest.raises(RunError, match="there is no bucket buckte"):
         Store("s3://buckte/runs")
     assert not fsspec.filesystem("s3").exists("buckte")
 
 
-def test_a_store_that_is_gone_is_told_so_and_is_not_empty(bucket: str, tmp_path: Path, monkeypatch) -> None:
+def test_an_unreachable_store_is_reported_and_not_empty(bucket: str, tmp_path: Path, monkeypatch) -> None:
     store = Store(f"{bucket}/gone")
     tree = store.put_tree(case(tmp_path / "case"), skip=SKIPPED)
     with socket.socket() as probe:  # nobody listens there
@@ -125,7 +125,7 @@ def test_a_store_that_is_gone_is_told_so_and_is_not_empty(bucket: str, tmp_path:
                 use()
 
 
-def test_a_store_that_cannot_be_is_told_so(tmp_path):
+def test_an_impossible_store_is_reported(tmp_path):
     with pytest.raises(RunError, match="the store nowhere://x cannot be used"):
         Store("nowhere://x")
     (tmp_path / "file").write_text(json.dumps({}))

@@ -1,4 +1,4 @@
-"""Items and datasets of runs that nobody simulated."""
+"""Items and datasets of hand-written runs."""
 
 from pathlib import Path
 from typing import Any

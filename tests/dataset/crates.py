@@ -1,4 +1,4 @@
-"""Runs that nobody simulated: a crate that slides and turns, a ball behind it, a floor."""
+"""Hand-written runs: a crate that slides and turns, a ball behind it, a floor."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Annotations against geometry: known points of boxes, put through a pinhole that is written down here."""
+"""Annotations against geometry: known points of boxes, projected by an independent pinhole."""
 
 from pathlib import Path
 from typing import Any
@@ -105,7 +105,7 @@ def test_flow_leads_to_where_points_are_next(item: Item, arrays: dict[str, np.nd
     assert np.isnan(arrays["flow"][-1]).all(), "there is no next picture"
 
 
-def test_what_will_be_hidden_is_not_seen_next(item: Item, arrays: dict[str, np.ndarray]) -> None:
+def test_points_that_will_be_hidden_are_not_seen_next(item: Item, arrays: dict[str, np.ndarray]) -> None:
     known = np.isfinite(arrays["flow"][..., 0])
     assert not arrays["seen_next"][~known].any()
     hidden = known[:-1] & ~arrays["seen_next"][:-1]
@@ -162,7 +162,7 @@ def test_contacts_stand_where_and_when_they_were(item: Item, arrays: dict[str, n
     assert arrays["contacts"].sum() == 6
 
 
-def test_pictures_are_of_what_the_annotations_say(item: Item, arrays: dict[str, np.ndarray]) -> None:
+def test_pictures_agree_with_the_annotations(item: Item, arrays: dict[str, np.ndarray]) -> None:
     import av
 
     with av.open(str(item.folder / "film.mp4")) as film:
@@ -217,7 +217,7 @@ def test_traced_pictures_show_things_where_the_annotations_have_them(
             assert (red & mask).sum() / (red | mask).sum() > 0.85
 
 
-def test_energy_from_nowhere_is_compared_with_what_moves(take: Take, recipe: Any) -> None:
+def test_an_energy_gain_is_relative_to_kinetic_energy(take: Take, recipe: Any) -> None:
     account = {"not_counted": [], "start": 2.9, "end": 2.9, "min": 2.9, "max": 2.9, "work_of_motors": 0.0}
     assert take("still", evidence={"energy": account | {"change": 0.0}}).row["energy_gain"] == 0
     why = ["energy: 20 % without a source, more than 5 %"]

@@ -17,7 +17,7 @@ from text2sim.dataset import simulate
 from text2sim.dataset.annotations import Annotator, Seen
 from text2sim.dataset.build import Tally, build, jobs_of
 from text2sim.dataset.check import check_dataset
-from text2sim.dataset.item import make_item
+from text2sim.dataset.item import Item, make_item
 from text2sim.dataset.recipe import Recipe, parse_recipe
 from text2sim.dataset.simulate import DrawResult
 from text2sim.runtime.stop import Stop
@@ -111,7 +111,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
     assert all(row["why"] and row["drawn"] for row in refused)
 
 
-def test_what_a_recipe_asks_of_cases_has_to_be_there(recipe_folder: Path) -> None:
+def test_a_recipe_must_fit_its_cases(recipe_folder: Path) -> None:
     recipe = parse_recipe(Source(RECIPE.replace("draws: 2", "variants: [heavy]"), "recipe.yaml"))
     with pytest.raises(SpecError, match="has no variant `heavy`"):
         jobs_of(recipe, recipe_folder, recipe_folder, recipe_folder)
@@ -155,7 +155,7 @@ def test_a_warning_that_a_source_refuses_is_drawn_again_without_being_simulated(
     assert all("[overlap]" in row["why"][0] for row in refused if row["stage"] == "check")
 
 
-def test_what_keeps_the_machine_from_running_is_no_reason_to_draw_again(
+def test_a_failure_of_the_machine_is_no_reason_to_draw_again(
     recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def busy(*_: object, **__: object) -> None:
@@ -168,7 +168,7 @@ def test_what_keeps_the_machine_from_running_is_no_reason_to_draw_again(
     assert not [*(recipe_folder / "made").iterdir()], "it is done by the next build"
 
 
-def test_a_job_that_is_asked_to_stop_films_nothing_and_is_done_by_the_next_build(
+def test_a_stopped_job_films_nothing_and_is_done_by_the_next_build(
     recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop = Stop()
@@ -186,7 +186,7 @@ def test_a_job_that_is_asked_to_stop_films_nothing_and_is_done_by_the_next_build
     assert not [*(recipe_folder / "made").iterdir()]
 
 
-def test_what_another_recipe_began_to_make_anew_is_not_taken_for_done(
+def test_an_unfinished_job_of_another_recipe_does_not_count_as_done(
     recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Made, begun again at another size, stopped, and made by the first recipe again."""
@@ -204,7 +204,7 @@ def test_what_another_recipe_began_to_make_anew_is_not_taken_for_done(
     assert simulate.make(first)
 
 
-def test_a_film_that_is_asked_to_stop_ends_at_its_next_picture_and_is_not_refused(
+def test_a_stopped_film_ends_at_its_next_picture_and_is_not_refused(
     recipe_folder: Path, take: Take, recipe: Recipe, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     take("a")
@@ -222,8 +222,32 @@ def test_a_film_that_is_asked_to_stop_ends_at_its_next_picture_and_is_not_refuse
     assert stop.count == 1, "no second picture"
     monkeypatch.setattr(simulate, "make_item", lambda *_: make_item("a", run, None, loaded, recipe, out, stop))
     ended = SimpleNamespace(evidence={}, expectations={"lands_in_time": {"ok": True}}, folder=run)
-    monkeypatch.setattr(simulate, "_run", lambda *_: ended)
+    monkeypatch.setattr(simulate._DrawMaker, "_run", lambda *_: ended)
     job, *_ = jobs_of(parse_recipe(Source(RECIPE, "recipe.yaml")), recipe_folder, recipe_folder, recipe_folder / "made")
     with pytest.raises(RunError, match=STOPPED):
         simulate.make(replace(job, stop=stop))
     assert not [*(recipe_folder / "made").iterdir()]
+
+
+def test_a_counterfactual_whose_first_film_is_refused_answers_questions(
+    recipe_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended, asked = SimpleNamespace(expectations={"lands_in_time": {"ok": True}}, folder=recipe_folder), []
+
+    def filmed(key: str, *_: object) -> Item:
+        row = {"key": key, "prompt": "", "suspicions": [], "energy_gain": None, "penetration": None}
+        return Item(key, recipe_folder, row)
+
+    def what_if(base: dict[str, Any], other: dict[str, Any], *_: object) -> list[Any]:
+        asked.append((base["key"], other["key"]))
+        return []
+
+    monkeypatch.setattr(simulate._DrawMaker, "_run", lambda *_: ended)
+    monkeypatch.setattr(simulate, "make_item", filmed)
+    monkeypatch.setattr(simulate, "refusals", lambda item, _: ["dull"] if item.key.endswith("no_gravity") else [])
+    monkeypatch.setattr(simulate, "candidate_questions", lambda *_: [])
+    monkeypatch.setattr(simulate, "what_if", what_if)
+    recipe = parse_recipe(Source(RECIPE.replace("[0.45, 0.0]", "[0.0]"), "recipe.yaml"))
+    assert simulate.make(jobs_of(recipe, recipe_folder, recipe_folder, recipe_folder / "made")[0])
+    other = "drops-drop-000-no_gravity-film1"
+    assert asked == [("drops-drop-000", other), ("drops-drop-000-film1", other)]

@@ -1,4 +1,4 @@
-"""What strangers load: with pyarrow, `datasets`, `webdataset` and mlcroissant, as they come."""
+"""Datasets as other programs load them: pyarrow, `datasets`, `webdataset`, mlcroissant."""
 
 import gc
 import io
@@ -71,7 +71,7 @@ def test_the_metadata_are_read_with_mlcroissant(dataset: Path) -> None:
     assert [row["items-train/key"] for row in rows] == [b"a", b"a-film1"]
 
 
-def test_the_card_says_what_there_is(dataset: Path) -> None:
+def test_the_card_describes_the_files(dataset: Path) -> None:
     _, head, words = (dataset / "README.md").read_text().split("---\n", 2)
     assert yaml.safe_load(head)["license"] == "cc0-1.0"
     assert "| `items` | 2 | 0 | 1 |" in words
@@ -132,7 +132,7 @@ def test_a_film_of_many_shots_is_shown_to_its_end(take: Take, tmp_path: Path) ->
         assert made < 6 or pictures[-1].t >= 0.5, "the last shot is there"
 
 
-def test_what_critic_and_judges_gave_the_same_simulation_is_in_its_items(
+def test_scores_of_critic_and_judges_are_in_the_items_of_the_same_simulation(
     take: Take, recipe: Recipe, tmp_path: Path
 ) -> None:
     """The crate's simulation has the digest `case_one1.0`; the Critic has seen another version, too."""

@@ -1,4 +1,4 @@
-"""Driven joints as LeRobot 3.0 has them: files where its metadata say, numbers as they were recorded."""
+"""Driven joints in LeRobot 3.0: layout of files, recorded values."""
 
 import json
 import tarfile
@@ -36,7 +36,7 @@ def episode(folder: Path, key: str, force: float = 2.0, fps: float = 5.0) -> Ite
     return Item(key, folder, row, [{"time": t} for t in (0.0, 0.2, 0.4, 0.6)])
 
 
-def test_episodes_lie_where_the_metadata_say(tmp_path: Path) -> None:
+def test_episodes_are_where_the_metadata_point(tmp_path: Path) -> None:
     out = tmp_path / "robots"
     items = episode(tmp_path / "a", "a"), episode(tmp_path / "b", "b", force=4.0)
     form = robot_form(items[0])
@@ -83,7 +83,7 @@ def test_films_of_another_rate_are_another_dataset(recipe: Recipe, tmp_path: Pat
     assert found == {"train-one-arm": ["a", "c"], "train-one-arm-2": ["b"]}
 
 
-def test_a_leak_among_the_episodes_is_told(dataset: Path, tmp_path: Path) -> None:
+def test_a_leak_among_the_episodes_is_reported(dataset: Path, tmp_path: Path) -> None:
     item = episode(tmp_path / "item", "a")
     form = robot_form(item)
     assert form is not None

@@ -1,4 +1,4 @@
-"""Questions: their answers as the states have them, and nothing for those who only read the words."""
+"""Questions: answers agree with the states, and words alone do not give them away."""
 
 import json
 from collections import Counter
@@ -36,7 +36,7 @@ def test_answers_and_evidence_are_those_of_the_recording(take: Take) -> None:
     assert not any("move first" in text for text in nothing), "the ball never moves"
 
 
-def test_what_starts_at_the_same_time_and_is_slower_does_not_start_later(take: Take) -> None:
+def test_a_slower_body_that_starts_at_the_same_time_does_not_start_later(take: Take) -> None:
     question = "Which starts to move first, “ball” or “crate”?"
     for wait, speed, asked_about in ((0, 0.2, False), (5, 0.5, True)):
         item = take(f"wait{wait}")
@@ -50,13 +50,13 @@ def test_what_starts_at_the_same_time_and_is_slower_does_not_start_later(take: T
     assert rows[question]["right"] == "“crate”"
 
 
-def test_what_a_thing_lies_on_is_not_what_it_touches_first(take: Take) -> None:
+def test_a_support_is_not_the_first_contact(take: Take) -> None:
     lies = [HIT | {"between": ["crate", "floor"], "time": time, "end": time} for time in (0.0, 0.2)]
     found = asked(take, *lies, HIT)
     assert found["What does “crate” touch first after the start?"]["right"] == "“ball”"
 
 
-def test_a_film_with_a_replay_is_not_asked_what_has_happened_by_a_picture(take: Take) -> None:
+def test_there_are_no_questions_about_films_with_a_replay(take: Take) -> None:
     item = take("a")
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
     assert candidate_questions(item.row, item.frames, item.folder)
@@ -64,7 +64,7 @@ def test_a_film_with_a_replay_is_not_asked_what_has_happened_by_a_picture(take: 
     assert not candidate_questions(item.row, item.frames, item.folder)
 
 
-def test_only_what_is_tall_falls_over(take: Take) -> None:
+def test_only_tall_bodies_fall_over(take: Take) -> None:
     item = take("a")
     layout = json.loads((item.folder / "layout.json").read_text())
     for inertia, tall in (((1, 1, 1), False), ((2, 2, 0.5), True), ((2, 0.5, 2), False)):
@@ -73,7 +73,7 @@ def test_only_what_is_tall_falls_over(take: Take) -> None:
         assert ItemScene(item.row, item.frames, item.folder).is_tall("crate") == tall
 
 
-def test_a_touch_that_no_picture_shows_is_not_asked_about(take: Take) -> None:
+def test_there_are_no_questions_about_contacts_that_no_picture_shows(take: Take) -> None:
     item = take("a")
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
     for thing in item.frames[5]["objects"]:
@@ -83,7 +83,7 @@ def test_a_touch_that_no_picture_shows_is_not_asked_about(take: Take) -> None:
     assert not any("Will “ball” touch “crate”" in row["question"] for row in rows)
 
 
-def test_what_is_not_seen_is_not_asked_about(take: Take) -> None:
+def test_there_are_no_questions_about_hidden_bodies(take: Take) -> None:
     item = take("a")
     (item.folder / "events.jsonl").write_text(json.dumps(HIT) + "\n")
     for frame in item.frames:
@@ -92,7 +92,7 @@ def test_what_is_not_seen_is_not_asked_about(take: Take) -> None:
     assert not any("ball" in row["question"] for row in candidate_questions(item.row, item.frames, item.folder))
 
 
-def test_a_paired_run_answers_what_would_be(take: Take) -> None:
+def test_a_counterfactual_answers_what_if(take: Take) -> None:
     base, other = take("a"), take("a-heavy", speed=0.5, counterfactual_of="a", cause="bodies.crate.material.density")
     for item, count in ((base, 1), (other, 0)):
         item.row["events"] = [{"name": "reaches_ball", "count": count, "first": None, "last": None}]
@@ -162,7 +162,7 @@ def test_a_few_questions_of_one_case_are_judged_by_chance() -> None:
     assert guess_by_words([], [])["by_chance"] == 0.0
 
 
-def test_the_review_shows_what_is_doubtful_and_decisions_are_read_back(dataset: Path, tmp_path: Path) -> None:
+def test_the_review_shows_doubtful_items_and_decisions_are_read_back(dataset: Path, tmp_path: Path) -> None:
     assert write_review(dataset, tmp_path / "page.html", {}) == 0
     assert write_review(dataset, tmp_path / "page.html", {}, everything=True) == 3
     page = (tmp_path / "page.html").read_text()

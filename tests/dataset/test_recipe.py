@@ -1,4 +1,4 @@
-"""Recipes: what is wrong with them, and where; draws that depend on nothing but their seed."""
+"""Recipes: located problems, and draws that depend only on their seed."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def problems(body: str) -> str:
         ("film: {size: [15, 20]}\n", "r.yaml:6:"),
     ],
 )
-def test_what_is_wrong_is_said_where_it_stands(body: str, said: str) -> None:
+def test_problems_are_located(body: str, said: str) -> None:
     assert said in problems(body)
 
 

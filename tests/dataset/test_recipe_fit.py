@@ -1,4 +1,4 @@
-"""What a recipe wants of cases that do not have it: said in the recipe, before anything runs."""
+"""Checks of a recipe against its cases, located in the recipe."""
 
 from pathlib import Path
 
@@ -35,7 +35,7 @@ def read(folder: Path, body: str, cases: str = "[drop]") -> None:
     read_recipe(folder / "r.yaml")
 
 
-def test_what_fits_is_read(tmp_path: Path) -> None:
+def test_a_recipe_that_fits_is_read(tmp_path: Path) -> None:
     read(
         tmp_path,
         "    variants: [heavy]\n    sweep: densities\n    holds: [lands]\n    films: 2\n"
@@ -70,13 +70,13 @@ def test_what_fits_is_read(tmp_path: Path) -> None:
         ("judged: [nowhere]\n", "r.yaml:6:10: error: there is no file or folder `nowhere`"),
     ],
 )  # fmt: skip
-def test_what_cases_lack_is_said_where_the_recipe_wants_it(tmp_path: Path, body: str, said: str) -> None:
+def test_missing_parts_of_cases_are_located_in_the_recipe(tmp_path: Path, body: str, said: str) -> None:
     with pytest.raises(SpecError) as caught:
         read(tmp_path, body)
     assert said in str(caught.value)
 
 
 @pytest.mark.parametrize("cases", ["[drip]", "[empty]"])
-def test_a_case_that_is_not_there_is_told(tmp_path: Path, cases: str) -> None:
+def test_a_missing_case_is_reported(tmp_path: Path, cases: str) -> None:
     with pytest.raises(SpecError, match=r"r\.yaml:5:13: error: there is no "):
         read(tmp_path, "", cases)

@@ -1,4 +1,4 @@
-"""Leaks that are planted in a dataset, by moving rows, by moving files, and by changing what the rows say."""
+"""Leaks that are planted in a dataset by moving rows, moving files, and editing columns."""
 
 import io
 import json
@@ -61,7 +61,7 @@ def first(table: str, **columns: Any) -> Any:
     return lambda d: edit(d / path, lambda rows: [rows[0] | columns, *rows[1:]])
 
 
-def test_what_was_built_is_sound(dataset: Path) -> None:
+def test_a_built_dataset_is_sound(dataset: Path) -> None:
     assert check_dataset(dataset) == []
 
 
@@ -76,7 +76,7 @@ def test_a_film_of_the_same_simulation_in_another_split_is_a_leak(dataset: Path)
     assert "frames: a-film1 is not an item of train" in found
 
 
-def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
+def test_renaming_does_not_hide_a_leak(dataset: Path) -> None:
     """A shard of one split is copied to another one, and its rows get new names for everything."""
     shard = dataset / "shards" / "test-00001.tar"
     names = {column: "new" for column in ("source", "case", "case_digest", "sim_digest", "states_digest")}
@@ -131,7 +131,7 @@ def test_renaming_what_belongs_together_hides_nothing(dataset: Path) -> None:
         (lambda d: (d / "croissant.json").write_text("[]"), "croissant.json: cannot be read"),
     ],
 )
-def test_damage_is_told(dataset: Path, spoil: Any, said: str) -> None:
+def test_damage_is_reported(dataset: Path, spoil: Any, said: str) -> None:
     spoil(dataset)
     assert any(said in words for words in check_dataset(dataset))
 
@@ -148,7 +148,7 @@ def test_sources_are_dealt_as_wholes_near_their_shares() -> None:
     assert share["validation"] > 0.05
 
 
-def test_a_few_sources_are_dealt_by_what_they_make() -> None:
+def test_sources_are_dealt_by_their_numbers_of_items() -> None:
     """12, 4 and 2 items: with any two of them together in train, the others would lack more."""
     rows = "a: {cases: [c], films: 2, looks: {x: {choice: [1]}}, counterfactuals: {d: {y: {choice: [1]}}}}"
     text = f"text2sim_dataset: 1\nname: x\nsources: {{{rows}, b: {{cases: [c]}}, c: {{cases: [c]}}}}\n"
@@ -172,7 +172,7 @@ def test_sources_with_a_case_in_common_stay_together() -> None:
         deal_splits(apart, jobs)
 
 
-def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
+def test_duplicates_and_their_dependents_are_refused(take: Take, recipe: Recipe, tmp_path: Path) -> None:
     writer = Writer(recipe, tmp_path / "d", {"one": "train"}, {"e": "ugly"})
     writer.add(DrawResult([take("a"), take("a-film1", same_physics_as="a")], []))
     writer.add(DrawResult([take("c"), take("c-film1", same_physics_as="c")], []))
@@ -189,7 +189,7 @@ def test_duplicates_and_what_hangs_on_them_are_refused(take: Take, recipe: Recip
     assert writer.tally.items == {"train": 3}, "a cause without an effect is no duplicate"
 
 
-def test_what_turns_about_its_origin_is_no_twin_of_what_turns_otherwise(tmp_path: Path) -> None:
+def test_runs_with_other_rotations_are_no_duplicates(tmp_path: Path) -> None:
     likeness, found = Likeness(0.002), []
     for name, speed in (("slow", 1.0), ("fast", 2.0), ("again", 1.0)):
         angle = speed * np.linspace(0, 1, 13)[:, None] / 2

@@ -1,4 +1,4 @@
-"""Cases that the tests of pictures share."""
+"""Cases for the tests of pictures."""
 
 from pathlib import Path
 

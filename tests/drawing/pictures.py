@@ -1,4 +1,4 @@
-"""What the tests of pictures share."""
+"""Helpers of the tests of pictures."""
 
 import numpy as np
 

@@ -63,7 +63,7 @@ def test_ground_and_huge_statics_do_not_decide_the_frame() -> None:
     assert (low, high) == (pytest.approx((-0.5, -0.5, 0.5), abs=0.02), pytest.approx((0.5, 0.5, 1.5), abs=0.02))
 
 
-def test_what_a_marble_rolls_on_is_shown_whole_and_a_floor_is_not() -> None:
+def test_a_ramp_is_shown_whole_and_a_floor_is_not() -> None:
     text = """\
 text2sim: 2
 name: run
@@ -83,14 +83,14 @@ bodies:
     assert high[2] == pytest.approx(1.12, abs=0.01)
 
 
-def test_statics_near_what_moves_are_shown_and_large_ones_in_part(zoo: Resolution) -> None:
+def test_statics_near_moving_bodies_are_shown_and_large_ones_in_part(zoo: Resolution) -> None:
     low, high = subject_bounds(stage(zoo))
     assert (np.abs(low) < 3).all(), "the slab is forty metres long"
     assert (np.abs(high) < 3).all()
     assert low[2] == pytest.approx(-0.2), "it is shown as deep as it is"
 
 
-def test_labels_lie_apart_inside_and_belong_to_what_they_name(zoo: Resolution) -> None:
+def test_labels_do_not_overlap_and_belong_to_their_bodies(zoo: Resolution) -> None:
     props = stage(zoo)
     panel = fitted("front", subject_bounds(props), (10, 20, 710, 480))
     picture = paint(props, panel.view, Light([], 1.0), Style((1.0, 1.0, 1.0), planes=False))
@@ -107,7 +107,7 @@ def test_labels_lie_apart_inside_and_belong_to_what_they_name(zoo: Resolution) -
         assert label.box[3] <= panel.view.height
         x, y = (int(value) for value in label.target)
         shown = {picture.owner[y, x], picture.glazed[y, x]} - {-1}
-        assert label.key in {props[number].body for number in shown}
+        assert label.key in {props.props[number].body for number in shown}
 
 
 def test_label_stands_on_free_ground_beside_its_thing() -> None:
@@ -185,7 +185,7 @@ def test_lines_are_cut_at_the_frame() -> None:
     assert clipped((float("nan"), 1), (5, 5), (0, 0, 10, 10)) is None
 
 
-def test_long_text_is_shortened_to_what_fits() -> None:
+def test_long_text_is_shortened_to_fit() -> None:
     text = "A long story about nothing at all. " * 20
     short = shortened(text, 200, 14)
     assert short.endswith("…")

@@ -1,4 +1,4 @@
-"""Pictures for the gallery, and what light and glass do in a picture."""
+"""Pictures for the gallery; light and glass."""
 
 from io import BytesIO
 from pathlib import Path
@@ -80,7 +80,7 @@ def test_shadow_lies_where_the_light_does_not_reach() -> None:
     assert at(-0.8, 0.8) == pytest.approx(at(1.2, 0), abs=0.02)
 
 
-def test_one_sees_through_glass_as_much_as_its_opacity_says() -> None:
+def test_glass_hides_as_much_as_its_opacity() -> None:
     pane = "pane: {kind: rigid, shape: {kind: box, size: [1, 0.02, 1]}, pose: {pos: [0, -2, 0]}, look: {color: black, opacity: %s}}"
     view = perspective((0, -8, 0), (0, 0, 0), (0, 0, 1), 20, (60, 60))
     seen = {}

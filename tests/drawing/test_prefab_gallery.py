@@ -1,4 +1,4 @@
-"""The page and the pictures of the built-in prefabs are there and fresh."""
+"""Page and pictures of the built-in prefabs: complete and up to date."""
 
 from io import BytesIO
 from pathlib import Path
@@ -52,7 +52,7 @@ def test_its_picture_shows_something(name: str):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_is_drawn_are_its_bodies(name: str):
+def test_the_bodies_of_a_prefab_are_drawn(name: str):
     resolution = resolve_case(load_text(example_case(examples()[name])))
     drawn = {prop.name for prop in stage(resolution, 5000) if len(prop.triangles)}
     assert drawn == {copy.name for copies in resolution.placed.values() for copy in copies}

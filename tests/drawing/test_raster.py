@@ -1,4 +1,4 @@
-"""Triangles to pixels, against a ray caster that tries everything."""
+"""The rasteriser against a ray caster that tests every triangle."""
 
 import time
 
@@ -47,7 +47,7 @@ def test_same_triangle_and_depth_as_a_ray_caster(name: str) -> None:
     assert depth == pytest.approx(reach[seen], rel=1e-4, abs=1e-4)
 
 
-def test_what_is_nearer_than_the_camera_sees_is_not_drawn() -> None:
+def test_triangles_before_the_near_plane_are_not_drawn() -> None:
     wall = np.array([[(-1.0, 0.1, -1.0), (1.0, 0.1, -1.0), (0.0, 0.1, 3.0)]])
     behind = wall + (0.0, 1.0, 0.0)
     view = perspective((0, 0, 0), (0, 1, 0), (0, 0, 1), 40, (40, 40), near=0.2)

@@ -1,4 +1,4 @@
-"""Where the cameras of a case stand at its start, and what they see."""
+"""Poses of a case's cameras at its start, and what they see."""
 
 import math
 
@@ -14,7 +14,7 @@ BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.2}, pose: {pos: [0, 
 RENDER = "{resolution: [320, 180], cameras: {main: {kind: still, from: [0, -3, 0], look_at: [0, 0, 0], fov_deg: 40}}}"
 
 
-def test_what_is_hidden_is_not_seen() -> None:
+def test_hidden_bodies_are_not_seen() -> None:
     alone = at_start(resolved(BALL, render=RENDER), "main").shares
     behind = at_start(resolved(WALL, BALL, render=RENDER), "main").shares
     assert alone["ball"] > 0.004
@@ -35,14 +35,14 @@ def test_glass_hides_nothing() -> None:
     assert seen["wall"] > seen["ball"]
 
 
-def test_what_is_smaller_than_a_pixel_is_seen_all_the_same() -> None:
+def test_bodies_smaller_than_a_pixel_are_seen() -> None:
     pin = "pin: {kind: rigid, shape: {kind: sphere, radius: 0.0005}, pose: {pos: [0.303, 0, 0.307]}}"
     share = at_start(resolved(pin, render=RENDER), "main").shares["pin"]
     assert 0 < share < 1 / (160 * 90)
     assert "pin" not in at_start(resolved(pin, WALL.replace("[0, 1, 0]", "[0, -1, 0]"), render=RENDER), "main").shares
 
 
-def test_what_is_behind_the_camera_or_beside_the_picture_is_not_seen() -> None:
+def test_bodies_behind_the_camera_or_beside_the_picture_are_not_seen() -> None:
     for pos in ("[0, -4, 0]", "[9, 0, 0]", "[0, 0, 8]"):
         assert "ball" not in at_start(resolved(BALL.replace("[0, 2, 0]", pos), render=RENDER), "main").shares
 

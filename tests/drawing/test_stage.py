@@ -1,4 +1,4 @@
-"""Triangles of a case: the compiler's shapes, where they start, in the colours of the case."""
+"""Triangles of a case at its start: the compiler's shapes and the colours of the case."""
 
 import time
 
@@ -73,7 +73,7 @@ def test_colours_and_who_moves(zoo: Resolution) -> None:
     assert not by_name["slab"].plane
 
 
-def test_what_is_invisible_is_not_drawn() -> None:
+def test_invisible_bodies_are_not_drawn() -> None:
     case = resolved(
         "ghost: {kind: rigid, shape: {kind: box, size: [1, 1, 1]}, look: {visible: false}}",
         "cup: {kind: rigid, shape: {kind: cup, radius: 1, height: 1, thickness: 0.1}, look: {visible: false}}",

@@ -1,4 +1,4 @@
-"""Cameras of pictures, against those of the film."""
+"""Views of pictures against the cameras of the film."""
 
 import math
 
@@ -46,7 +46,7 @@ def test_looking_straight_down_has_y_up() -> None:
     assert axes == pytest.approx(np.eye(3))
 
 
-def test_what_is_behind_the_eye_has_no_pixel() -> None:
+def test_points_behind_the_eye_have_no_pixel() -> None:
     view = perspective((0, -1, 0), (0, 0, 0), (0, 0, 1), 40, (100, 100))
     assert np.isnan(view.pixels((0.0, -2.0, 0.0))).all()
 

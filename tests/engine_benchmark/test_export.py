@@ -1,4 +1,4 @@
-"""From a case to a folder, and from there to a comparison: with both engines."""
+"""From a case to a benchmark folder and to a comparison, with both engines."""
 
 import json
 import sys
@@ -25,7 +25,7 @@ def call(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
 
 
 @pytest.mark.usefixtures("engine")
-def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monkeypatch, capsys):
+def test_a_case_is_exported_and_mujoco_agrees_with_the_equation(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert call(monkeypatch, "export", BENCHMARKS / "projectile", "--out", "out") == 0
     folder = tmp_path / "out/projectile"
@@ -53,6 +53,6 @@ def test_a_case_is_written_and_mujoco_does_what_the_equation_says(tmp_path, monk
     assert "`quat` has the shape (101, 1, 3), not (101, 1, 4)" in capsys.readouterr().out
 
 
-def test_a_folder_that_is_no_benchmark_is_told_so(tmp_path, monkeypatch, capsys):
+def test_other_folders_are_refused(tmp_path, monkeypatch, capsys):
     assert call(monkeypatch, "run", tmp_path) == 2
     assert "is not a benchmark: text2sim benchmark export CASE writes one" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""What stands in the neutral files, and what MuJoCo makes of them."""
+"""Contents of the neutral files, and their simulation in MuJoCo."""
 
 from math import cos, pi, sin, sqrt
 from pathlib import Path
@@ -59,7 +59,7 @@ def test_masses_gravity_and_shapes_are_those_of_the_case(tmp_path):
     assert model.nexclude == 1  # and not each other
 
 
-def test_a_pendulum_swings_as_the_equation_says(tmp_path):
+def test_a_pendulum_swings_as_its_equation(tmp_path):
     """w^2 = m g L / (m L^2 + 2/5 m r^2); the step is of first order."""
     plan = plan_case(case(tmp_path))
     (tmp_path / "scene.xml").write_text(build(plan).to_xml())
@@ -96,7 +96,7 @@ def test_a_pendulum_swings_as_the_equation_says(tmp_path):
         ("0.7", lambda t: 0.7),
     ],
 )
-def test_controls_are_tables_of_what_the_case_says(tmp_path, schedule, value):
+def test_controls_are_tables_of_the_schedules(tmp_path, schedule, value):
     controls = f"{{move: {{kind: drive, joint: arm.bob, position: {schedule}}}}}"
     (row,) = tables(plan_case(case(tmp_path, controls)))
     assert (row["stiffness"], row["damping"], row["max_force"]) == (3, 0.2, 7)
@@ -110,7 +110,7 @@ def test_the_motor_is_the_case_s_spring_and_damper(tmp_path):
     assert model.actuator_forcerange[0].tolist() == [-7, 7]
 
 
-def test_joints_of_the_usd_stage_join_what_they_should(tmp_path):
+def test_joints_of_the_usd_stage_join_the_right_bodies(tmp_path):
     usd = pytest.importorskip("pxr.Usd")
     from pxr import Gf, UsdGeom, UsdPhysics
 
@@ -159,7 +159,7 @@ def test_a_reference_ends_where_halving_the_step_still_changes_it():
         ("observables: {angle: {tolerance: -1}}", "1:34: error: "),
     ],
 )
-def test_what_is_wrong_with_a_statement_is_said_with_its_place(tmp_path, text, words):
+def test_problems_of_a_statement_are_located(tmp_path, text, words):
     loaded = case(tmp_path)
     (tmp_path / "benchmark.yaml").write_text(text)
     with pytest.raises(SpecError) as error:
@@ -176,6 +176,6 @@ def test_every_benchmark_of_the_repository_can_be_written():
         assert obstacles(plan_case(loaded)) == []
 
 
-def test_what_cannot_be_written_is_said():
+def test_obstacles_are_reported():
     plan = plan_case(load_case(BENCHMARKS.parents[1] / "cases/sand_hourglass"))
     assert obstacles(plan) == ["bodies of the family mpm"]

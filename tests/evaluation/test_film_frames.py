@@ -1,4 +1,4 @@
-"""Pictures of a film for a judge."""
+"""Frames of a film for a judge."""
 
 from io import BytesIO
 from pathlib import Path
@@ -35,7 +35,7 @@ def test_pictures_stand_at_shared_times_and_the_last_one_stays(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("data", [b"", b"no film", b"\x00\x00\x00\x20ftypisom" + bytes(64)])
-def test_what_does_not_decode_is_said(tmp_path: Path, data: bytes) -> None:
+def test_films_that_do_not_decode_are_reported(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "a.mp4").write_bytes(data)
     with pytest.raises(RunError, match="the film does not decode"):
         film_frames(tmp_path / "a.mp4")

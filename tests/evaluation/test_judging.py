@@ -1,4 +1,4 @@
-"""Judgements of real method folders: what judges see, what comes of their answers, and that nothing is lost."""
+"""Judging of real method folders: material, scores, failures."""
 
 import json
 import shutil
@@ -130,7 +130,7 @@ def test_a_judge_without_a_usable_answer_leaves_the_case_as_not_judged(
         ("usable", "unusable", "say what shows that it is unusable"),
     ],
 )
-def test_what_is_wrong_with_a_judgement_goes_back(
+def test_faults_of_a_judgement_are_returned_to_the_judge(
     suite: Path, make_method: Make, judge: Judge, tmp_path: Path, wrong: str, right: str, said: str
 ) -> None:
     replies = iter([PHYSICAL.replace(wrong, right), PHYSICAL])
@@ -156,7 +156,7 @@ def test_a_film_that_does_not_decode_caps_and_counts_nothing(
     assert physical.score["caps"] == (20.0,)
 
 
-def test_a_prompt_without_anything_is_told_and_not_dropped(
+def test_a_prompt_without_a_result_is_reported_and_not_dropped(
     suite: Path, make_method: Make, judge: Judge, tmp_path: Path
 ) -> None:
     method = make_method("ours")
@@ -169,7 +169,7 @@ def test_a_prompt_without_anything_is_told_and_not_dropped(
     assert [(row.state, row.total) for row in rows if row.turn.prompt == "sag"] == [("not_judged", None)] * 2
 
 
-def test_keyframed_motion_caps_whatever_the_judge_says(
+def test_keyframed_motion_caps_the_score_against_the_judge(
     suite: Path, make_method: Make, judge: Judge, tmp_path: Path
 ) -> None:
     method = make_method("ours")
@@ -191,7 +191,7 @@ def test_a_folder_that_answers_another_prompt_is_not_judged(
     assert "another prompt: A blue cube floats." in rows[0].why
 
 
-def test_what_is_still_due_counts_as_not_judged(suite: Path, make_method: Make, judge: Judge, tmp_path: Path) -> None:
+def test_pending_judgements_count_as_not_judged(suite: Path, make_method: Make, judge: Judge, tmp_path: Path) -> None:
     judged(suite, [make_method("ours")], judge, tmp_path / "out", repeats=2)
     shutil.rmtree(tmp_path / "out" / "sag" / "ours" / "visual-1-2")
     missing = [row for row in read_judgements(tmp_path / "out")[1] if row.state == "not_judged"]
@@ -208,7 +208,7 @@ def test_a_judge_who_sees_no_pictures_is_refused(suite: Path, make_method: Make,
 
 
 @pytest.mark.parametrize("relative", [True, False])
-def test_no_message_tells_the_folder(
+def test_no_message_reveals_the_folder(
     suite: Path, make_method: Make, judge: Judge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, relative: bool
 ) -> None:
     """What cannot be read is named by its path in messages, and in that stands the name of the method."""

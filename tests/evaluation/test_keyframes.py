@@ -69,7 +69,7 @@ def test_a_path_without_forces_is_keyframed_even_if_velocities_fit(tmp_path: Pat
     assert "do not follow from forces in 100 % of its motion" in found.keyframed["ball"]
 
 
-def test_what_a_control_may_explain_is_left_alone(tmp_path: Path) -> None:
+def test_motion_that_a_control_may_explain_is_not_keyframed(tmp_path: Path) -> None:
     lift = {"kind": "force", "body": "ball", "force": [0, 0, 9.81]}
     assert moved(tmp_path, hover, controls={"lift": lift}).keyframed == {}
 
@@ -109,7 +109,7 @@ def test_one_jump_is_enough(tmp_path: Path) -> None:
     }
 
 
-def test_driven_bodies_are_named_with_their_part_of_the_way(tmp_path: Path) -> None:
+def test_driven_bodies_are_listed_with_their_share_of_the_path(tmp_path: Path) -> None:
     driven = {"kind": "driven", "shape": {"kind": "box", "size": [1, 1, 1]}, "motion": {"kind": "spin", "axis": "z", "speed": 1.0}}  # fmt: skip
 
     def record(run: WrittenRun) -> None:

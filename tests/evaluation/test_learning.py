@@ -1,4 +1,4 @@
-"""Cards that are learned: proposed, run, tried, kept or not; what they owe, and that nothing is judged by its own source."""
+"""Learning of cards: proposals, trials, merges, and the separation of sources."""
 
 import itertools
 import json
@@ -171,9 +171,7 @@ def shelve(cards: Path, id: str, title: str, source: str, prompts: dict[str, Pro
     record_card(cards, id, CardRecord(state="kept", digest=digest_of(entry), owes=[debt]), {source: prompts[source]})
 
 
-def test_two_cards_that_say_the_same_become_one_that_owes_what_both_owed(
-    learn: Learn, suite: Path, judge: Judge, tmp_path: Path
-) -> None:
+def test_duplicate_cards_are_merged_with_their_debts(learn: Learn, suite: Path, judge: Judge, tmp_path: Path) -> None:
     prompts = read_suite(suite)[0].prompts
     shelve(tmp_path / "cards", "falls-from-too-high", "A fall takes longer than the scene lasts", "drop", prompts)
     shelve(tmp_path / "cards", "scene-ends-too-soon", "The scene ends before the fall does", "sag", prompts)
@@ -229,7 +227,7 @@ def test_no_suite_is_answered_with_cards_from_its_sources(suite: Path, tmp_path:
         check_split(apart, place, cards)
 
 
-def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
+def test_a_repair_is_a_patch_if_no_attempt_succeeded() -> None:
     import yaml
 
     card = yaml.safe_load(CARD.format(id="a-card", title="A fall takes longer", outcome="missed:low"))
@@ -257,7 +255,7 @@ def test_a_repair_is_a_patch_where_no_attempt_mended_it() -> None:
             draft_card(wrong, attempts)
 
 
-def test_built_in_cards_say_different_things() -> None:
+def test_built_in_cards_are_no_duplicates() -> None:
     entries = [entry.card for entry in load_library([BUILT_IN]).entries.values()]
     most = max(likeness(one, other) for one, other in itertools.combinations(entries, 2))
     assert most < 0.3 < DUPLICATE_LIKENESS
@@ -273,7 +271,7 @@ def test_who_was_given_which_card(tmp_path: Path) -> None:
     assert dealt == {"a": 2, "b": 1}
 
 
-def test_commands_refuse_what_would_judge_cards_by_their_own_sources(
+def test_commands_refuse_to_judge_cards_by_their_own_sources(
     suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from typer.testing import CliRunner

@@ -1,4 +1,4 @@
-"""Method folders: read back as written, and as far as they go where something is missing."""
+"""Method folders: round trips, and as much as possible of incomplete ones."""
 
 import json
 import os
@@ -51,7 +51,7 @@ def test_a_folder_without_a_record_is_taken_as_far_as_it_goes(tmp_path: Path) ->
     assert "no result.json" in made.problems[0].message
 
 
-def test_what_is_wrong_with_a_record_is_located(tmp_path: Path) -> None:
+def test_problems_of_a_record_are_located(tmp_path: Path) -> None:
     folder = tmp_path / "tower"
     folder.mkdir()
     (folder / "result.json").write_text('{"prompt": "tower",\n "status": "finished",\n "flim": "a.mp4"}')

@@ -1,4 +1,4 @@
-"""Methods at work: any command line, text2sim, and the coding agent, which runs what a model writes."""
+"""Methods: command lines, text2sim, and the coding agent, which runs code written by a model."""
 
 import json
 import os
@@ -86,7 +86,7 @@ def test_generate_ends_with_an_evaluation_that_is_stopped(suite: Path, tmp_path:
     assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
 
 
-def test_what_a_prompt_says_is_no_blank_and_no_shell(suite: Path, tmp_path: Path) -> None:
+def test_prompts_are_neither_placeholders_nor_shell_code(suite: Path, tmp_path: Path) -> None:
     text = suite.read_text().replace("A red ball falls", "A {folder} $(touch pwned); `touch pwned` falls")
     suite.write_text(text)
     code = "import pathlib, sys; pathlib.Path(sys.argv[2], 'film.mp4').write_text(sys.argv[1])"
@@ -99,7 +99,7 @@ def test_a_command_that_takes_too_long_is_ended(suite: Path, tmp_path: Path) -> 
     assert "took longer than 0.01 minutes" in read_made(folder / "drop").result.why
 
 
-def test_what_is_answered_is_not_asked_again(suite: Path, tmp_path: Path) -> None:
+def test_existing_answers_are_kept(suite: Path, tmp_path: Path) -> None:
     word = f"other={sys.executable} -c \"open('{tmp_path / 'count'}', 'a').write('x')\""
     for _ in range(2):
         run(suite, word, tmp_path / "out")
@@ -112,7 +112,7 @@ def test_words_that_are_no_method_are_refused(word: str) -> None:
         parse_method(word)
 
 
-def test_the_agent_reads_runs_mends_and_is_done(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_agent_reads_runs_repairs_and_is_done(suite: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SOME_API_KEY", "secret")
     film = write_film(tmp_path / "made.mp4")
     replies = [
@@ -199,7 +199,7 @@ def test_text2sim_is_called_as_a_user_calls_it(suite: Path, tmp_path: Path, monk
     assert not (tmp_path / "out" / "text2sim-no-cards" / "drop" / "result.json").exists()
 
 
-def test_what_text2sim_took_and_why_it_left_nothing_is_in_the_result(
+def test_the_result_has_the_resources_of_text2sim_and_the_reason_for_a_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A recorded loop about something impossible, played again by the command: planned, counted, and given up."""

@@ -1,4 +1,4 @@
-"""Judgements that were really made, marked again from the kept replies: they give the table of docs/evaluation.md."""
+"""Recorded judgements, scored again from their replies: they give the table of docs/evaluation.md."""
 
 import json
 from pathlib import Path

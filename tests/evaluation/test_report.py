@@ -1,4 +1,4 @@
-"""From method folders to the page and the tables, by the command that a user calls."""
+"""From method folders to page and tables, by the command."""
 
 import csv
 import json
@@ -94,7 +94,7 @@ def test_a_suite_that_has_changed_since_is_refused(
     assert "another version of small" in str(answer.exception)
 
 
-def test_after_a_kill_only_what_is_missing_is_asked(
+def test_after_a_kill_only_missing_judgements_are_made(
     suite: Path, make_method: Make, judge: Judge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), os.getcwd()])))

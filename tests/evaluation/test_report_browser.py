@@ -1,4 +1,4 @@
-"""The page of an evaluation in a real browser: its films play together, and nothing else is loaded."""
+"""The page of an evaluation in a real browser: synchronous films, no other requests."""
 
 from collections.abc import Callable
 from pathlib import Path

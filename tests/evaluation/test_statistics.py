@@ -1,4 +1,4 @@
-"""Means, scatter, differences and agreement, against what a hand works out."""
+"""Means, scatter, differences and agreement, against values worked out by hand."""
 
 from math import sqrt
 from typing import Any
@@ -32,7 +32,7 @@ ROWS = [
 ]  # fmt: skip
 
 
-def test_a_case_is_the_mean_of_its_judgements_and_what_was_not_judged_is_left_out() -> None:
+def test_a_case_is_the_mean_of_its_judgements_without_missing_ones() -> None:
     assert case_scores(ROWS, "physical")["a", "one"] == 90
     assert case_scores(ROWS, "physical")["a", "three"] == 45
     assert case_scores(ROWS, "visual") == {}

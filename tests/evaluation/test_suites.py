@@ -1,4 +1,4 @@
-"""Suites: what is wrong with one is located, those that come with text2sim share nothing, drafts are frozen."""
+"""Suites: located problems, disjoint built-in suites, drafting and freezing."""
 
 from collections import Counter
 from pathlib import Path
@@ -44,7 +44,7 @@ def test_the_suites_that_come_along_are_complete_frozen_and_apart() -> None:
         ("name: small", "name: small\nfrozen: " + "f" * 64, 3, "have changed since it was frozen", None),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_located(tmp_path: Path, old: str, new: str, line: int, said: str, hint: str | None) -> None:
+def test_problems_are_located(tmp_path: Path, old: str, new: str, line: int, said: str, hint: str | None) -> None:
     with pytest.raises(SpecError) as caught:
         read_suite(changed(tmp_path, old, new))
     assert (line, hint) in [(p.line, p.hint) for p in caught.value.problems if said in p.message]
@@ -92,7 +92,7 @@ def test_the_command_refuses_suites_that_share_a_source(suite: Path, tmp_path: P
     assert "42 prompts (10 rigid, 18 deformable, 14 cloth), frozen" in answer.output
 
 
-def test_an_unknown_prompt_is_told_with_the_nearest(suite: Path) -> None:
+def test_an_unknown_prompt_is_reported_with_the_nearest(suite: Path) -> None:
     with pytest.raises(SpecError) as caught:
         select_prompts(read_suite(suite)[0], ["drip"])
     assert caught.value.problems[0].hint == "drop"

@@ -1,4 +1,4 @@
-"""A recorded run for all tests, and what was recorded in it."""
+"""A recorded run for all tests, and its recording."""
 
 from pathlib import Path
 

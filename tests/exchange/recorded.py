@@ -1,4 +1,4 @@
-"""A run that nobody simulated, in the recorder's format: boxes, an arm of two links, a cloth, grains."""
+"""A hand-written run in the recorder's format: boxes, an arm of two links, a cloth, grains."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The command `text2sim export`, and runs that come from strangers."""
+"""The command `text2sim export`, and untrusted runs."""
 
 import json
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from text2sim.exchange.gltf import write_gltf
 from text2sim.spec_schema.errors import RunError
 
 
-def test_writes_all_that_is_named_and_leaves_the_run_alone(run: Path, tmp_path: Path) -> None:
+def test_writes_all_requested_files_without_changing_the_run(run: Path, tmp_path: Path) -> None:
     pytest.importorskip("pxr")
     before = {path: path.stat().st_mtime_ns for path in run.rglob("*")}
     glb, usd = tmp_path / "a.glb", tmp_path / "a.usdc"

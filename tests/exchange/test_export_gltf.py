@@ -1,4 +1,4 @@
-"""Binary glTF, read back with other people's readers."""
+"""Binary glTF, read back with other libraries."""
 
 from pathlib import Path
 
@@ -72,7 +72,7 @@ def test_nodes_move_as_recorded(document: Document, recorded: dict[str, np.ndarr
         np.testing.assert_allclose(Rotation.from_quat(turned[1]).as_matrix(), wanted, atol=1e-5)
 
 
-def test_what_lies_still_has_no_track(document: Document) -> None:
+def test_bodies_at_rest_have_no_track(document: Document) -> None:
     assert document.track("box[1]", "translation") is None
     assert document.track("box[1]", "rotation") is None
 
@@ -146,7 +146,7 @@ def test_cameras(document: Document) -> None:
     assert document.track("camera round", "translation") is not None
 
 
-def test_too_many_frames_of_what_deforms_are_refused_with_a_way_out(tmp_path: Path) -> None:
+def test_too_many_frames_of_deformable_bodies_are_refused_with_advice(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", frames=MOST_TARGETS + 40)
     with pytest.raises(RunError, match=r"write USD \(--usd\), or fewer frames \(--every 2\)"):
         write_gltf(folder, tmp_path / "run.glb")

@@ -49,7 +49,7 @@ def test_orientations_turn_the_short_way_between_samples(stage: Usd.Stage, recor
     np.testing.assert_allclose(turn, Rotation.from_euler("x", angle).as_matrix(), atol=1e-3)
 
 
-def test_stage_says_its_units_and_its_span(stage: Usd.Stage) -> None:
+def test_the_stage_has_units_and_a_time_span(stage: Usd.Stage) -> None:
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
     assert (stage.GetTimeCodesPerSecond(), stage.GetStartTimeCode()) == (RATE, 0.0)
@@ -73,7 +73,7 @@ def test_copies_of_a_shape_are_instances_that_wear_their_material_within(stage: 
     assert colors == {(0.604, 0.01, 0.01), (0.01, 0.01, 0.604)}, "sRGB 0.8 and 0.1, made linear"
 
 
-def test_what_lies_still_has_no_samples(stage: Usd.Stage) -> None:
+def test_bodies_at_rest_have_no_samples(stage: Usd.Stage) -> None:
     still, falling = (stage.GetPrimAtPath(path).GetAttribute("xformOp:translate") for path in (PATHS[2], PATHS[1]))
     assert still.GetNumTimeSamples() == 0
     assert falling.GetNumTimeSamples() == FRAMES
@@ -98,7 +98,7 @@ def test_grains_are_points_as_wide_as_they_lie_apart(stage: Usd.Stage, recorded:
     np.testing.assert_allclose(last, recorded["soft_points"][-1, -7:], atol=1e-6)
 
 
-def test_cameras_see_what_the_film_sees(stage: Usd.Stage) -> None:
+def test_cameras_are_those_of_the_film(stage: Usd.Stage) -> None:
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/run/cameras/main")).GetCamera(0)
     assert camera.frustum.position == pytest.approx((0, -4, 2))
     assert camera.GetFieldOfView(camera.FOVVertical) == pytest.approx(40.0)

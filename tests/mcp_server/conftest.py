@@ -1,4 +1,4 @@
-"""A server and its agent."""
+"""A server and a client."""
 
 from collections.abc import Iterator
 

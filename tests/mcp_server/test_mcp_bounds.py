@@ -1,4 +1,4 @@
-"""Nothing leads out of the folder that is served, and nothing that is too large gets in or out."""
+"""Limits of the server: its folder, sizes, untrusted runs."""
 
 import json
 import subprocess
@@ -66,7 +66,7 @@ def test_meshes_of_a_case_stay_inside(agent: Agent, elsewhere: Path) -> None:
     assert agent("check", case="thief").document["ok"] is False
 
 
-def test_what_is_too_large_is_refused(agent: Agent) -> None:
+def test_large_inputs_and_outputs_are_refused(agent: Agent) -> None:
     reply = agent("write", case="huge", text=TINY + "#" * 3_000_000)
     assert reply.failed
     assert "2000000 at most" in reply.document["error"]
@@ -98,7 +98,7 @@ def test_strange_arguments_do_not_end_the_server(agent: Agent) -> None:
     assert agent("check", case="tiny").document["ok"] is True
 
 
-def test_forged_runs_are_said_to_be_damaged(agent: Agent) -> None:
+def test_forged_runs_are_reported_as_damaged(agent: Agent) -> None:
     run = agent.root / "runs" / "forged-3"
     (run / "program").mkdir(parents=True)
     (run / "run.json").write_text('{"case": "x", "state": "finished", "key": {}, "time": 1.0}', "utf-8")

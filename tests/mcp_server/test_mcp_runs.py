@@ -1,4 +1,4 @@
-"""The tools that run a case and show what came of it."""
+"""Tools that run a case and report the result."""
 
 import shutil
 import time
@@ -46,14 +46,14 @@ def ran(agent: Agent) -> dict[str, Any]:
     return finished(agent, watched).document
 
 
-def test_run_says_what_came_of_it(agent: Agent, ran: dict[str, Any]) -> None:
+def test_run_reports_its_result(agent: Agent, ran: dict[str, Any]) -> None:
     assert ran["state"] == "finished"
     assert ran["passed"] is True
     assert ran["expect"]["lands"].startswith("ok: ")
     assert (agent.root / "runs" / ran["run"] / "evidence.json").is_file()
 
 
-def test_what_is_done_is_not_done_again(agent: Agent, ran: dict[str, Any]) -> None:
+def test_finished_work_is_not_repeated(agent: Agent, ran: dict[str, Any]) -> None:
     agent.write("tiny", TINY)
     reply = finished(agent, agent("run", case="tiny", wait=50))
     assert "unchanged" in reply.document["summary"]
@@ -92,7 +92,7 @@ def test_frames_come_on_one_sheet(agent: Agent, ran: dict[str, Any]) -> None:
     assert "there is no camera" in agent("frames", run="tiny", camera="side").document["error"]
 
 
-def test_a_run_without_a_film_says_how_to_get_one(agent: Agent, ran: dict[str, Any]) -> None:
+def test_a_run_without_a_film_gives_advice(agent: Agent, ran: dict[str, Any]) -> None:
     source, copy = agent.root / "runs" / ran["run"], agent.root / "runs" / "unfilmed-1"
     shutil.copytree(source, copy, dirs_exist_ok=True)
     (copy / "video.mp4").unlink(missing_ok=True)

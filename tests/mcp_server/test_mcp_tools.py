@@ -1,4 +1,4 @@
-"""The tools that read and write cases, called over the wire."""
+"""Tools that read and write cases, called over the wire."""
 
 from io import BytesIO
 
@@ -18,7 +18,7 @@ def tiny(agent: Agent) -> str:
     return "cases/tiny"
 
 
-def test_tools_are_few_and_say_what_they_do(agent: Agent) -> None:
+def test_tools_are_few_and_described(agent: Agent) -> None:
     tools = agent.portal.call(agent.client.list_tools).tools
     assert {tool.name for tool in tools} == TOOLS
     assert all(tool.description and len(tool.description) < 700 for tool in tools)
@@ -28,7 +28,7 @@ def test_tools_are_few_and_say_what_they_do(agent: Agent) -> None:
     assert "never weaken" in (agent.client.instructions or "")
 
 
-def test_check_says_where_a_case_is_wrong(agent: Agent) -> None:
+def test_check_locates_problems(agent: Agent) -> None:
     agent.write("bad", TINY.replace("density:", "densty:").replace("of: box", "of: bxo"))
     reply = agent("check", case="bad")
     assert reply.document["ok"] is False
@@ -89,7 +89,7 @@ def test_new_writes_a_start_and_copies(agent: Agent, tiny: str) -> None:
     assert "name: copy_of_tiny" in (agent.root / "cases/copy_of_tiny/case.yaml").read_text("utf-8")
 
 
-def test_write_refuses_what_is_wrong(agent: Agent) -> None:
+def test_write_refuses_invalid_cases(agent: Agent) -> None:
     reply = agent("write", case="unwritten", text=TINY.replace("kind: rigid", "kind: rigd"))
     assert reply.failed
     assert reply.document["written"] is False

@@ -1,4 +1,4 @@
-"""A run that was judged, with names that would do harm if they were taken for anything but text."""
+"""A judged run with names that would be harmful as HTML or scripts."""
 
 import json
 from pathlib import Path

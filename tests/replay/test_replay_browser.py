@@ -68,7 +68,7 @@ def test_a_click_names_the_body_under_it(page: chromium.Chromium) -> None:
     assert page.ask("replay.pick(4, 4)") == ""
 
 
-def test_chosen_body_says_what_it_touches(page: chromium.Chromium) -> None:
+def test_a_selected_body_shows_its_contacts(page: chromium.Chromium) -> None:
     page.ask("replay.seek(0.04), replay.choose(replay.stage.bodies.indexOf('box[0]'))")
     page.wait("document.getElementById('chosen').textContent.includes('touches floor 9 N')")
 
@@ -109,7 +109,7 @@ def test_events_and_expectations_are_jumped_to(page: chromium.Chromium) -> None:
     assert page.ask("replay.time") == pytest.approx(0.06)
 
 
-def test_plot_says_the_value_at_the_time(page: chromium.Chromium) -> None:
+def test_a_plot_shows_the_value_at_the_time(page: chromium.Chromium) -> None:
     page.ask("replay.seek(0.02)")
     page.wait("document.querySelector('.value').textContent === '0.998 m'")
 

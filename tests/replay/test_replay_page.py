@@ -1,4 +1,4 @@
-"""The page of the replay: what is in it, and what cannot get out of it."""
+"""The page of the replay: its contents, and escaping of untrusted text."""
 
 import base64
 import json
@@ -73,7 +73,7 @@ def test_links_are_where_they_were_recorded(opened: Opened, judged: Path) -> Non
     np.testing.assert_allclose(still["base"]["pos"], (0.5, 0, 0.1), atol=1e-6)
 
 
-def test_what_deforms_is_where_it_was_recorded(opened: Opened, judged: Path) -> None:
+def test_deformable_bodies_are_at_their_recorded_positions(opened: Opened, judged: Path) -> None:
     sheet, sand = opened.contents["figures"]
     states = recorded(judged)
     points = opened.points(sheet["points"], FRAMES, sheet["count"])
@@ -139,7 +139,7 @@ def test_without_a_judgement_it_still_shows_the_run(tmp_path: Path, case: Case) 
     assert "incomplete" in opened.text
 
 
-def test_long_runs_are_thinned_and_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_runs_are_thinned_with_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scenery = Scenery(write_run(tmp_path / "run", frames=200), detailed=False)
     monkeypatch.setattr(motion, "MAX_RIGID_SIZE", 14 * 2 * 50)
     monkeypatch.setattr(motion, "MAX_SOFT_SIZE", 6 * 23 * 60)

@@ -1,4 +1,4 @@
-"""A run of the engine, to its replay and out to other programs."""
+"""A run of the engine, exported as a replay and for other programs."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What git calls to merge: nothing that a side wrote is lost without a mark, whatever the files hold."""
+"""The merge driver of git: no change is lost without a conflict marker, whatever the files hold."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -102,7 +102,7 @@ def is_valid(data: bytes) -> bool:
 @example(([7], None), ([10], None), None)
 @example(([8], None), ([9], None), None)
 @example(([16], None), ([1], None), None)
-def test_no_merge_loses_what_a_side_wrote(tmp_path_factory: pytest.TempPathFactory, ours: Side, theirs: Side, raw: int):
+def test_no_merge_loses_changes_of_a_side(tmp_path_factory: pytest.TempPathFactory, ours: Side, theirs: Side, raw: int):
     folder = tmp_path_factory.mktemp("merge")
     base = BASE.encode() if raw is None else RAW[raw](BASE)
     (mine, own), (others, foreign) = made(ours, 31), made(theirs, 52)

@@ -1,4 +1,4 @@
-"""Methods with films of a plain colour each, and studies of them."""
+"""Methods with films of one colour each, and studies of them."""
 
 from collections.abc import Callable
 from pathlib import Path

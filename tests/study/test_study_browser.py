@@ -1,4 +1,4 @@
-"""A study played in a real browser, through the command: by mouse and keys, closed in between, on a narrow screen."""
+"""A study in a real browser, through the command: mouse and keys, resumption, a narrow screen."""
 
 import re
 import subprocess

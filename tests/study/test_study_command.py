@@ -60,7 +60,7 @@ def test_from_method_folders_to_scores(command: Callable[..., Result], tmp_path:
     assert "4 of 6 comparisons, by 4 people" in table
 
 
-def test_what_is_wrong_is_said(command: Callable[..., Result], tmp_path: Path) -> None:
+def test_errors_are_reported(command: Callable[..., Result], tmp_path: Path) -> None:
     for name in ("analyse", "serve"):
         failed = command(name)
         assert failed.exit_code != 0

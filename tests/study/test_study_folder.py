@@ -1,4 +1,4 @@
-"""The folder of a study: films that tell nothing."""
+"""The folder of a study, and its anonymous films."""
 
 import json
 from collections.abc import Callable
@@ -14,7 +14,7 @@ from text2sim.spec_schema.errors import RunError, SpecError
 from text2sim.study.build import Study, build, read_study
 
 
-def test_films_tell_by_nothing_but_their_pictures_whose_they_are(study: tuple[Path, Study]) -> None:
+def test_only_the_pictures_of_films_differ(study: tuple[Path, Study]) -> None:
     folder, made = study
     assert read_study(folder) == made
     for methods in made.films.values():
@@ -37,7 +37,7 @@ def test_numbers_of_films_follow_no_order(study: tuple[Path, Study]) -> None:
     assert len({tuple(np.argsort(row)) for row in rows}) > 1, "no method always comes first"
 
 
-def test_what_cannot_be_shown_is_said_and_not_dropped(
+def test_unreadable_films_are_reported_and_not_dropped(
     tmp_path: Path, methods: Callable[[int], list[MethodFolder]]
 ) -> None:
     anchor, better, worse = methods(3)
@@ -62,7 +62,7 @@ def test_nothing_to_compare_is_an_error(tmp_path: Path, methods: Callable[[int],
         build(tmp_path / "t", {"task_0": "A ball falls."}, anchor, [anchor])
 
 
-def test_a_damaged_study_is_said_at_its_place(study: tuple[Path, Study]) -> None:
+def test_problems_of_a_study_are_located(study: tuple[Path, Study]) -> None:
     folder, made = study
     data = json.loads((folder / "study.json").read_text())
     (folder / "study.json").write_text(json.dumps(data | {"sead": 1}, indent=1))

@@ -1,4 +1,4 @@
-"""The page of a study: what it shows, to whom, and that nothing tells whose film is which."""
+"""The page of a study: its states, its access, and the anonymity of methods."""
 
 import re
 from collections.abc import Iterator
@@ -84,7 +84,7 @@ def test_every_question_wants_an_answer_that_exists(page: StudyPage) -> None:
     assert huge.status_code == 413
 
 
-def test_nothing_tells_whose_a_film_is(page: StudyPage, study: tuple[Path, Study]) -> None:
+def test_nothing_reveals_the_method_of_a_film(page: StudyPage, study: tuple[Path, Study]) -> None:
     seen = ""
     for _ in study[1].assignments:
         visitor = Visitor(page)

@@ -1,4 +1,4 @@
-"""Who compares what."""
+"""Assignments of comparisons."""
 
 from collections import Counter, defaultdict
 

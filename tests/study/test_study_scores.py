@@ -1,4 +1,4 @@
-"""What was put in comes out: panels with known preferences."""
+"""Scores of panels with known preferences."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Speaks the protocol of the engine's process and simulates nothing: the prompt of the case says what it shall do."""
+"""An engine process that speaks the protocol without simulating; the prompt of the case selects its behaviour."""
 
 import json
 import os

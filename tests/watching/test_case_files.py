@@ -1,4 +1,4 @@
-"""A save is noticed however the editor does it; what is no save is not."""
+"""Detection of saves, however an editor saves."""
 
 import os
 import threading
@@ -70,13 +70,13 @@ def test_a_file_that_stays_away_is_a_change(files, case):
 
 
 @pytest.mark.parametrize("name", [".case.yaml.swp", "4913", "case.yaml~", "#case.yaml#", "notes.txt"])
-def test_what_editors_leave_behind_is_no_change(files, case, name):
+def test_files_of_editors_are_no_change(files, case, name):
     case.with_name(name).write_text("x")
     assert files.saved() == ""
 
 
 @pytest.mark.parametrize("name", ["assets/cup.obj", "prefabs/cup.yaml", "arm.urdf"])
-def test_what_the_case_may_use_counts_as_well(files, case, name):
+def test_files_that_the_case_may_use_are_watched(files, case, name):
     path = case.parent / name
     path.parent.mkdir(exist_ok=True)
     path.write_text("x")
@@ -101,7 +101,7 @@ def test_how_long_ago_it_was_saved(files, case):
 
 
 @pytest.mark.parametrize("kind", ["pipe", "device", "link to a pipe"])
-def test_what_is_no_file_is_not_waited_for(files, case, kind):
+def test_pipes_and_devices_are_not_read(files, case, kind):
     pipe = case.with_name("pipe.json")
     if kind == "device":
         pipe.symlink_to("/dev/zero")

@@ -12,7 +12,7 @@ SOFTWARE = "--use-angle=swiftshader --enable-unsafe-swiftshader"
 
 @pytest.mark.usefixtures("browser")
 @pytest.mark.skipif(chromium.find() is None, reason="there is no Chromium")
-def test_the_page_follows_what_is_saved(watch, tmp_path: Path) -> None:
+def test_the_page_follows_saves(watch, tmp_path: Path) -> None:
     watched = watch()
     server = PageServer(watched.state)
     page = chromium.Chromium(tmp_path / "profile", SOFTWARE)

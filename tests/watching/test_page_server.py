@@ -1,4 +1,4 @@
-"""The page is for browsers on this machine that were given its address, and for nobody else."""
+"""The server of the page: only browsers on this machine with its address have access."""
 
 import http.client
 import json
@@ -142,7 +142,7 @@ class Listener:
                 return None
 
 
-def test_a_page_is_told_of_every_change(server, state):
+def test_a_page_receives_every_change(server, state):
     listener = Listener(server)
     assert listener.answer.headers["Content-Type"] == "text/event-stream"
     assert listener.news()["words"] == "ready"

@@ -1,4 +1,4 @@
-"""What is done when a case is saved, and how the session gets over processes that crash, hang or grow."""
+"""Sessions: saves, and recovery from processes that crash, hang or grow."""
 
 import json
 import threading
@@ -45,7 +45,7 @@ def test_another_number_is_another_take(watch):
     assert [path.name for path in watched.runs.glob("take-*")] == ["take-2"]
 
 
-def test_what_lies_there_does_not_pretend_to_be_a_run(watch):
+def test_takes_cannot_be_mistaken_for_runs(watch):
     watched = watch()
     watched.wait("done")
     assert not (watched.runs / "take-1/run.json").exists()
@@ -112,7 +112,7 @@ def test_problems_are_shown_at_once_and_the_scene_stays(watch):
     assert watched.content()["problems"] == []
 
 
-def test_a_save_supersedes_what_is_being_simulated(watch):
+def test_a_save_supersedes_the_current_simulation(watch):
     watched = watch()
     watched.wait("done")
     said = len(watched.said)
@@ -163,7 +163,7 @@ def test_a_simulation_that_does_not_stop_is_killed(watch, monkeypatch):
     assert done["state"] == "finished"
 
 
-def test_a_crash_is_told_and_the_next_save_works(watch):
+def test_a_crash_is_reported_and_the_next_save_works(watch):
     watched = watch()
     watched.wait("done")
     said = len(watched.said)
@@ -176,7 +176,7 @@ def test_a_crash_is_told_and_the_next_save_works(watch):
     assert watched.wait("done", said)["state"] == "finished"
 
 
-def test_an_engine_that_dies_while_it_waits_is_no_fault_of_the_next_save(watch):
+def test_an_engine_that_dies_while_idle_does_not_affect_the_next_save(watch):
     watched = watch()
     watched.wait("done")
     said = len(watched.said)
@@ -187,7 +187,7 @@ def test_an_engine_that_dies_while_it_waits_is_no_fault_of_the_next_save(watch):
     assert "trouble" not in dict(watched.said)
 
 
-def test_what_crashed_is_tried_again_when_it_is_saved_again(watch):
+def test_a_crashed_text_is_tried_again_when_it_is_saved_again(watch):
     watched = watch(CASE.replace("A ball falls.", "A ball crashes."))
     watched.wait("done")
     said = len(watched.said)
@@ -206,7 +206,7 @@ def test_a_divergence_is_judged_and_shown(watch):
     assert watched.content()["words"].startswith("diverged at t = 0.05 s")
 
 
-def test_an_error_of_the_engine_is_told_at_the_line_of_the_case(watch):
+def test_an_error_of_the_engine_is_located_in_the_case(watch):
     watched = watch()
     watched.wait("done")
     said = len(watched.said)

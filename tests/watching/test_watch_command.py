@@ -168,7 +168,7 @@ def test_the_states_are_those_of_a_fresh_process(warm, tmp_path):
 
 
 @pytest.mark.usefixtures("engine")
-def test_problems_are_told_at_once(warm):
+def test_problems_are_reported_at_once(warm):
     said = len(warm.lines)
     text = warm.case.read_text()
     begun = time.monotonic()
@@ -182,7 +182,7 @@ def test_problems_are_told_at_once(warm):
 
 
 @pytest.mark.usefixtures("engine")
-def test_a_divergence_is_told_and_survived(warm):
+def test_a_divergence_is_reported_and_survived(warm):
     done = warm.save(max_speed=1.0)
     assert "diverged" in done[2]
     assert "speed of " in warm.state["words"]
@@ -307,7 +307,7 @@ def test_processes_do_not_outlive_a_session_that_is_killed(tmp_path):
         (["CASE", "--port", "99999"], "65535"),
     ],
 )
-def test_what_cannot_be_watched(tmp_path, options, words):
+def test_cases_that_cannot_be_watched(tmp_path, options, words):
     case = tmp_path / "case.yaml"
     case.write_text(CASE)
     options = [str(case) if word == "CASE" else word for word in options]

@@ -1,4 +1,4 @@
-"""A case that is being watched, with processes that only speak the protocol."""
+"""A watched case, with processes that only speak the protocol."""
 
 import json
 import threading

@@ -86,7 +86,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
     """
     subject = Subject.of(what, folder)
     report = report_of(resolve_subject(subject))
-    driven = [n for n, one in report.control.items() if one.kind != "ball" and n.isidentifier() and n.isascii()]
+    driven = [n for n, control in report.control.items() if control.kind != "ball" and n.isidentifier() and n.isascii()]
     driven = driven[:MAX_JOINTS]
     if not driven:
         raise AssetError("has no hinge or slider that can be driven")
@@ -95,7 +95,7 @@ def probe(what: Path | Mapping[str, Any], folder: Path | None = None) -> ProbeRe
     outcome = run_trial(_case(subject, signals, given))
     recorded = bool(outcome.series.get("time"))
     responses = {s.joint: _response(n, s, outcome) for n, s in enumerate(signals)} if recorded else {}
-    all_respond = all(one.answers for one in responses.values())
+    all_respond = all(response.answers for response in responses.values())
     message = outcome.message
     if not message and report.loops and not all_respond:
         message = "joints that are coupled by constraints block each other when only one is driven"
@@ -117,23 +117,23 @@ def _signals(subject: Subject, report: MechanismReport, driven: list[str]) -> li
     windows = min(len(driven), MAX_WINDOWS)
     found = []
     for number, name in enumerate(driven):
-        one = report.control[name]
-        low, high = one.range or (-math.inf, math.inf)
+        control = report.control[name]
+        low, high = control.range or (-math.inf, math.inf)
         start = float(initial.get(name, 0.0))
         if not low <= start <= high:
             start = (low + high) / 2
         up = high - start >= (start - low) * (1 - 1e-9)
         room = TARGET_SHARE * (high - start if up else start - low)
-        target = min(TARGET_DISTANCE if one.unit == "m" else TARGET_ANGLE, room) * (1 if up else -1)
-        motor = one.actuator or _proposal(one, report)
+        target = min(TARGET_DISTANCE if control.unit == "m" else TARGET_ANGLE, room) * (1 if up else -1)
+        motor = control.actuator or _proposal(control, report)
         found.append(_Signal(name, start, target, motor, STEP * 4 + JOINT_TIME * (number % windows)))
     return found
 
 
-def _proposal(one: Control, report: MechanismReport) -> Motor:
+def _proposal(control: Control, report: MechanismReport) -> Motor:
     """A motor that is strong enough for any joint of a mechanism of this mass and size."""
     reach = max(max(report.size) / 2, 0.01)
-    inertia = max(report.mass, 1e-3) * (1.0 if one.kind == "slider" else reach**2)
+    inertia = max(report.mass, 1e-3) * (1.0 if control.kind == "slider" else reach**2)
     return Motor(
         stiffness=float(f"{inertia * MOTOR_FREQUENCY**2:.3g}"), damping=float(f"{2 * inertia * MOTOR_FREQUENCY:.3g}")
     )
@@ -194,9 +194,9 @@ def _response(number: int, signal: _Signal, outcome: TrialOutcome) -> JointRespo
 def _control(
     name: str, report: MechanismReport, signals: list[_Signal], responses: Mapping[str, JointResponse]
 ) -> Control:
-    one = report.control[name]
+    control = report.control[name]
     signal = next((signal for signal in signals if signal.joint == name), None)
     if signal is None or name not in responses:
-        return one
+        return control
     target = float(f"{signal.target:.6g}")
-    return one.model_copy(update={"actuator": signal.motor, "target": target, "moved": responses[name].moved})
+    return control.model_copy(update={"actuator": signal.motor, "target": target, "moved": responses[name].moved})

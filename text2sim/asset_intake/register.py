@@ -1,20 +1,23 @@
 """Registration of assets in a case: repaired, checked, copied into its folder, listed in its manifest."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from text2sim.assets.engine_files import PREFIX, locate_in_root
-from text2sim.assets.manifest import Asset, Origin, register
+from text2sim.assets.foreign_files import printable_line
+from text2sim.assets.manifest import Asset, Extent, Origin, register
 from text2sim.assets.mechanism import KIND_BY_SUFFIX, load_mechanism
+from text2sim.assets.mesh_intake import SUFFIXES as MESHES
 from text2sim.assets.mesh_repair import RepairGoal
 from text2sim.assets.meshes import RepairedFile, repair_mesh
 from text2sim.assets.meshy import Meshy, Order3D
 from text2sim.assets.safe_write import FOLDER, NAME, case_folder, digest, read_file, write_asset
 from text2sim.spec_schema.errors import AssetError
 
-MESHES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 PICTURES = (".png", ".jpg", ".jpeg")
 MAX_PIXELS = 8192
 MESHY_LICENCE = "terms of the Meshy account's plan"
@@ -110,19 +113,11 @@ def _add_mesh(
 ) -> AddedAsset:
     file, report = f"{FOLDER}/{name}{repaired.suffix}", repaired.report
     write_asset(folder, file, repaired.content)
-    asset = Asset(
-        file=file,
-        kind="mesh",
-        source=source,
-        licence=printable_line(licence),
-        sha256=digest(repaired.content),
-        bytes=len(repaired.content),
-        size=tuple(float(f"{length:.6g}") for length in report.extent),  # type: ignore[arg-type]
-        triangles=report.triangles,
-        closed=report.watertight,
+    asset = _row(
+        file, repaired.content, source, licence, (*repaired.done, *report.problems, *report.notes), kind="mesh",
+        size=_rounded(report.extent), triangles=report.triangles, closed=report.watertight,
         prompt=printable_line(prompt),
-        notes=tuple(printable_line(note) for note in (*repaired.done, *report.problems, *report.notes)),
-    )
+    )  # fmt: skip
     register(folder, name, asset)
     return AddedAsset(name, asset, report.problems)
 
@@ -143,18 +138,11 @@ def _add_mechanism(folder: Path, location: tuple[Path, str], name: str, licence:
     written = write_asset(folder, path, document)
     # The report is about the document that the case will read, not about the original.
     report = check_mechanism(written, folder)
-    asset = Asset(
-        file=path,
-        kind="urdf" if mechanism.kind == "urdf" else "mjcf",
-        source=source,
-        licence=printable_line(licence),
-        sha256=digest(document),
-        bytes=len(document),
-        size=tuple(float(f"{length:.6g}") for length in report.size),  # type: ignore[arg-type]
-        notes=tuple(printable_line(note) for note in dict.fromkeys((*mechanism.notes, *report.notes))),
-        parts={part: digest(content) for part, content in parts.items()},
+    asset = _row(
+        path, document, source, licence, dict.fromkeys((*mechanism.notes, *report.notes)), kind=mechanism.kind,
+        size=_rounded(report.size), parts={part: digest(content) for part, content in parts.items()},
         control=dict(report.control),
-    )
+    )  # fmt: skip
     register(folder, name, asset)
     return AddedAsset(name, asset)
 
@@ -176,19 +164,19 @@ def _add_picture(folder: Path, file: Path, name: str, licence: str, source: Orig
         raise AssetError(f"`{file.name}` is not a readable picture ({type(error).__name__})") from None
     path = f"{FOLDER}/{name}{suffix}"
     write_asset(folder, path, content)
-    asset = Asset(
-        file=path,
-        kind="texture",
-        source=source,
-        licence=printable_line(licence),
-        sha256=digest(content),
-        bytes=len(content),
-        notes=(f"{width} x {height} pixels",),
-    )
+    asset = _row(path, content, source, licence, (f"{width} x {height} pixels",), kind="texture")
     register(folder, name, asset)
     return AddedAsset(name, asset)
 
 
-def printable_line(text: str) -> str:
-    """Return untrusted text as one printable line of limited length."""
-    return "".join(c if c.isprintable() and not 0xE000 <= ord(c) <= 0xF8FF else " " for c in text)[:2000].strip()
+def _row(file: str, content: bytes, source: Origin, licence: str, notes: Iterable[str], **more: Any) -> Asset:
+    """The row of the manifest for a file with this content."""
+    return Asset(
+        file=file, source=source, licence=printable_line(licence), sha256=digest(content), bytes=len(content),
+        notes=tuple(map(printable_line, notes)), **more,
+    )  # fmt: skip
+
+
+def _rounded(size: Extent) -> Extent:
+    x, y, z = (float(f"{length:.6g}") for length in size)
+    return (x, y, z)

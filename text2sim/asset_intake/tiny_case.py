@@ -27,7 +27,7 @@ class TrialOutcome:
     wall: float
     """Wall time [s]."""
     series: "Mapping[str, list[float]]"
-    """Measures by name, and `time` [s]; empty if nothing was recorded."""
+    """Measures by name, and `time` [s], which is empty if nothing was recorded."""
 
     @property
     def ok(self) -> bool:
@@ -70,6 +70,7 @@ def run_trial(loaded: "LoadedCase") -> TrialOutcome:
         MachineError: if this machine cannot run it.
     """
     from text2sim.harness.run import run_case
+    from text2sim.recording.run_files import read_measures
 
     with tempfile.TemporaryDirectory(prefix="text2sim-") as place:
         try:
@@ -77,16 +78,6 @@ def run_trial(loaded: "LoadedCase") -> TrialOutcome:
         except SpecError as error:
             return TrialOutcome("refused", first_of(error), 0.0, {})
         why = "" if result.state == "finished" else result.problem.message if result.problem else result.message
-        return TrialOutcome(result.state, why, result.wall, _series(result.folder / "measures.csv"))
-
-
-def _series(file: Path) -> dict[str, list[float]]:
-    import csv
-
-    if not file.is_file():
-        return {}
-    with file.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
-    if not rows:
-        return {}
-    return {name: [float(row[k] or "nan") for row in rows[1:]] for k, name in enumerate(rows[0])}
+        time, measures = read_measures(result.folder)
+        series = {name: values.tolist() for name, values in {"time": time, **measures}.items()}
+        return TrialOutcome(result.state, why, result.wall, series)

@@ -19,6 +19,16 @@ SIZES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
+def printable_line(text: str, longest: int = 2000) -> str:
+    """Return untrusted text as one printable line.
+
+    Args:
+        text: The text.
+        longest: Largest number of characters.
+    """
+    return "".join(c if c.isprintable() else " " for c in text)[:longest].strip()
+
+
 @contextmanager
 def named_errors() -> Iterator[None]:
     """Turn every exception of a reader into a message about its file.

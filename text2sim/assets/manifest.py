@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StringConstraints, ValidationError
+from pydantic import Field, StringConstraints
 
 from text2sim.assets.safe_write import FOLDER, digest, only_me, place_in, read_kept, write_asset
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError
@@ -11,7 +11,7 @@ from text2sim.spec_schema.models.base import Bool, Model, Name, NonNegative, Nou
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source, read_source
 from text2sim.spec_schema.text.writing import block_lines, flow_text, key, scalar
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 
 FILE = f"{FOLDER}/manifest.yaml"
 VERSION = 1
@@ -122,13 +122,7 @@ def parse_manifest(source: Source) -> Manifest:
         SpecError: with all problems and their places.
     """
     document = parse_document(source)
-    if not isinstance(document.data, dict):
-        message = "a manifest is a mapping with the keys text2sim_assets and assets"
-        raise SpecError([document.problem((), message, rule="type")])
-    try:
-        manifest = Manifest.model_validate(document.data)
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, Manifest, document.data)) from None
+    manifest = model_of(document, Manifest, "a manifest is a mapping with the keys text2sim_assets and assets")
     problems = []
     for name, asset in manifest.assets.items():
         for path in (("assets", name, "file"), *(("assets", name, "parts", part) for part in asset.parts)):

@@ -186,17 +186,9 @@ def _load(folder: Path, file: str, base: str | None) -> Mechanism:
 def _links(model: dict[str, Any]) -> tuple[MechanismLink, ...]:
     geoms: list[list[MechanismGeom]] = [[] for _ in model["bodies"]]
     for geom in model["geoms"]:
-        corners = tuple((x, y, z) for x, y, z in geom["corners"])
-        geoms[geom["body"]].append(
-            MechanismGeom(
-                geom["kind"],
-                _vec(geom["pos"]),
-                _quat(geom["quat"]),
-                _vec(geom["size"]),
-                geom["touches"],
-                corners,
-            )
-        )
+        pos, quat, size = _vec(geom["pos"]), _quat(geom["quat"]), _vec(geom["size"])
+        corners = tuple(map(_vec, geom["corners"]))
+        geoms[geom["body"]].append(MechanismGeom(geom["kind"], pos, quat, size, geom["touches"], corners))
     return tuple(
         MechanismLink(body["name"], body["parent"], _vec(body["pos"]), _quat(body["quat"]), body["mass"], tuple(own))
         for body, own in zip(model["bodies"], geoms, strict=True)

@@ -51,8 +51,7 @@ def corner_normals(surface: TriangleMesh) -> np.ndarray:
     """Return the normal of each corner, (m, 3, 3): the mean over its triangles across edges below `CREASE`."""
     from scipy.sparse import coo_matrix
 
-    corners = surface.vertices[surface.faces]
-    weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weighted = surface.area_vectors
     length = np.linalg.norm(weighted, axis=1, keepdims=True)
     flat = weighted / np.maximum(length, 1e-300)
     count = len(surface.faces)

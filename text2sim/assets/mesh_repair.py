@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 
 from text2sim.assets.mesh_intake import Up
-from text2sim.assets.mesh_output import mesh_bytes, suffix_for
-from text2sim.assets.mesh_report import faults
+from text2sim.assets.mesh_report import MAX_TRIANGLES
 from text2sim.assets.mesh_steps import (
     decimate,
     fill_holes,
@@ -61,8 +60,8 @@ class RepairGoal:
     def __post_init__(self) -> None:
         if self.size is not None and not MIN_EXTENT <= self.size <= MAX_EXTENT:
             raise AssetError(f"a size of {self.size:g} m is not possible: from {MIN_EXTENT:g} m to {MAX_EXTENT:g} m")
-        if not 4 <= self.triangles <= 200_000:
-            raise AssetError(f"{self.triangles} triangles are not possible: from 4 to 200000")
+        if not 4 <= self.triangles <= MAX_TRIANGLES:
+            raise AssetError(f"{self.triangles} triangles are not possible: from 4 to {MAX_TRIANGLES}")
 
 
 @dataclass(frozen=True)
@@ -72,13 +71,6 @@ class Repaired:
     surface: TriangleMesh
     done: tuple[str, ...]
     """Repairs, in words."""
-    remains: tuple[str, ...]
-    """Remaining problems, in words."""
-
-    def file(self, suffix: str | None = None) -> tuple[str, bytes]:
-        """Return suffix and content of its file, by default in the format that loses nothing."""
-        suffix = suffix or suffix_for(self.surface)
-        return suffix, mesh_bytes(self.surface, suffix)
 
 
 def parse_size(text: str) -> tuple[float, Literal["x", "y", "z"] | None]:
@@ -112,7 +104,7 @@ def repair(surface: TriangleMesh, goal: RepairGoal) -> Repaired:
         surface = _simplify(surface, goal.triangles, done)
     surface = _scaled(surface, goal, done)
     surface = _move_origin(surface, goal.origin, done)
-    return Repaired(surface, tuple(done), tuple(faults(surface)))
+    return Repaired(surface, tuple(done))
 
 
 def _cleaned(surface: TriangleMesh, goal: RepairGoal, done: list[str]) -> TriangleMesh:

@@ -133,8 +133,7 @@ def _remarks(surface: TriangleMesh, thickness: float | None) -> list[str]:
 
 
 def _specks(surface: TriangleMesh) -> int:
-    low, high = surface.bounds_of_components()
-    length = np.linalg.norm(high - low, axis=1)
+    length = surface.diagonals_of_components()
     return int((length < MAX_SPECK * length.max()).sum())
 
 
@@ -159,7 +158,7 @@ def wall_thickness(surface: TriangleMesh) -> float | None:
     weights = rng.dirichlet((1.0, 1.0, 1.0), RAYS)
     corners = surface.vertices[surface.faces[chosen]]
     places = (corners * weights[:, :, None]).sum(axis=1)
-    inwards = -np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inwards = -surface.area_vectors[chosen]
     length = np.linalg.norm(inwards, axis=1)
     good = length > 0
     places, inwards = places[good], inwards[good] / length[good][:, None]

@@ -32,11 +32,9 @@ def without_debris(surface: TriangleMesh, max_share: float) -> tuple[TriangleMes
         surface: The surface.
         max_share: Diagonal of a piece, as a part of that of the largest piece, below which it is a speck.
     """
-    count, own = surface.components
-    low, high = surface.bounds_of_components()
-    length = np.linalg.norm(high - low, axis=1)
+    length = surface.diagonals_of_components()
     small = length < max_share * length.max()
-    return (surface.keep(~small[own]), int(small.sum())) if small.any() else (surface, 0)
+    return (surface.keep(~small[surface.components[1]]), int(small.sum())) if small.any() else (surface, 0)
 
 
 def orient(surface: TriangleMesh) -> tuple[TriangleMesh, int]:
@@ -104,9 +102,7 @@ def fill_holes(surface: TriangleMesh, max_edges: int, max_share: float = 1.0) ->
     if not len(added):
         return surface, 0
     # A new triangle takes colours and part from the corners that it shares.
-    corner = np.zeros(len(surface.vertices), np.int64)
-    corner[surface.faces.reshape(-1)] = np.arange(3 * old)
-    source = corner[added]
+    source = surface.corner_of_vertices()[added]
     parts = surface.part[source[:, 0] // 3]
     return (
         replace(
@@ -123,8 +119,7 @@ def fill_holes(surface: TriangleMesh, max_edges: int, max_share: float = 1.0) ->
 def _lid_sizes(surface: TriangleMesh, faces: Array) -> Array:
     """The diagonal [m] of the lid that each of some new triangles belongs to."""
     lids = TriangleMesh(surface.vertices, faces, np.zeros(len(faces), np.int64), surface.paints)
-    low, high = lids.bounds_of_components()
-    return np.linalg.norm(high - low, axis=1)[lids.components[1]]
+    return lids.diagonals_of_components()[lids.components[1]]
 
 
 def _with_corners(values: Array | None, source: Array) -> Array | None:
@@ -154,13 +149,8 @@ def decimate(surface: TriangleMesh, max_triangles: int) -> TriangleMesh:
     fewer = surface
     for careful in (True, False):
         if len(fewer.faces) > max_triangles:
-            painted = fewer.uv is not None
-            fewer = (
-                _decimate_painted(fewer, max_triangles, careful)
-                if painted
-                else _decimate_unpainted(fewer, max_triangles, careful)
-            )
-            fewer = without_duplicates(welded(fewer, 0.0))
+            step = _decimate_unpainted if fewer.uv is None else _decimate_painted
+            fewer = without_duplicates(welded(step(fewer, max_triangles, careful), 0.0))
     if fewer is surface:
         return surface
     if surface.watertight and not fewer.watertight:
@@ -172,7 +162,7 @@ def decimate(surface: TriangleMesh, max_triangles: int) -> TriangleMesh:
 def _decimate_unpainted(surface: TriangleMesh, max_triangles: int, careful: bool) -> TriangleMesh:
     from scipy.spatial import KDTree
 
-    found = _apply_filter(
+    vertices, faces, part = _apply_filter(
         surface,
         lambda scene: scene.meshing_decimation_quadric_edge_collapse(
             targetfacenum=max_triangles, preserveboundary=careful, preservenormal=careful, planarquadric=True,
@@ -180,14 +170,11 @@ def _decimate_unpainted(surface: TriangleMesh, max_triangles: int, careful: bool
         ),
         surface.part,
     )  # fmt: skip
-    vertices, faces, part = found
     rgba = None
     if surface.rgba is not None:
-        corner = np.zeros(len(surface.vertices), np.int64)
-        corner[surface.faces.reshape(-1)] = np.arange(3 * len(surface.faces))
         used = np.unique(surface.faces)
         _, near = KDTree(surface.vertices[used]).query(vertices)
-        rgba = surface.rgba.reshape(-1, 4)[corner[used[near]]][faces]
+        rgba = surface.rgba.reshape(-1, 4)[surface.corner_of_vertices()[used[near]]][faces]
     return replace(surface, vertices=vertices, faces=faces, part=part, rgba=rgba)
 
 

@@ -47,18 +47,17 @@ def check_mesh(path: Path, up: "Up | None" = None) -> "MeshReport":
     return _in_child(_check, path, up)
 
 
-def repair_mesh(path: Path, goal: "RepairGoal | None" = None, suffix: str | None = None) -> RepairedFile:
-    """Return a repaired copy of a mesh file.
+def repair_mesh(path: Path, goal: "RepairGoal | None") -> RepairedFile:
+    """Return a repaired copy of a mesh file, in the format that loses nothing: .glb or .obj.
 
     Args:
         path: The file, as for `check_mesh`.
-        goal: Goal of the repair.
-        suffix: `.glb` or `.obj`; the one that loses nothing if None.
+        goal: Goal of the repair; the default one if None.
 
     Raises:
         AssetError: if it cannot be used.
     """
-    return _in_child(_repair, path, goal, suffix)
+    return _in_child(_repair, path, goal)
 
 
 def _in_child(function: Callable[..., R], path: Path, *args: Any) -> R:
@@ -78,16 +77,18 @@ def _check(path: Path, up: "Up | None") -> "MeshReport":
     return report(surface, path.name, path.stat().st_size, notes)
 
 
-def _repair(path: Path, goal: "RepairGoal | None", suffix: str | None) -> RepairedFile:
+def _repair(path: Path, goal: "RepairGoal | None") -> RepairedFile:
     import tempfile
 
     from text2sim.assets.mesh_intake import read_surface
+    from text2sim.assets.mesh_output import mesh_bytes, suffix_for
     from text2sim.assets.mesh_repair import RepairGoal, repair
 
     goal = goal or RepairGoal()
     surface, notes = read_surface(path, goal.up)
     repaired = repair(surface, goal)
-    suffix, content = repaired.file(suffix)
+    suffix = suffix_for(repaired.surface)
+    content = mesh_bytes(repaired.surface, suffix)
     with tempfile.TemporaryDirectory(prefix="text2sim-") as folder:
         # The report is about the file as a case will read it.
         again = Path(folder) / f"{path.stem}{suffix}"

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
+from text2sim.assets.foreign_files import printable_line
 from text2sim.assets.meshy_ledger import MeshyTask, Order, OrderLedger, Stage
 from text2sim.spec_schema.errors import AssetError, MachineError, RunError
 
@@ -39,8 +40,6 @@ MAX_CLOCK_DIFFERENCE = 120_000
 """Largest difference [ms] between our clock and Meshy's when a lost task is searched."""
 PENDING_STATES = ("PENDING", "IN_PROGRESS")
 _ID = re.compile(r"[A-Za-z0-9_-]{1,100}")
-
-Said = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ class Meshy:
         base: str = BASE_URL,
         budget: int = 100,
         timeout: float = 900.0,
-        say: Said = lambda text: None,
+        say: Callable[[str], None] = lambda text: None,
         pause: Callable[[float], None] = time.sleep,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -141,7 +140,7 @@ class Meshy:
         self._ledger.write(key, order)
         found = self._wait(client, stage, task, lambda: self._ledger.write(key, order))
         if task.status != "SUCCEEDED":
-            reason = _printable_line((found.get("task_error") or {}).get("message"))
+            reason = _reason_in((found.get("task_error") or {}).get("message"))
             because = f": {reason}" if reason else ""
             raise RunError(f"Meshy's {stage} ended as {task.status}{because}; ask again to retry")
         return found
@@ -183,7 +182,7 @@ class Meshy:
             found = self._send(client, "GET", f"{API_PATH}/{task.id}", missing={"status": "EXPIRED"})
             status = str(found.get("status"))
             if status not in (*PENDING_STATES, "SUCCEEDED", "FAILED", "CANCELED", "EXPIRED"):
-                raise RunError(f"Meshy reports an unknown status: {_printable_line(status)[:40]}")
+                raise RunError(f"Meshy reports an unknown status: {printable_line(status, 40)}")
             credits = found.get("consumed_credits")
             if isinstance(credits, int) and 0 <= credits < 10_000 and status not in PENDING_STATES:
                 task.credits = credits
@@ -295,7 +294,7 @@ def _raise_if_refused(reply: "httpx.Response") -> None:
     if code == 402:
         raise RunError("the Meshy account does not have enough credits")
     if code < 500 and code != 429:
-        raise RunError(f"Meshy refuses ({code}): {_printable_line(_plain(reply).get('message')) or 'without a reason'}")
+        raise RunError(f"Meshy refuses ({code}): {_reason_in(_plain(reply).get('message')) or 'without a reason'}")
 
 
 def _options(wanted: Order3D) -> dict[str, Any]:
@@ -341,6 +340,6 @@ def _task_id(value: Any) -> str:
     return value
 
 
-def _printable_line(value: Any) -> str:
-    """Untrusted text as one short printable line."""
-    return "".join(c if c.isprintable() else " " for c in value)[:200].strip() if isinstance(value, str) else ""
+def _reason_in(value: Any) -> str:
+    """Untrusted text as one short printable line; empty for anything else."""
+    return printable_line(value, 200) if isinstance(value, str) else ""

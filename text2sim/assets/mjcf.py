@@ -204,7 +204,7 @@ def _name_all(root: ET.Element) -> None:
     for index, body in enumerate(bodies):
         name = body.get("name") or fresh(f"link_{index}")
         body.set("name", name)
-        joints = _joints(body)
+        joints = _children(body, "joint", "freejoint")
         known = {joint.get("name") for joint in joints}
         for joint in joints:
             if joint.get("name"):
@@ -214,26 +214,16 @@ def _name_all(root: ET.Element) -> None:
             known.add(joint.get("name"))
 
 
-def _joints(body: ET.Element) -> list[ET.Element]:
-    """The joints of a body itself, including those in frames."""
-    found = []
-    for child in body:
-        if child.tag in ("joint", "freejoint"):
-            found.append(child)
-        elif child.tag == "frame":
-            found += _joints(child)
-    return found
-
-
-def _roots(parent: ET.Element) -> list[ET.Element]:
+def _children(parent: ET.Element, *tags: str) -> list[ET.Element]:
+    """The children of an element with these tags, including those in frames."""
     found = []
     for child in parent:
-        found += [child] if child.tag == "body" else _roots(child) if child.tag == "frame" else []
+        found += [child] if child.tag in tags else _children(child, *tags) if child.tag == "frame" else []
     return found
 
 
 def _set_base(root: ET.Element, *, free: bool) -> None:
-    bodies = [body for world in root.iter("worldbody") for body in _roots(world)]
+    bodies = [body for world in root.iter("worldbody") for body in _children(world, "body")]
     for body in bodies:
         loose = [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]
         if not free:
@@ -242,6 +232,6 @@ def _set_base(root: ET.Element, *, free: bool) -> None:
         elif len(bodies) > 1:
             raise AssetError("has several roots, so that only the file can set `base: free`, with `<freejoint/>`")
         elif not loose:
-            if _joints(body):
+            if _children(body, "joint", "freejoint"):
                 raise AssetError(f"holds its root `{body.get('name')}` with a joint, so that `base` cannot be free")
             body.insert(0, ET.Element("freejoint", name=str(body.get("name"))))

@@ -94,16 +94,20 @@ class TriangleMesh:
     @cached_property
     def edge_counts(self) -> tuple[int, int]:
         """Numbers of edges with one triangle, and with more than two."""
-        edges = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        _, counts = np.unique(edges[:, 0] * (len(self.vertices) + 1) + edges[:, 1], return_counts=True)
+        _, counts = np.unique(self._edge_keys(directed=False), return_counts=True)
         return int((counts == 1).sum()), int((counts > 2).sum())
 
     @cached_property
     def coherent(self) -> bool:
         """Whether neighbours face the same side: no two triangles have an edge in the same direction."""
-        edges = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        keys = edges[:, 0] * (len(self.vertices) + 1) + edges[:, 1]
+        keys = self._edge_keys(directed=True)
         return len(np.unique(keys)) == len(keys)
+
+    def _edge_keys(self, *, directed: bool) -> Array:
+        """A number for each edge of each triangle, (3 m,), the same for equal edges."""
+        edges = self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        first, second = edges.T if directed else np.sort(edges, axis=1).T
+        return first * (len(self.vertices) + 1) + second
 
     @property
     def watertight(self) -> bool:
@@ -133,10 +137,26 @@ class TriangleMesh:
         parts = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
         return np.bincount(own, parts, count)
 
+    @cached_property
+    def area_vectors(self) -> Array:
+        """Outward normals of the triangles, as long as twice their areas [m2], (m, 3)."""
+        corners = self.vertices[self.faces]
+        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
     def areas(self) -> Array:
         """Return the area [m2] of each triangle."""
-        corners = self.vertices[self.faces]
-        return 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        return 0.5 * np.linalg.norm(self.area_vectors, axis=1)
+
+    def corner_of_vertices(self) -> Array:
+        """Return the index of a corner of each vertex in the list of all corners, (n,); 0 for unused vertices."""
+        corner = np.zeros(len(self.vertices), np.int64)
+        corner[self.faces.reshape(-1)] = np.arange(3 * len(self.faces))
+        return corner
+
+    def diagonals_of_components(self) -> Array:
+        """Return the diagonals [m] of the bounding boxes of the pieces, (c,)."""
+        low, high = self.bounds_of_components()
+        return np.linalg.norm(high - low, axis=1)
 
     def bounds_of_components(self) -> tuple[Array, Array]:
         """Return the lower and upper bounds [m] of the pieces, each (c, 3)."""

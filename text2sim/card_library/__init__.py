@@ -1,5 +1,5 @@
-"""Debug Cards: lessons from failures that were reproduced, and how the right one is found.
+"""Debug Cards: lessons from reproduced failures, and their retrieval.
 
-`model` says what a card is, `library` reads cards and checks them, `retrieval` finds those that fit a failure,
-`verify` runs what a card tells of. The cards lie in `cards`, a folder for each.
+`model` defines cards, `library` reads and checks them, `retrieval` finds the cards that fit a failure, and `verify`
+runs the cases of a card. Each card has a folder in `cards`.
 """

@@ -1,31 +1,29 @@
-"""Debug Cards on disk: a folder for each, with the card, the case that failed and the case that was repaired.
+"""Debug Cards on disk: each has a folder with the card, the failing case, and the repaired case.
 
-Cards of other people are data like any case: what is too large, leads out of its folder or does not fit the model is
-said with its line, and nothing of it is executed.
+Cards from other people are untrusted data, like any case. Cards that are too large, contain links, or do not fit the
+model are reported with their lines. Nothing of a card is executed.
 """
 
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
-
-from pydantic import BaseModel, ValidationError
+from typing import TypeVar
 
 from text2sim.card_library.model import Card
 from text2sim.spec_schema.errors import Problem, SpecError, nearest
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.text.document import Document, parse_document
+from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import Source, check_source, read_source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 
 BUILT_IN = Path(__file__).resolve().parent / "cards"
 VARIABLE = "TEXT2SIM_CARDS"
-"""Environment variable with one more folder of cards."""
+"""Environment variable of an additional folder of cards."""
 CARD_FILE, FAILING, REPAIRED = "card.yaml", "failing.yaml", "repaired.yaml"
 MAX_CARD, MAX_CASE = 8_000, 64_000
-"""Characters of a card, and of each of its cases."""
+"""Largest numbers of characters of a card, and of each of its cases."""
 MAX_CARDS = 1000
 
 _T = TypeVar("_T")
@@ -45,32 +43,32 @@ class CardEntry:
 
     @property
     def failing(self) -> Path:
-        """The case that fails."""
+        """The failing case."""
         return self.folder / FAILING
 
     @property
     def repaired(self) -> Path:
-        """The same, repaired."""
+        """The repaired case."""
         return self.folder / REPAIRED
 
 
 @dataclass
 class CardLibrary:
-    """All cards that could be read, and what is wrong with the rest."""
+    """The cards that could be read, and the problems of the others."""
 
     entries: dict[str, CardEntry] = field(default_factory=dict)
-    """By id, sorted."""
+    """Cards by id, sorted."""
     problems: list[Problem] = field(default_factory=list)
 
     def index(self) -> str:
-        """Return one line for each card: what a Planner chooses from."""
+        """Return one line for each card, from which a Planner chooses."""
         return "\n".join(entry.card.index_line() for entry in self.entries.values())
 
     def find(self, name: str) -> CardEntry:
         """Return a card.
 
         Raises:
-            SpecError: if there is none of that id.
+            SpecError: if there is no card with this id.
         """
         if name in self.entries:
             return self.entries[name]
@@ -82,10 +80,10 @@ def load_library(folders: list[Path] | None = None) -> CardLibrary:
     """Read the built-in cards and those of the user.
 
     Args:
-        folders: Where to look instead: folders of folders of cards.
+        folders: Folders of cards to read instead.
 
     Returns:
-        The library; a card that is broken is left out, and its problems are told.
+        The library, with the problems of invalid cards, which are left out.
     """
     if folders is None:
         more = os.environ.get(VARIABLE)
@@ -110,17 +108,17 @@ def load_library(folders: list[Path] | None = None) -> CardLibrary:
 def check_card(
     text: str, *, failing: str, repaired: str, folder: Path = Path(), id: str | None = None
 ) -> tuple[Card, LoadedCase, LoadedCase]:
-    """Check a card that is proposed, with its two cases, as far as that is possible without running them.
+    """Check a proposed card with its two cases, without running them.
 
     Args:
-        text: `card.yaml`.
-        failing: The case that fails.
-        repaired: The same, repaired.
-        folder: Where the three would lie: assets of the cases are looked for there.
-        id: The id that the card has to have, if that is known.
+        text: Text of `card.yaml`.
+        failing: Text of the failing case.
+        repaired: Text of the repaired case.
+        folder: Folder of the three files, in which assets of the cases are searched.
+        id: Required id of the card, if it is known.
 
     Raises:
-        SpecError: with everything that is wrong with any of the three.
+        SpecError: with all problems of the three.
     """
     problems: list[Problem] = []
     card = _attempt(problems, lambda: _card(_source(text, folder / CARD_FILE, MAX_CARD), id))
@@ -139,17 +137,11 @@ def check_entry(entry: CardEntry) -> tuple[Card, LoadedCase, LoadedCase]:
     """Check a card of the library with its two cases; see `check_card`.
 
     Raises:
-        SpecError: with everything that is wrong with it.
+        SpecError: with all problems of the three.
     """
-    texts = [
-        _read(path, limit).text
-        for path, limit in (
-            (entry.folder / CARD_FILE, MAX_CARD),
-            (entry.failing, MAX_CASE),
-            (entry.repaired, MAX_CASE),
-        )
-    ]
-    return check_card(texts[0], failing=texts[1], repaired=texts[2], folder=entry.folder, id=entry.id)
+    text = _read(entry.folder / CARD_FILE, MAX_CARD).text
+    failing, repaired = (_read(path, MAX_CASE).text for path in (entry.failing, entry.repaired))
+    return check_card(text, failing=failing, repaired=repaired, folder=entry.folder, id=entry.id)
 
 
 def _card_folders(folder: Path, problems: list[Problem]) -> list[Path]:
@@ -180,14 +172,7 @@ def _source(text: str, path: Path, limit: int) -> Source:
 
 def _card(source: Source, id: str | None) -> Card:
     document = parse_document(source)
-    data: Any = document.data
-    if not isinstance(data, dict):
-        raise SpecError([document.problem((), "a card is a mapping with the keys id, title, applies, …", rule="type")])
-    model: type[BaseModel] = Card
-    try:
-        card = Card.model_validate(data)
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, model, data)) from None
+    card = model_of(document, Card, "a card is a mapping with the keys id, title, applies, …")
     if id is not None and card.id != id:
         raise SpecError([document.problem(("id",), f"the card has to be called `{id}`, as its folder", rule="card-id")])
     return card
@@ -203,7 +188,7 @@ def _case(text: str, path: Path) -> LoadedCase:
 
 
 def _same_expectations(bad: LoadedCase, good: LoadedCase) -> list[Problem]:
-    """A repair that asks for something else is none."""
+    """Problems of the expectations, which both cases must share: a repair does not change the task."""
     if not good.case.actions.expect:
         return [good.problem("/actions", "a card's cases need expectations, to tell success", rule="no-expectation")]
     if bad.case.actions.expect == good.case.actions.expect:
@@ -213,7 +198,7 @@ def _same_expectations(bad: LoadedCase, good: LoadedCase) -> list[Problem]:
 
 
 def _outcome_exists(card: Card, bad: LoadedCase, source: Source) -> list[Problem]:
-    """The rule or the expectation that an outcome names must be there."""
+    """Problems of the failing outcome, whose lint rule or expectation must exist."""
     kind, _, name = card.evidence.failing.outcome.partition(":")
     if kind == "missed":
         known, what = list(bad.case.actions.expect), f"{FAILING} has no expectation"
@@ -225,9 +210,10 @@ def _outcome_exists(card: Card, bad: LoadedCase, source: Source) -> list[Problem
         return []
     if name in known:
         return []
-    document: Document = parse_document(source)
     place = ("evidence", "failing", "outcome")
-    return [document.problem(place, f"{what} `{name}`", rule="unknown-outcome", hint=nearest(name, known))]
+    return [
+        parse_document(source).problem(place, f"{what} `{name}`", rule="unknown-outcome", hint=nearest(name, known))
+    ]
 
 
 def _attempt(problems: list[Problem], read: Callable[[], _T]) -> _T | None:

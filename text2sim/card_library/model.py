@@ -1,4 +1,4 @@
-"""Debug Cards: lessons from failures that were reproduced and repairs that were run."""
+"""Models of Debug Cards: lessons from reproduced failures and their tested repairs."""
 
 from typing import Annotated, Any, Literal
 
@@ -7,16 +7,16 @@ from pydantic import Field, StringConstraints, model_validator
 from text2sim.spec_schema.models.base import Model, Noun
 
 Mode = Literal["rigid", "articulated", "soft", "cloth", "rope", "granular", "liquid", "snow", "driven", "film"]
-"""Physical modes: what kind of simulation a card is about."""
+"""Physical mode of a simulation."""
 Role = Literal["planner", "scene", "bodies", "actions", "render", "critic", "articulation", "mesh"]
-"""Who can use a card: the writer of a section, or one of the others that work on a case."""
+"""Reader of a card: the writer of a section, or another role in the making of a case."""
 
 MAX_TOKENS = 350
-"""Largest size of a card, which is paid each time it is attached to a call."""
+"""Largest size of a card, which adds to the cost of every call that it is attached to."""
 MAX_INDEX_TOKENS = 30
-"""Largest size of its line in the index."""
+"""Largest size of the line of a card in the index."""
 CHARACTERS_PER_TOKEN = 4.0
-"""Of plain English. Tokenisers differ by a tenth or so; none in use counts many more than this."""
+"""Mean of plain English; common tokenisers differ from it by about a tenth."""
 
 CardId = Annotated[
     str,
@@ -30,42 +30,42 @@ Outcome = Annotated[
     StringConstraints(pattern=r"^(passed|suspicion|state:diverged|lint:[a-z][a-z0-9-]*|missed:[A-Za-z][A-Za-z0-9_]*)$"),
     Noun("an outcome", "outcomes", "`lint:RULE`, `state:diverged`, `missed:EXPECTATION`, `suspicion` or `passed`"),
 ]
-"""What comes of checking and running a case. `lint:RULE`: the lint finds this. `state:diverged`: the run stops as
-diverged. `missed:NAME`: it ends, and this expectation did not come true. `suspicion`: it ends, and its evidence says
-that something looks wrong. `passed`: it ends, and all that is expected came true."""
+"""Outcome of checking and running a case. `lint:RULE`: the lint reports this rule. `state:diverged`: the run stops as
+diverged. `missed:NAME`: the run finishes, and misses this expectation. `suspicion`: the run finishes, and its evidence
+reports that something looks wrong. `passed`: the run finishes, and meets all expectations."""
 
 
 class Applies(Model):
-    """When a card is of use."""
+    """Circumstances to which a card applies."""
 
     modes: Annotated[list[Mode], Field(min_length=1, max_length=5)]
     """Physical modes of the scene."""
     tags: Annotated[list[Word], Field(max_length=10)] = []
-    """What the task is about: `throw`, `stack`, `gripper`."""
+    """Topics of the task: `throw`, `stack`, `gripper`."""
     signatures: Annotated[list[Word], Field(max_length=6)] = []
-    """How the failure shows: ids of lint rules, `diverged`, words of the evidence such as `measure never crosses`."""
+    """Signs of the failure: ids of lint rules, `diverged`, words of the evidence such as `measure never crosses`."""
     roles: Annotated[list[Role], Field(min_length=1, max_length=5)]
-    """Who needs it."""
+    """Roles that need it."""
 
 
 class CardFinding(Model):
-    """What came of one of the two cases."""
+    """Result of one of the two cases."""
 
     outcome: Outcome
-    """In a form that `text2sim cards verify` compares with a run."""
+    """Outcome in the form that `text2sim cards verify` compares with a run."""
     observed: Line
-    """What was seen, with numbers."""
+    """Observation, with numbers."""
 
 
 class Experience(Model):
-    """Where the lesson comes from. Both cases lie beside the card, as `failing.yaml` and `repaired.yaml`."""
+    """Source of the lesson: two cases, `failing.yaml` and `repaired.yaml` beside the card."""
 
     case: Line
     """The scene, in words."""
     failing: CardFinding
     repaired: CardFinding
     measured_on: Annotated[dict[Word, Word], Field(min_length=1, max_length=5)]
-    """Versions of what ran it, by package."""
+    """Versions of the packages that ran it."""
 
     @model_validator(mode="after")
     def _a_failure_and_a_repair(self) -> "Experience":
@@ -80,20 +80,20 @@ class Card(Model):
     """A Debug Card."""
 
     id: CardId
-    """Its name, that of its folder."""
+    """Its name, which is also that of its folder."""
     title: Annotated[str, StringConstraints(min_length=10, max_length=80)]
     """The lesson in a few words."""
     applies: Applies
     symptoms: Annotated[list[Line], Field(min_length=1, max_length=4)]
-    """What is seen in a run that failed in this way."""
+    """Observations in a run with this failure."""
     likely_causes: Annotated[list[Line], Field(min_length=1, max_length=4)]
-    """Why."""
+    """Causes of the failure."""
     checks: Annotated[list[Line], Field(max_length=4)] = []
-    """What tells this failure from others that look like it."""
+    """Distinctions from similar failures."""
     repair: Annotated[list[Line], Field(min_length=1, max_length=4)]
-    """What to change, the best first."""
+    """Changes that repair it, the best first."""
     forbidden: Annotated[list[Line], Field(max_length=4)] = []
-    """Shortcuts that hide the failure instead."""
+    """Shortcuts that only hide the failure."""
     evidence: Experience
 
     @model_validator(mode="after")
@@ -106,8 +106,8 @@ class Card(Model):
         """Return the text for a prompt.
 
         Args:
-            role: Who reads it. Writers get symptoms, causes, repair and shortcuts; Planner and Critic, who have
-                to find the cause, and readers that are not named get the whole card.
+            role: The reader. Planner and Critic, who have to find the cause, get the whole card, as does an
+                unknown reader; writers get symptoms, causes, repair and shortcuts.
         """
         seen = self.evidence
         whole = role in (None, "planner", "critic")
@@ -138,7 +138,7 @@ def count_tokens(text: str) -> int:
 
 
 def card_schema() -> dict[str, Any]:
-    """Return the JSON Schema of a card, small enough for a prompt: no titles, and definitions where they are used."""
+    """Return the JSON Schema of a card for a prompt, without titles and references."""
     schema = Card.model_json_schema()
     return _inlined({key: value for key, value in schema.items() if key != "$defs"}, schema.get("$defs", {}))
 
@@ -148,7 +148,7 @@ def _row(name: str, items: list[str]) -> list[str]:
 
 
 def _inlined(node: Any, definitions: dict[str, Any], *, names: bool = False) -> Any:
-    """Return a part of a schema without references; `names` says that its keys are names of fields."""
+    """A part of a schema without references; `names` means that its keys are names of fields."""
     if isinstance(node, list):
         return [_inlined(item, definitions) for item in node]
     if not isinstance(node, dict):

@@ -1,4 +1,4 @@
-"""Finds the cards that fit a task or a failure: by role, then by tags, then by words."""
+"""Retrieval of cards that fit a task or a failure: by role, signatures, words, and mode."""
 
 import re
 from collections.abc import Collection, Sequence
@@ -8,12 +8,12 @@ from text2sim.card_library.library import CardEntry, CardLibrary
 from text2sim.card_library.model import Card, Mode, Role
 
 SIGNATURE_WEIGHT, MODE_WEIGHT, WORDS_WEIGHT = 3.0, 1.0, 2.0
-"""What a shared signature counts, what a shared mode does, and the best match of words. A signature is what a run or
-the lint has said; words are what somebody thought."""
+"""Scores of a shared signature, of a shared mode, and of the best match of words. Signatures count most, because they
+come from a run or the lint."""
 DUPLICATE_LIKENESS = 0.35
-"""From which likeness on (`likeness`) two cards say the same; of the built-in ones none are more alike than 0.26."""
+"""Smallest `likeness` of duplicates; that of different built-in cards is 0.26 at most."""
 MAX_TEXT = 4000
-"""Characters of a query that are looked at."""
+"""Largest number of characters of a query that are used."""
 
 _WORD = re.compile(r"[a-z0-9]+")
 _STOP_WORDS = frozenset(
@@ -22,21 +22,21 @@ _STOP_WORDS = frozenset(
 )
 _ENDINGS = ("ing", "ed", "es", "s", "e")
 _SHORTEST = 3
-"""A word keeps as many letters when its ending is taken off."""
+"""Smallest number of letters that remain of a word without its ending."""
 
 
 @dataclass(frozen=True)
 class Match:
-    """A card that was found, and why."""
+    """A card that fits, and the reasons."""
 
     entry: CardEntry
     score: float
     signatures: tuple[str, ...]
     """Signatures that it shares with the query."""
     modes: tuple[str, ...]
-    """Modes that it shares."""
+    """Modes that it shares with the query."""
     words: float
-    """How well its words fit, from 0 to 1 for the best card."""
+    """Match of its words, relative to the best card, 0 to 1."""
 
 
 def find_cards(
@@ -48,18 +48,18 @@ def find_cards(
     signatures: Collection[str] = (),
     limit: int = 6,
 ) -> list[Match]:
-    """Return the cards that fit, the best first; equals by their ids.
+    """Return the cards that fit, the best first; cards with equal scores are sorted by id.
 
     Args:
-        library: Where to look.
+        library: The library.
         text: The task or the failure, in words.
-        role: Only cards for this role.
-        modes: Physical modes of the scene; cards of others come later.
-        signatures: What the lint and the run said: ids of rules, `diverged`, words of the evidence.
-        limit: At most so many.
+        role: Role that the cards must be for; any if None.
+        modes: Physical modes of the scene; cards for other modes come later.
+        signatures: Signs of the failure in lint and run: ids of rules, `diverged`, words of the evidence.
+        limit: Largest number of cards.
 
     Returns:
-        Cards that share a signature or a word with the query. Without either, those that share a mode.
+        Cards that share a signature or a word with the query; if the query has neither, cards that share a mode.
     """
     entries = [entry for entry in library.entries.values() if role is None or role in entry.card.applies.roles]
     query = index_words(text[:MAX_TEXT])
@@ -68,7 +68,7 @@ def find_cards(
     found = []
     for entry, rank in zip(entries, ranks, strict=True):
         applies = entry.card.applies
-        shared = tuple(one for one in applies.signatures if _plain(one) in asked)
+        shared = tuple(signature for signature in applies.signatures if _plain(signature) in asked)
         same = tuple(mode for mode in applies.modes if mode in modes)
         if shared or rank > 0 or (same and not query and not asked):
             score = SIGNATURE_WEIGHT * len(shared) + MODE_WEIGHT * bool(same) + WORDS_WEIGHT * rank
@@ -77,12 +77,12 @@ def find_cards(
 
 
 def index_words(text: str) -> list[str]:
-    """Return the words of a text in lower case, without the commonest and without their endings."""
+    """Return the words of a text in lower case, without stop words and without endings."""
     return [_stem(word) for word in _WORD.findall(text.lower()) if word not in _STOP_WORDS]
 
 
 def likeness(one: Card, other: Card) -> float:
-    """Return how much two cards say the same: the part of their words that both have (Jaccard), 0 to 1."""
+    """Return the similarity of the words of two cards (Jaccard index), 0 to 1."""
     mine, its = (
         set(index_words(" ".join([card.title, *card.symptoms, *card.likely_causes, *card.repair])))
         for card in (one, other)
@@ -91,12 +91,12 @@ def likeness(one: Card, other: Card) -> float:
 
 
 def _stem(word: str) -> str:
-    """A word without its ending: enough for `tunnels`, `tunnelled` and `tunnelling` to meet."""
+    """A word without its ending, such that `tunnels`, `tunnelled` and `tunnelling` become equal."""
     for ending in _ENDINGS:
         if word.endswith(ending) and len(word) - len(ending) >= _SHORTEST:
             word = word.removesuffix(ending)
             break
-    # `slipping` has become `slipp`, and `slips` has become `slip`.
+    # `slipping` becomes `slipp` above, and must match `slip`.
     return word[:-1] if len(word) > _SHORTEST and word[-1] == word[-2] else word
 
 
@@ -105,14 +105,14 @@ def _plain(signature: str) -> str:
 
 
 def _text(entry: CardEntry) -> str:
-    """What is searched. The title and the tags count twice: they say in a word what the rest tells at length."""
+    """Text of a card that is searched; title, tags and signatures, which are concise, count twice."""
     card = entry.card
     head = [card.title, *card.applies.tags, *card.applies.signatures, card.id]
     return " ".join([*head, *head, *card.symptoms, *card.likely_causes])
 
 
 def _ranks(texts: Sequence[str], query: Sequence[str]) -> list[float]:
-    """How well each text fits by BM25, over that of the best; 0 where no word is shared."""
+    """BM25 score of each text, relative to the best; 0 without a shared word."""
     corpus = [index_words(text) for text in texts]
     known = {word for row in corpus for word in row}
     asked = list(dict.fromkeys(word for word in query if word in known))

@@ -1,7 +1,7 @@
-"""Runs what a card tells of: the case that fails, and the case that is repaired."""
+"""Verification of cards: their cases are run, and the outcomes compared with those on the card."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -15,34 +15,27 @@ if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 TIMEOUT = 300.0
-"""Wall time [s] that one case of a card may take."""
+"""Limit of the wall time of a case [s]."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a card tells the truth."""
+    """Result of verifying a card."""
 
     id: str
     ok: bool
     failing: str
-    """What came of the case that fails."""
+    """Outcome of the failing case."""
     repaired: str
-    """What came of the repaired one."""
+    """Outcome of the repaired case."""
     message: str = ""
-    """Why the card does not hold."""
+    """Reasons if the card does not hold."""
     wall: float = 0.0
-    """Time [s] that it took."""
+    """Wall time [s]."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the verdict as plain data, for machines."""
-        return {
-            "id": self.id,
-            "ok": self.ok,
-            "failing": self.failing,
-            "repaired": self.repaired,
-            "message": self.message,
-            "wall": round(self.wall, 3),
-        }
+        """Return the verdict as plain data."""
+        return asdict(self) | {"wall": round(self.wall, 3)}
 
 
 def verify_cards(
@@ -58,14 +51,14 @@ def verify_cards(
 
     Args:
         entries: The cards.
-        runs: The folder of run folders; what lies there already is not simulated again.
-        jobs: So many cards at once.
-        timeout: Wall time [s] that each case may take.
-        simulate: Whether to run; otherwise only what the lint says of the cases is compared.
-        force: Simulate again even if nothing changed.
+        runs: Folder of run folders; finished runs in it are reused.
+        jobs: Number of cards that are verified at a time.
+        timeout: Limit of the wall time of each case [s].
+        simulate: Whether to run the cases; otherwise, only outcomes of the lint are compared.
+        force: Whether to simulate again even if nothing has changed.
 
     Yields:
-        A verdict for each card, in their order. After a request to stop there are no more.
+        A verdict for each card, in their order, until the user asks to stop.
     """
     from concurrent.futures import ThreadPoolExecutor
 
@@ -75,7 +68,7 @@ def verify_cards(
     with Stop() as stop, ThreadPoolExecutor(max_workers=max(jobs, 1)) as pool:
         waiting = [pool.submit(verify_card, entry, stop=stop, **options) for entry in entries]
         try:
-            # The threads hold the running programs: a signal is counted here, and they see it.
+            # Signals reach this thread; the programs run in the others, which read the counter.
             with stop.gently():
                 for future in waiting:
                     verdict = future.result()
@@ -96,15 +89,15 @@ def verify_card(
     force: bool = False,
     stop: "Stop | None" = None,
 ) -> Verdict:
-    """Check a card, run its cases, and compare what comes of them with what it says; see `verify_cards`.
+    """Check a card, run its cases, and compare the outcomes; see `verify_cards`.
 
     Args:
         entry: The card.
-        runs: Folder of runs.
-        timeout: Limit of each run [s].
-        simulate: Whether cases are run; else they are only linted.
-        force: Whether cases are run again that have been run already.
-        stop: Ends the run in progress, if given.
+        runs: Folder of run folders.
+        timeout: Limit of the wall time of each case [s].
+        simulate: Whether to run the cases, not only the lint.
+        force: Whether to simulate again even if nothing has changed.
+        stop: Requests to stop.
 
     Raises:
         MachineError: if this machine cannot run a case.
@@ -136,10 +129,7 @@ def verify_card(
 
 
 def _outcomes(loaded: "LoadedCase", *, simulate: bool, **options: Any) -> list[str]:
-    """Return all that can be said of a case in the words of a card's outcomes.
-
-    Besides these, `error` is what cannot be run, and `state:…` any way in which a run ends early.
-    """
+    """All outcomes of a case; besides those of cards, `error` if it cannot be run, and `state:…` for any early end."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint import lint_case
 
@@ -157,7 +147,7 @@ def _run(loaded: "LoadedCase", *, stop: "Stop | None" = None, **options: Any) ->
     from text2sim.harness.run import run_case
 
     if stop is not None and stop.count:
-        return ["state:interrupted"]  # what was waiting its turn when someone asked to stop
+        return ["state:interrupted"]
     try:
         result: RunResult = run_case(loaded, film=False, stop=stop, **options)
     except (SpecError, RunError):

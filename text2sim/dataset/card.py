@@ -121,7 +121,7 @@ def _croissant(folder: Path, recipe: Recipe, tables: Mapping[str, Counter[str]])
         for split in rows:
             name = f"{table}-{split}"
             files.append(_file(folder, f"{table}/{split}-00000.parquet", name, "application/x-parquet"))
-            fields = [field for one in SCHEMAS[table] if (field := _field(name, one)) is not None]
+            fields = [field for column in SCHEMAS[table] if (field := _field(name, column)) is not None]
             records.append({"@type": "cr:RecordSet", "@id": f"{name}-rows", "name": f"{name}-rows", "field": fields})
     for path in sorted((folder / "shards").glob("*.tar")):
         files.append(_file(folder, f"shards/{path.name}", path.name, "application/x-tar"))

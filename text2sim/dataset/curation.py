@@ -59,7 +59,7 @@ def _median_filled_share(item: Item) -> float:
     """Median over the pictures of the share that the largest moving body fills."""
     still = {thing["instance"] for thing in item.row["things"] if thing["static"]}
     shares = [
-        max((one["share"] for one in frame.get("objects", []) if one["instance"] not in still), default=0.0)
+        max((thing["share"] for thing in frame.get("objects", []) if thing["instance"] not in still), default=0.0)
         for frame in item.frames
     ]
     return median(shares) if shares else 0.0

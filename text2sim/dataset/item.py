@@ -114,7 +114,7 @@ def make_item(
     row |= {"width": recipe.film.size[0], "height": recipe.film.size[1], "frames": len(pictures)}
     row |= {"fps": recording.film["fps"], "film_digest": sha256_of(out / "film.mp4")}
     row |= {"states_digest": sha256_of(out / "states.npz")}
-    return Item(key, out, row, [{"key": key, **one} for one in rows])
+    return Item(key, out, row, [{"key": key, **frame} for frame in rows])
 
 
 def _annotate(
@@ -188,7 +188,7 @@ def _copy_run(run: Path, states: RunStates, recording: FilmRecord, pictures: lis
     if (soft := recording.states.soft) is not None:
         around = [recording.states.around(frame.t) for frame in pictures]
         arrays["soft_time"] = np.array([frame.t for frame in pictures])
-        arrays["soft_points"] = np.stack([soft.at("soft_points", one) for one in around]).astype(np.float32)
+        arrays["soft_points"] = np.stack([soft.at("soft_points", moment) for moment in around]).astype(np.float32)
     np.savez_compressed(out / "states.npz", allow_pickle=False, **arrays)
     (out / "layout.json").write_text(json.dumps(states.layout))
     for name in ("evidence.json", "measures.csv", "events.jsonl"):

@@ -85,8 +85,8 @@ class ItemScene:
         self.touches = [row for row in read_events(folder) if row.get("kind") == "contact" and _pair(row)]
 
     def _sees(self, frame: Row, body: str) -> bool:
-        mine = [one for one in frame["objects"] if one["name"].partition("[")[0] == body]
-        share = sum(one["share"] for one in mine)
+        mine = [thing for thing in frame["objects"] if thing["name"].partition("[")[0] == body]
+        share = sum(thing["share"] for thing in mine)
         return (
             share >= MIN_SEEN and min((o["hidden"] for o in mine if o["hidden"] is not None), default=1.0) <= MAX_HIDDEN
         )

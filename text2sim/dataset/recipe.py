@@ -2,14 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, ValidationError, model_validator
+from pydantic import Field, StrictBool, model_validator
 
 from text2sim.dataset.paths import in_section, parse_path
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Count, Fraction, Length, Model, Name, NonNegative, Positive, Range, Real
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import Source as Text
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 
 Annotation = Literal[
     "cameras", "depth", "normals", "instances", "parts", "flow", "boxes", "keypoints", "contacts", "visibility"
@@ -147,14 +147,7 @@ def parse_recipe(text: Text) -> Recipe:
         SpecError: if it is not a valid recipe.
     """
     document = parse_document(text)
-    data: Any = document.data
-    if not isinstance(data, dict):
-        message = "a recipe is a mapping with the keys text2sim_dataset, name, sources, …"
-        raise SpecError([document.problem((), message, rule="type")])
-    try:
-        recipe = Recipe.model_validate(data)
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, Recipe, data)) from None
+    recipe = model_of(document, Recipe, "a recipe is a mapping with the keys text2sim_dataset, name, sources, …")
     if problems := _check_paths(recipe, document):
         raise SpecError(problems)
     return recipe

@@ -7,16 +7,13 @@ from html import escape
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import ValidationError
-
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.tables import read_rows, want_dataset
 from text2sim.recording.record import write_atomically
-from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 
 FILE = "review.yaml"
 PICTURES = 4
@@ -43,11 +40,7 @@ def read_decisions(path: Path) -> dict[str, ReviewDecision]:
     """
     if not path.is_file():
         return {}
-    document = parse_document(read_source(path))
-    try:
-        return Decisions.model_validate(document.data).review
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, Decisions, document.data)) from None
+    return model_of(parse_document(read_source(path)), Decisions).review
 
 
 def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision], *, everything: bool = False) -> int:
@@ -69,7 +62,7 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
         for key, files in read_shard(shard):
             if key in rows:
                 blocks.append(_block(rows[key], files["film.mp4"], decisions.get(key)))
-    made = {key: one.model_dump() for key, one in decisions.items()}
+    made = {key: decision.model_dump() for key, decision in decisions.items()}
     page = _PAGE.replace("@NAME@", escape(folder.name)).replace("@BLOCKS@", "\n".join(blocks))
     write_atomically(path, page.replace("@MADE@", json.dumps(made).replace("<", "\\u003c")))
     return len(blocks)
@@ -77,7 +70,11 @@ def write_review(folder: Path, path: Path, decisions: dict[str, ReviewDecision],
 
 def _block(row: dict[str, Any], film: bytes, earlier: ReviewDecision | None) -> str:
     doubts = [*row["suspicions"], *row["remarks"]]
-    doubts += [f"`{one['name']}` {one['why']}" for one in row["expectations"] if one["ok"] is not True]
+    doubts += [
+        f"`{expectation['name']}` {expectation['why']}"
+        for expectation in row["expectations"]
+        if expectation["ok"] is not True
+    ]
     numbers = {"energy without a source": row["energy_gain"], "deepest penetration [m]": row["penetration"]}
     doubts += [f"{name}: {value:.3g}" for name, value in numbers.items() if value]
     pictures = "".join(f'<img src="data:image/jpeg;base64,{data}" alt="">' for data in _pictures(film))

@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -13,7 +12,8 @@ from text2sim.dataset.curation import is_doubtful, refusals
 from text2sim.dataset.draws import Values, draw, generator, number_at, overlay_of
 from text2sim.dataset.item import Item, make_item, raise_if_stopped
 from text2sim.dataset.questions import candidate_questions, cause_in_words, what_if
-from text2sim.dataset.recipe import CaseSource, Recipe
+from text2sim.dataset.recipe import Recipe
+from text2sim.harness.result import RunResult
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
 from text2sim.recording.record import write_atomically
@@ -73,15 +73,15 @@ class DrawResult:
         self.refused.append({"key": key, "stage": stage, "why": why, "drawn": drawn})
 
 
-def task_of(job: DrawJob, one: Needs) -> Task:
+def task_of(job: DrawJob, measured: Needs) -> Task:
     """Return a job as a task.
 
     Args:
         job: The job.
-        one: Measured needs of a simulation of its case.
+        measured: Measured needs of a simulation of its case.
     """
     count = 1 + len(job.recipe.sources[job.source].counterfactuals)
-    needs = replace(one, seconds=None if one.seconds is None else one.seconds * count)
+    needs = replace(measured, seconds=None if measured.seconds is None else measured.seconds * count)
     own = job.recipe.model_copy(update={"sources": {job.source: job.recipe.sources[job.source]}})
     arguments = {
         "recipe": own.model_dump(mode="json", exclude_unset=True),
@@ -147,7 +147,7 @@ def make(job: DrawJob) -> bool:
         return False
     # The files of the job are about to change: a build of the earlier recipe must not use them.
     done.unlink(missing_ok=True)
-    made = _make(job)
+    made = _DrawMaker(job).make()
     rows = [asdict(item) | {"folder": ""} for item in made.items]
     write_atomically(done, json.dumps({"digest": digest, "items": rows, "refused": made.refused}))
     return True
@@ -169,121 +169,160 @@ def _digest(job: DrawJob) -> str:
     return sha256(json.dumps([own, source, repr(job.base), case, package_code()]).encode()).hexdigest()
 
 
-def _make(job: DrawJob) -> DrawResult:
-    made, source = DrawResult(), job.recipe.sources[job.source]
-    found = _simulated(job, source, made)
-    if found is None:
-        return made
-    row, run, drawn = found
-    first = _films(job, source, made, row, run, job.key, drawn, {})
-    if first is None:
-        return made
-    for name, table in source.counterfactuals.items():
-        key = f"{job.key}-{name}"
-        try:
-            rng = generator(job.recipe.seed, key, "physics")
-            changed = draw(table, rng, _data(row))
-        except Text2SimError as error:
-            made.refuse(key, "check", [str(error)], [])
-            continue
-        all_drawn = [*drawn, *_drawn_rows("physics", changed)]
-        other = examine(job.case, overlay=row.overlay + overlay_of(changed))
-        run_of_other = _run(job, other, key, all_drawn, made)
-        if run_of_other is not None:
-            about = {"counterfactual_of": first, "cause": next(iter(changed))}
-            if _films(job, source, made, other, run_of_other.folder, key, all_drawn, about) is not None:
-                _ask_what_if(made, first, key, _cause(row, changed))
-    return made
+class _DrawMaker:
+    """Makes the items of a job.
 
+    Attributes:
+        made: Items and refusals so far.
+    """
 
-def _simulated(
-    job: DrawJob, source: CaseSource, made: DrawResult
-) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
-    """Draw until check and expectations pass; return the case, its run folder, and the drawn values."""
-    plain = examine(job.case, to="loaded", overlay=job.base)
-    for attempt in range(job.recipe.tries if source.physics else 1):
-        rng = generator(job.recipe.seed, job.key, attempt, "physics")
-        try:
-            values: Values = draw(source.physics, rng, _data(plain)) if plain.ok else {}
-        except Text2SimError as error:
-            made.refuse(job.key, "check", [str(error)], [])
-            return None
-        row = examine(job.case, overlay=job.base + overlay_of(values))
-        drawn = _drawn_rows("physics", values)
-        result = _run(job, row, job.key, drawn, made)
-        if result is None:
-            continue
-        met = {name: one["ok"] for name, one in result.expectations.items()}
-        wanted = [*met] if source.holds == "all" else source.holds
-        why = [f"`{name}` was not met" for name in wanted if met.get(name) is not True]
-        why += [f"`{name}` was met" for name in source.fails if met.get(name) is not False]
-        if not why:
-            return row, result.folder, drawn
-        made.refuse(job.key, "expectation", why, drawn)
-    return None
+    def __init__(self, job: DrawJob) -> None:
+        self._job, self._source = job, job.recipe.sources[job.source]
+        self.made = DrawResult()
 
-
-def _run(job: DrawJob, row: Examined, key: str, drawn: list[dict[str, Any]], made: DrawResult) -> Any:
-    """Simulate a case that passes the check; None, with the reason in `made`, if check or simulation fail."""
-    raise_if_stopped(job.stop)
-    stage, refuse = "check", job.recipe.sources[job.source].refuse
-    if row.ok and row.loaded is not None and not _refusing_problems(row, refuse):
-        try:
-            lint, how = row.findings(), {"runner": job.runner, "stop": job.stop}
-            result = run_case(row.loaded, runs=job.runs, film=False, lint=lint, **how)
-        except Text2SimError as error:
-            if isinstance(error, MachineError) and not needs_cuda(row.loaded):  # not the draw's fault
-                raise
-            row.blame(error)
-            stage = "run"
-        else:
-            raise_if_stopped(job.stop)  # a stopped run has evidence, too
-            if result.evidence is not None:
-                return result
-            row.failure, stage = f"the run ended as {result.state}: {result.message}", "run"
-    made.refuse(key, stage, _refusing_problems(row, refuse) or [row.failure], drawn)
-    return None
-
-
-def _films(
-    job: DrawJob,
-    source: CaseSource,
-    made: DrawResult,
-    row: Examined,
-    run: Path,
-    key: str,
-    drawn: list[Any],
-    about: dict[str, Any],
-) -> str | None:
-    """Make the items of a run; return the key of the first accepted one, None if there is none."""
-    first: str | None = None
-    for number in range(source.films):
-        raise_if_stopped(job.stop)
-        name = f"{key}-film{number}" if number else key
-        filmed, all_drawn = row, drawn
-        if number:
-            found = _other_film(job, source, made, row, key, name)
-            if found is None:
+    def make(self) -> DrawResult:
+        found = self._simulate_draw()
+        if found is None:
+            return self.made
+        row, run, drawn = found
+        first = self._make_films(row, run, self._job.key, drawn, {})
+        if first is None:
+            return self.made
+        for name, table in self._source.counterfactuals.items():
+            key = f"{self._job.key}-{name}"
+            try:
+                changed = draw(table, generator(self._job.recipe.seed, key, "physics"), _data(row))
+            except Text2SimError as error:
+                self.made.refuse(key, "check", [str(error)], [])
                 continue
-            filmed, all_drawn = found[0], [*drawn, *found[1]]
-        try:
-            assert filmed.loaded is not None
-            item = make_item(name, run, filmed.plan, filmed.loaded, job.recipe, job.out / name, job.stop)
-        except Text2SimError as error:
+            all_drawn = [*drawn, *_drawn_rows("physics", changed)]
+            other = examine(self._job.case, overlay=row.overlay + overlay_of(changed))
+            run_of_other = self._run(other, key, all_drawn)
+            if run_of_other is not None:
+                about = {"counterfactual_of": first, "cause": next(iter(changed))}
+                first_of_other = self._make_films(other, run_of_other.folder, key, all_drawn, about)
+                if first_of_other is not None:
+                    self._ask_what_if(first, first_of_other, _cause(row, changed))
+        return self.made
+
+    def _simulate_draw(self) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
+        """Draw until check and expectations pass; return the case, its run folder, and the drawn values."""
+        job, source = self._job, self._source
+        plain = examine(job.case, to="loaded", overlay=job.base)
+        for attempt in range(job.recipe.tries if source.physics else 1):
+            rng = generator(job.recipe.seed, job.key, attempt, "physics")
+            try:
+                values: Values = draw(source.physics, rng, _data(plain)) if plain.ok else {}
+            except Text2SimError as error:
+                self.made.refuse(job.key, "check", [str(error)], [])
+                return None
+            row = examine(job.case, overlay=job.base + overlay_of(values))
+            drawn = _drawn_rows("physics", values)
+            result = self._run(row, job.key, drawn)
+            if result is None:
+                continue
+            met = {name: expectation["ok"] for name, expectation in result.expectations.items()}
+            wanted = [*met] if source.holds == "all" else source.holds
+            why = [f"`{name}` was not met" for name in wanted if met.get(name) is not True]
+            why += [f"`{name}` was met" for name in source.fails if met.get(name) is not False]
+            if not why:
+                return row, result.folder, drawn
+            self.made.refuse(job.key, "expectation", why, drawn)
+        return None
+
+    def _run(self, row: Examined, key: str, drawn: list[dict[str, Any]]) -> RunResult | None:
+        """Simulate a case that passes the check; None, with the reason in `made`, if check or simulation fail."""
+        job, stage = self._job, "check"
+        raise_if_stopped(job.stop)
+        if row.ok and row.loaded is not None and not self._refusing_problems(row):
+            stage = "run"
+            try:
+                result = run_case(
+                    row.loaded, runs=job.runs, film=False, lint=row.findings(), runner=job.runner, stop=job.stop
+                )
+            except Text2SimError as error:
+                if isinstance(error, MachineError) and not needs_cuda(row.loaded):  # not the draw's fault
+                    raise
+                row.blame(error)
+            else:
+                raise_if_stopped(job.stop)  # a stopped run has evidence, too
+                if result.evidence is not None:
+                    return result
+                row.failure = f"the run ended as {result.state}: {result.message}"
+        self.made.refuse(key, stage, self._refusing_problems(row) or [row.failure], drawn)
+        return None
+
+    def _make_films(
+        self, row: Examined, run: Path, key: str, drawn: list[dict[str, Any]], about: dict[str, Any]
+    ) -> str | None:
+        """Make the items of a run; return the key of the first accepted one, None if there is none."""
+        job, first = self._job, None
+        for number in range(self._source.films):
             raise_if_stopped(job.stop)
-            made.refuse(name, "item", [str(error)], all_drawn)
-            continue
-        if reasons := refusals(item, job.recipe.limits):
-            made.refuse(name, "item", reasons, all_drawn)
-            continue
-        variant = " ".join([*job.base.variants, *(job.base.point or ())])
-        item.row["prompt"] = item.row["prompt"] or source.prompt
-        item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": all_drawn, **about}
-        item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
-        made.items.append(item)
-        item.questions = candidate_questions(item.row, item.frames, item.folder)
-        first = first or name
-    return first
+            name = f"{key}-film{number}" if number else key
+            filmed, all_drawn = row, drawn
+            if number:
+                found = self._draw_film(row, key, name)
+                if found is None:
+                    continue
+                filmed, all_drawn = found[0], [*drawn, *found[1]]
+            try:
+                assert filmed.loaded is not None
+                item = make_item(name, run, filmed.plan, filmed.loaded, job.recipe, job.out / name, job.stop)
+            except Text2SimError as error:
+                raise_if_stopped(job.stop)
+                self.made.refuse(name, "item", [str(error)], all_drawn)
+                continue
+            if reasons := refusals(item, job.recipe.limits):
+                self.made.refuse(name, "item", reasons, all_drawn)
+                continue
+            variant = " ".join([*job.base.variants, *(job.base.point or ())])
+            item.row["prompt"] = item.row["prompt"] or self._source.prompt
+            item.row |= {"source": job.source, "variant": variant, "draw": job.number, "drawn": all_drawn, **about}
+            item.row |= {"same_physics_as": first, "doubtful": is_doubtful(item.row, job.recipe.limits)}
+            self.made.items.append(item)
+            item.questions = candidate_questions(item.row, item.frames, item.folder)
+            first = first or name
+        return first
+
+    def _ask_what_if(self, first: str, first_of_other: str, cause: str) -> None:
+        """Add questions about the films of a run that its counterfactual answers."""
+        other = next(item for item in self.made.items if item.key == first_of_other)
+        for item in self.made.items:
+            if first in (item.key, item.row["same_physics_as"]):
+                item.questions += what_if(item.row, other.row, cause, item.frames, item.folder)
+
+    def _draw_film(self, row: Examined, key: str, name: str) -> tuple[Examined, list[dict[str, Any]]] | None:
+        """Draw looks, lights and cameras for a run until the check passes; the simulation must not change.
+
+        A counterfactual has the looks of its base: they depend on the draw, not on the cause.
+        """
+        job, number = self._job, name.removeprefix(key)
+        for attempt in range(job.recipe.tries):
+            drawn, sets = [], CaseOverlay()
+            for group in ("looks", "lights", "cameras"):
+                rng = generator(job.recipe.seed, job.key, number, attempt, group)
+                try:
+                    values = draw(getattr(self._source, group), rng, _data(row))
+                except Text2SimError as error:
+                    self.made.refuse(name, "check", [str(error)], drawn)
+                    return None
+                drawn += _drawn_rows(group, values)
+                sets += overlay_of(values)
+            filmed = examine(job.case, overlay=row.overlay + sets)
+            why = self._refusing_problems(filmed)
+            if not why and filmed.plan is not None and row.plan is not None:
+                if filmed.plan.sim_digest == row.plan.sim_digest:
+                    return filmed, drawn
+                why = ["the draws for the film change the simulation"]
+            self.made.refuse(name, "check", why or [filmed.failure], drawn)
+        return None
+
+    def _refusing_problems(self, row: Examined) -> list[str]:
+        """The problems that refuse a case, without its folder, because a dataset goes to other people."""
+        refuse = self._source.refuse
+        problems = [problem for problem in row.problems if problem.severity == "error" or problem.rule in refuse]
+        return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
 
 
 def _cause(row: Examined, changed: Values) -> str:
@@ -293,49 +332,6 @@ def _cause(row: Examined, changed: Values) -> str:
         return cause_in_words(path, value, number_at(_data(row), path))
     except Text2SimError:
         return cause_in_words(path, value, None)
-
-
-def _ask_what_if(made: DrawResult, first: str, key: str, cause: str) -> None:
-    """Add questions about the films of a run that its counterfactual answers."""
-    other = next(item for item in made.items if item.key == key or item.row["same_physics_as"] == key)
-    for item in made.items:
-        if first in (item.key, item.row["same_physics_as"]):
-            item.questions += what_if(item.row, other.row, cause, item.frames, item.folder)
-
-
-def _other_film(
-    job: DrawJob, source: CaseSource, made: DrawResult, row: Examined, key: str, name: str
-) -> tuple[Examined, list[dict[str, Any]]] | None:
-    """Draw looks, lights and cameras for a run until the check passes; the simulation must not change.
-
-    A counterfactual has the looks of its base: they depend on the draw, not on the cause.
-    """
-    number = name.removeprefix(key)
-    for attempt in range(job.recipe.tries):
-        drawn, sets = [], CaseOverlay()
-        for group in ("looks", "lights", "cameras"):
-            rng = generator(job.recipe.seed, job.key, number, attempt, group)
-            try:
-                values = draw(getattr(source, group), rng, _data(row))
-            except Text2SimError as error:
-                made.refuse(name, "check", [str(error)], drawn)
-                return None
-            drawn += _drawn_rows(group, values)
-            sets += overlay_of(values)
-        filmed = examine(job.case, overlay=row.overlay + sets)
-        why = _refusing_problems(filmed, source.refuse)
-        if not why and filmed.plan is not None and row.plan is not None:
-            if filmed.plan.sim_digest == row.plan.sim_digest:
-                return filmed, drawn
-            why = ["the draws for the film change the simulation"]
-        made.refuse(name, "check", why or [filmed.failure], drawn)
-    return None
-
-
-def _refusing_problems(row: Examined, refuse: Sequence[str]) -> list[str]:
-    """The problems that refuse a case, without its folder, because a dataset goes to other people."""
-    problems = [problem for problem in row.problems if problem.severity == "error" or problem.rule in refuse]
-    return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
 
 
 def _drawn_rows(group: str, values: Values) -> list[dict[str, Any]]:

@@ -25,11 +25,9 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
         return None
     picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
     net = soft_surface(shape, folder, max(shape.size) / (SHEET_CELLS if picture or is_bent(shape) else 1))
-    normals = _normals(net.vertices, net.faces) if is_bent(shape) else np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
+    normals = np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
+    if is_bent(shape):
+        from trimesh import Trimesh  # slow to import
+
+        normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals
     return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]
-
-
-def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    from trimesh import Trimesh  # slow to import, and only needed for bent sheets
-
-    return Trimesh(vertices, faces, process=False).vertex_normals

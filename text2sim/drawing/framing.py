@@ -1,6 +1,6 @@
 """Framing of a picture: moving bodies and the statics near them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -16,7 +16,7 @@ STATIC_RIM = 0.15
 """Part of the subject's size by which large statics are shown beyond it."""
 
 
-def subject_bounds(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
+def subject_bounds(props: Iterable[Prop]) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds, each (3,) [m], of what a picture has to show.
 
     That is all bodies, and the statics near them or near such statics: ramps, bins and targets completely, even if
@@ -52,7 +52,7 @@ def _is_near(box: tuple[np.ndarray, np.ndarray], shown: tuple[np.ndarray, np.nda
     return bool((box[0] < shown[1] + around).all() and (box[1] > shown[0] - around).all())
 
 
-def box_of(props: Sequence[Prop]) -> tuple[np.ndarray, np.ndarray]:
+def box_of(props: Iterable[Prop]) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds, each (3,) [m], of props; a box around the origin if there are none."""
     props = [prop for prop in props if len(prop.triangles)]
     if not props:

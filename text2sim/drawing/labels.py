@@ -53,12 +53,10 @@ def place_labels(
     busy = np.maximum(worth[seen], _grown((seen >= 0) | blocked))
     filled = np.zeros((rows + 1, columns + 1))
     filled[1:, 1:] = busy.cumsum(axis=0).cumsum(axis=1)
-    spots: dict[str, np.ndarray] = {}
-    for key, _, _ in wanted:
-        spots[key] = np.argwhere(seen == keys.index(key))[:, ::-1]
+    spots = {key: np.argwhere(seen == keys.index(key))[:, ::-1] for key, _, _ in wanted}
     placed: list[PlacedLabel] = []
     # Small things come first, because they have few good positions.
-    for key, text, width in sorted(wanted, key=lambda one: len(spots[one[0]])):
+    for key, text, width in sorted(wanted, key=lambda row: len(spots[row[0]])):
         points = spots[key]
         if len(points):
             points = points[:: len(points) // SAMPLES + 1].astype(np.float32) + np.float32(0.5)

@@ -3,10 +3,10 @@
 from concurrent.futures import ThreadPoolExecutor
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from text2sim.compiler.build import Resolution
 from text2sim.drawing.canvas import FAINT, INK, Canvas, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
 from text2sim.drawing.lighting import Light, ParallelLight, light_up, sky, soft_lamp
@@ -20,9 +20,6 @@ from text2sim.drawing.stage import stage
 from text2sim.drawing.view import PictureView
 from text2sim.drawing.views import camera_pose, cameras, film_view
 from text2sim.spec_schema.whole_files import write_atomically
-
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
 
 SIZE = (1600, 1200)
 HEAD, FOOT = 66, 34
@@ -38,7 +35,7 @@ MANY_TRIANGLES = 40_000
 """Number of triangles above which there are fewer shadows, to save time."""
 
 
-def layout(resolution: "Resolution", variant: str = "") -> bytes:
+def layout(resolution: Resolution, variant: str = "") -> bytes:
     """Return the page as a PNG.
 
     Args:
@@ -93,7 +90,7 @@ def layout(resolution: "Resolution", variant: str = "") -> bytes:
     return stream.getvalue()
 
 
-def write_layout(resolution: "Resolution", path: Path, variant: str = "") -> None:
+def write_layout(resolution: Resolution, path: Path, variant: str = "") -> None:
     """Write the page of `layout` to a file, whose folder is made if necessary.
 
     Args:
@@ -112,7 +109,7 @@ def _cell(column: int, row: int) -> tuple[int, int, int, int]:
     return left, upper, (column + 1) * wide - RIGHT, HEAD + (row + 1) * tall - BELOW
 
 
-def _lamps(resolution: "Resolution", bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[ParallelLight]:
+def _lamps(resolution: Resolution, bounds: tuple[np.ndarray, np.ndarray], triangles: int) -> list[ParallelLight]:
     """The brightest light of the case, raised if it is very low, and a sky."""
     lights = [light for light in resolution.plan.render["lights"].values() if "direction" in light or "pos" in light]
     brightest = max(lights, key=lambda light: light["strength"], default={"direction": (0.3, 0.5, -1.0)})
@@ -135,7 +132,7 @@ def _headlight(view: PictureView) -> Light:
     return Light([*lamps, *sky(1, (0.22, 0.22, 0.24), (0.22, 0.22, 0.24))], 0.24)
 
 
-def _film_panel(resolution: "Resolution", name: str) -> tuple[PictureView, tuple[int, int, int, int]]:
+def _film_panel(resolution: Resolution, name: str) -> tuple[PictureView, tuple[int, int, int, int]]:
     """A camera's view, and its box on the page."""
     left, upper, right, lower = _cell(1, 0)
     left -= LEFT - RIGHT
@@ -145,14 +142,14 @@ def _film_panel(resolution: "Resolution", name: str) -> tuple[PictureView, tuple
     return view, (x, y, x + view.width, y + view.height)
 
 
-def _film_style(resolution: "Resolution", view: PictureView, bounds: tuple[np.ndarray, np.ndarray]) -> Style:
+def _film_style(resolution: Resolution, view: PictureView, bounds: tuple[np.ndarray, np.ndarray]) -> Style:
     size = float((bounds[1] - bounds[0]).max())
     away = float(np.linalg.norm(view.origin - (bounds[0] + bounds[1]) / 2))
     background = resolution.plan.render["background"]
     return Style(background, outline=0.3, grid=nice_step(size, 5), haze=3.0 * away + 4.0 * size)
 
 
-def _camera_title(resolution: "Resolution", name: str) -> str:
+def _camera_title(resolution: Resolution, name: str) -> str:
     known = cameras(resolution)
     camera = known[name]
     kind = camera["kind"] if resolution.loaded.case.render.cameras else "derived: the case has none"
@@ -162,7 +159,7 @@ def _camera_title(resolution: "Resolution", name: str) -> str:
     return f"camera {name} ({kind}{several}) at {where}, fov {camera['fov']:g}°"
 
 
-def _texts(resolution: "Resolution", props: Stage) -> dict[str, str]:
+def _texts(resolution: Resolution, props: Stage) -> dict[str, str]:
     """Labels of bodies and statics, except grounds."""
     planes = {prop.body for prop in props if prop.plane}
     return {
@@ -172,7 +169,7 @@ def _texts(resolution: "Resolution", props: Stage) -> dict[str, str]:
     }
 
 
-def _draw_head(canvas: Canvas, resolution: "Resolution", variant: str) -> None:
+def _draw_head(canvas: Canvas, resolution: Resolution, variant: str) -> None:
     plan, case = resolution.plan, resolution.loaded.case
     x = LEFT - 42
     canvas.text((x, 12), plan.case, 24, INK, bold=True)

@@ -125,8 +125,7 @@ def light_up(
     """
     low, high = bounds
     triangles = props.triangles
-    near = ~np.array([prop.plane for prop in props], bool)[props.owner]
-    near &= ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
+    near = ~props.grounds & ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
     opacity = np.array([prop.opacity for prop in props])[props.owner]
     maps: list[ShadowMap | None] = []
     for number, lamp in enumerate(lamps):

@@ -1,12 +1,12 @@
 """Marks for a picture of the start: joint axes, initial velocities, forces, cameras."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import hypot
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from text2sim.compiler.build import Resolution
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.piece import piece_reach
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_rotate, vector_plus
@@ -15,9 +15,6 @@ from text2sim.drawing.prop import Prop
 from text2sim.drawing.views import camera_pose, cameras, film_view
 from text2sim.spec_schema.models.motion import Oscillate, Waypoints
 from text2sim.spec_schema.models.placed import Linked
-
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
 
 MAX_MARKS = 300
 """Largest numbers of joints, and of arrows of a control, that are drawn."""
@@ -61,7 +58,7 @@ class CameraMark:
     """Corners of the field of view at the distance of the target [m]."""
 
 
-def joint_marks(resolution: "Resolution") -> list[JointMark]:
+def joint_marks(resolution: Resolution) -> list[JointMark]:
     """Return the joints of mounted, driven and articulated bodies; those of chains, nets and dolls are obvious."""
     found: list[JointMark] = []
     for copy in _copies(resolution):
@@ -99,7 +96,7 @@ def _joint(standing: StandingLink, joint: TreeJoint, body: str) -> JointMark:
     )
 
 
-def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMark]:
+def arrow_marks(resolution: Resolution, props: Iterable[Prop]) -> list[ArrowMark]:
     """Return initial velocities, and forces, torques and impulses at any time."""
     centers = _centers(props)
     copies = {copy.name: copy for copy in _copies(resolution)}
@@ -136,7 +133,7 @@ def arrow_marks(resolution: "Resolution", props: Sequence[Prop]) -> list[ArrowMa
     return found
 
 
-def camera_marks(resolution: "Resolution") -> list[CameraMark]:
+def camera_marks(resolution: Resolution) -> list[CameraMark]:
     """Return the cameras of the case at the start; none if the camera is derived."""
     if not resolution.loaded.case.render.cameras:
         return []
@@ -153,7 +150,7 @@ def camera_marks(resolution: "Resolution") -> list[CameraMark]:
     return found
 
 
-def _place(resolution: "Resolution", copy: Copy, link: str | None) -> tuple[Vec, Quaternion] | None:
+def _place(resolution: Resolution, copy: Copy, link: str | None) -> tuple[Vec, Quaternion] | None:
     tree = resolution.lowering.trees.get(copy.name)
     if tree is None or link is None:
         return None
@@ -163,12 +160,12 @@ def _place(resolution: "Resolution", copy: Copy, link: str | None) -> tuple[Vec,
     return None
 
 
-def _copies(resolution: "Resolution") -> Iterator[Copy]:
+def _copies(resolution: Resolution) -> Iterator[Copy]:
     for name in resolution.loaded.case.bodies:
         yield from resolution.placed[name]
 
 
-def _centers(props: Sequence[Prop]) -> dict[str, Vec]:
+def _centers(props: Iterable[Prop]) -> dict[str, Vec]:
     """Centre [m] of the bounding box of each copy's triangles."""
     return {
         prop.name: _vec((points.min(axis=0) + points.max(axis=0)) / 2)

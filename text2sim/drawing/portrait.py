@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 from io import BytesIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from text2sim.compiler.build import Resolution
 from text2sim.drawing.framing import box_of
 from text2sim.drawing.lighting import ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.picture import Style, paint
@@ -13,9 +13,6 @@ from text2sim.drawing.prop import Prop, Stage
 from text2sim.drawing.stage import stage
 from text2sim.drawing.surfaces import decoded
 from text2sim.drawing.view import PictureView, perspective
-
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
 
 TRIANGLES = 100_000
 BACKGROUND = (0.955, 0.958, 0.965)
@@ -27,7 +24,7 @@ FILLED_SHARE = 0.8
 AMBIENT = 0.06
 
 
-def portrait(resolution: "Resolution", size: tuple[int, int] = (640, 480)) -> bytes:
+def portrait(resolution: Resolution, size: tuple[int, int] = (640, 480)) -> bytes:
     """Return a picture of everything in a case except its ground, as a PNG.
 
     Args:
@@ -65,7 +62,7 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
     square += ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, ground)
     triangles = square[np.array([(0, 1, 2), (0, 2, 3)])]
     flat = Prop("ground", "ground", triangles, tuple(color.tolist()), 1.0, False, "rough", True, True)
-    kept = np.flatnonzero(~np.array([prop.plane for prop in props], bool)[props.owner])
+    kept = ~props.grounds
     return replace(
         props,
         props=[*props, flat],
@@ -79,7 +76,7 @@ def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[
 
 def _framed(props: Stage, bounds: tuple[np.ndarray, np.ndarray], size: tuple[int, int]) -> PictureView:
     """A camera that shows everything as large as `FILLED_SHARE` allows."""
-    points = props.triangles[props.of(plane=False)].reshape(-1, 3)
+    points = props.triangles[~props.grounds].reshape(-1, 3)
     target = (bounds[0] + bounds[1]) / 2
     if not len(points):
         points = np.array(bounds)

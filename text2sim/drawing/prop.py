@@ -1,8 +1,7 @@
 """Props of a picture and their triangles."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import overload
 
 import numpy as np
 
@@ -30,7 +29,7 @@ class Prop:
 
 
 @dataclass(frozen=True, eq=False)
-class Stage(Sequence[Prop]):
+class Stage:
     """The props of a case, and all their triangles."""
 
     props: list[Prop]
@@ -45,20 +44,13 @@ class Stage(Sequence[Prop]):
     culled: np.ndarray
     """Whether the triangle is only visible from outside, (n,) bool."""
 
-    @overload
-    def __getitem__(self, index: int) -> Prop: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Prop]: ...
-    def __getitem__(self, index: int | slice) -> Prop | Sequence[Prop]:
-        return self.props[index]
+    def __iter__(self) -> Iterator[Prop]:
+        return iter(self.props)
 
     def __len__(self) -> int:
         return len(self.props)
 
-    def of(self, *, plane: bool | None = None, opaque: bool | None = None) -> np.ndarray:
-        """Return the indices of triangles of props with these properties."""
-        wanted = [
-            (plane is None or prop.plane == plane) and (opaque is None or (prop.opacity >= 1.0) == opaque)
-            for prop in self.props
-        ]
-        return np.flatnonzero(np.array(wanted, bool)[self.owner]) if wanted else np.zeros(0, np.int64)
+    @property
+    def grounds(self) -> np.ndarray:
+        """Whether the triangle belongs to an infinite ground, (n,) bool."""
+        return np.array([prop.plane for prop in self.props], bool)[self.owner]

@@ -108,12 +108,8 @@ class Raster:
             chosen = chosen[wanted[chosen]]
         chosen, first, last = self._rows(chosen)
         counts = last - first + 1
-        ends = np.cumsum(counts)
-        start, done = 0, 0
-        while start < len(chosen):
-            stop = max(int(np.searchsorted(ends, done + CHUNK_FRAGMENTS, "right")), start + 1)
-            yield from self._fragments(chosen[start:stop], first[start:stop], counts[start:stop])
-            start, done = stop, int(ends[stop - 1])
+        for part in _chunks(counts):
+            yield from self._fragments(chosen[part], first[part], counts[part])
 
     def shares(self, triangle: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return barycentric coordinates (3, n) of points of the picture in triangles, and depths (n,) [m].
@@ -181,13 +177,8 @@ class Raster:
         owner, begin, widths, row = owner[full], begin[full], (end - begin + 1)[full], row[full]
         slope = near[owner, 0]
         at_zero = near[owner, 1] * (row + 0.5) + near[owner, 2] + 0.5 * slope
-        totals = np.cumsum(widths)
-        start, done = 0, 0
-        while start < len(owner):
-            stop = max(int(np.searchsorted(totals, done + CHUNK_FRAGMENTS, "right")), start + 1)
-            part = slice(start, stop)
+        for part in _chunks(widths):
             yield self._pixels(chosen[owner[part]], row[part], begin[part], widths[part], slope[part], at_zero[part])
-            start, done = stop, int(totals[stop - 1])
 
     def _pixels(
         self,
@@ -207,6 +198,16 @@ class Raster:
             np.maximum(nearness, 1e-12).astype(np.float32),
             np.repeat(triangle.astype(np.int32), widths),
         )
+
+
+def _chunks(counts: np.ndarray) -> Iterator[slice]:
+    """Yield slices of items whose counts (n,) sum to `CHUNK_FRAGMENTS` at most, or that are a single item."""
+    ends = np.cumsum(counts)
+    start, done = 0, 0
+    while start < len(counts):
+        stop = max(int(np.searchsorted(ends, done + CHUNK_FRAGMENTS, "right")), start + 1)
+        yield slice(start, stop)
+        start, done = stop, int(ends[stop - 1])
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

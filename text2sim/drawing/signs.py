@@ -167,43 +167,37 @@ def draw_legend(canvas: Canvas, left: float, y: float, marks: SignMarks) -> None
     kinds = {joint.kind for joint in marks.joints}
     arrows = {arrow.kind for arrow in marks.arrows}
 
-    def explain(text: str) -> None:
+    def explain(width: float, text: str) -> None:
+        """Write the text for a mark that has just been drawn, of this width, and move on."""
         nonlocal x
+        x += width
         canvas.text((x, y), text, 13, FAINT, anchor="lm")
         x += text_width(text, 13) + 34
 
     if "hinge" in kinds:
         canvas.line([(x, y), (x + 34, y)], JOINT, 1.6, (9, 3, 2, 3))
-        x += 42
-        canvas.turn((x + 6, y), 7, JOINT, 1)
-        x += 22
-        explain("axis of a hinge, and its positive direction")
+        canvas.turn((x + 48, y), 7, JOINT, 1)
+        explain(64, "axis of a hinge, and its positive direction")
     if "slider" in kinds:
         canvas.arrow((x, y), (x + 30, y), JOINT, 1.8, both=True)
-        x += 38
-        explain("travel of a slider")
+        explain(38, "travel of a slider")
     if "ball" in kinds:
         canvas.ring((x + 6, y), 4.5, JOINT, 1.6)
-        x += 18
-        explain("ball joint")
+        explain(18, "ball joint")
     if "path" in kinds:
         canvas.line([(x, y), (x + 30, y)], JOINT, 2, (7, 4))
-        x += 38
-        explain("path of a driven body")
+        explain(38, "path of a driven body")
     for found, color, text in (
         (arrows & {"velocity", "spin"}, VELOCITY, "initial velocity, spin"),
         (arrows & {"force", "torque", "impulse"}, FORCE, "force, torque or impulse"),
     ):
         if found:
             canvas.arrow((x, y), (x + 28, y), color, 2.5)
-            x += 38
-            explain(text)
+            explain(38, text)
     if marks.cameras:
         canvas.line([(x, y), (x + 26, y - 7)], (*CAMERA[:3], 160), 1)
         canvas.line([(x, y), (x + 26, y + 7)], (*CAMERA[:3], 160), 1)
-        x += 34
-        explain("field of view of a camera")
+        explain(34, "field of view of a camera")
     if marks.domain is not None:
         canvas.line([(x, y), (x + 30, y)], DOMAIN, 1.6, (8, 5))
-        x += 38
-        explain("domain")
+        explain(38, "domain")

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from text2sim.assets.mechanism import Mechanism, MechanismLink
+from text2sim.compiler.build import Resolution
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.shapes import geometry
@@ -20,11 +21,6 @@ from text2sim.drawing.cloths import cloth_surfaces
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
 
-__all__ = ["Prop", "Stage", "matrices", "stage"]
-
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
-
 Rgba = tuple[float, float, float, float]
 
 STAGE_TRIANGLES = 90_000
@@ -35,7 +31,7 @@ FILE_COLOR: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of bodies from files, whose own colours are not read here."""
 
 
-def stage(resolution: "Resolution", budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
+def stage(resolution: Resolution, budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
     """Return the visible props of a case at its start.
 
     Args:
@@ -70,7 +66,7 @@ class _Key(NamedTuple):
 
 @dataclass
 class _Collector:
-    resolution: "Resolution"
+    resolution: Resolution
     fine: bool
     props: dict[tuple[Any, ...], int] = field(default_factory=dict)
     instances: dict[_Key, list[_Instance]] = field(default_factory=dict)
@@ -168,7 +164,9 @@ class _Collector:
         parts = []
         for key, surface in surfaces.items():
             corners, normals = _place_instances(surface, self.instances[key])
-            owner = np.repeat(np.array([one.prop for one in self.instances[key]], np.int32), len(surface.corners))
+            owner = np.repeat(
+                np.array([instance.prop for instance in self.instances[key]], np.int32), len(surface.corners)
+            )
             own = colors[owner]
             if surface.colors is not None:
                 own = np.tile(surface.colors.astype(np.float32), (len(self.instances[key]), 1))
@@ -241,9 +239,9 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
 
 def _place_instances(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
     """Corners and normals of all instances of a surface."""
-    scale = np.array([one.scale for one in instances])[:, None, :]
-    turn = np.swapaxes(matrices(np.array([one.quat for one in instances])), 1, 2)
-    place = np.array([one.pos for one in instances])[:, None, :]
+    scale = np.array([instance.scale for instance in instances])[:, None, :]
+    turn = np.swapaxes(matrices(np.array([instance.quat for instance in instances])), 1, 2)
+    place = np.array([instance.pos for instance in instances])[:, None, :]
     corners = surface.corners.reshape(1, -1, 3) * scale @ turn + place
     normals = surface.normals.reshape(1, -1, 3)
     if np.ptp(scale, axis=2).any():

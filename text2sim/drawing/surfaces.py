@@ -102,14 +102,14 @@ def lit(spots: Spots, lamps: Sequence[ParallelLight], maps: Sequence[ShadowMap |
     facing = np.maximum(directions @ spots.normals, 0.0)
     if facing.shape[1] != count:
         facing = np.repeat(facing, count, axis=1)
-    for row, one in zip(facing, maps, strict=False):
-        towards = np.flatnonzero(row > 0) if one is not None else ()
-        if one is None or not len(towards):
+    for row, shadows in zip(facing, maps, strict=False):
+        towards = np.flatnonzero(row > 0) if shadows is not None else ()
+        if shadows is None or not len(towards):
             continue
         if len(towards) > 0.6 * count:
-            row *= one.reached(spots.points, spots.normals)
+            row *= shadows.reached(spots.points, spots.normals)
         else:
-            row[towards] *= one.reached(spots.points[:, towards], spots.normals[:, towards])
+            row[towards] *= shadows.reached(spots.points[:, towards], spots.normals[:, towards])
     diffuse = colors.T @ facing
     diffuse += np.float32(ambient)
     shiny = np.flatnonzero(spots.gloss[0] > 0) if spots.gloss.shape[1] == count else np.zeros(0, np.int64)

@@ -29,11 +29,6 @@ class PictureView:
         """Whether lines of sight are parallel."""
         return self.near == 0.0
 
-    @property
-    def aspect(self) -> float:
-        """Width of the picture over its height."""
-        return self.width / self.height
-
     def scaled(self, factor: int) -> "PictureView":
         """Return the same picture with more pixels."""
         return replace(self, focal=self.focal * factor, width=self.width * factor, height=self.height * factor)

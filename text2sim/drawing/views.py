@@ -1,15 +1,13 @@
 """Views of a case's cameras at its start."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from text2sim.compiler.build import Resolution
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import tree_links
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.templates.viewpoints import clip, place
-
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
 
 
 class CameraPose(NamedTuple):
@@ -20,12 +18,12 @@ class CameraPose(NamedTuple):
     up: Vec
 
 
-def cameras(resolution: "Resolution") -> dict[str, dict[str, Any]]:
+def cameras(resolution: Resolution) -> dict[str, dict[str, Any]]:
     """Return the cameras of the plan by name; one is derived if the case has none."""
     return resolution.plan.render["cameras"]
 
 
-def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPose:
+def camera_pose(resolution: Resolution, name: str, t: float = 0.0) -> CameraPose:
     """Return the pose of a camera at a time [s] of the simulation, with all bodies at their start.
 
     Args:
@@ -44,7 +42,7 @@ def camera_pose(resolution: "Resolution", name: str, t: float = 0.0) -> CameraPo
     return CameraPose(pos, target, camera["up"])
 
 
-def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: float = 0.0) -> PictureView:
+def film_view(resolution: Resolution, name: str, size: tuple[int, int], t: float = 0.0) -> PictureView:
     """Return a view of a camera of the case, with the film's aspect ratio, that fits into `size` [pixels].
 
     Args:
@@ -66,7 +64,7 @@ def film_view(resolution: "Resolution", name: str, size: tuple[int, int], t: flo
 class _Start:
     """Positions of a scene at its start, for cameras."""
 
-    def __init__(self, resolution: "Resolution") -> None:
+    def __init__(self, resolution: Resolution) -> None:
         self._resolution = resolution
 
     def position(self, name: str, t: float, link: str | None) -> Vec:
@@ -76,5 +74,5 @@ class _Start:
         tree = self._resolution.lowering.trees.get(name)
         if tree is None:
             return copy.pos
-        standing = {one.link.name: one.pos for one in tree_links(tree, copy.pos, copy.quat)}
+        standing = {part.link.name: part.pos for part in tree_links(tree, copy.pos, copy.quat)}
         return standing[link if link is not None else tree.roots[0].name]

@@ -73,11 +73,12 @@ def collect(loaded: LoadedCase, names: list[str], done: Sequence[Done]) -> Runs:
         RunError: if one did not finish, or an observable has no value.
     """
     folders = []
-    for one in done:
-        if one.result is None or one.result["state"] != "finished" or one.task.output is None:
-            why = one.error if one.result is None else f"{one.result['state']}: {one.result['message']}"
-            raise RunError(f"{one.task.label}: {why}")
-        folders.append(one.task.output / one.result["folder"])
+    for ended in done:
+        task, result = ended.task, ended.result
+        if result is None or result["state"] != "finished" or task.output is None:
+            why = ended.error if result is None else f"{result['state']}: {result['message']}"
+            raise RunError(f"{task.label}: {why}")
+        folders.append(task.output / result["folder"])
     times, values, units = np.zeros(0), [], {}
     for folder in folders:
         found, own = observed(folder, loaded, names)

@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from text2sim.spec_schema.arithmetic.expressions import parse_expression
 from text2sim.spec_schema.arithmetic.values import ExpressionError
@@ -12,7 +12,7 @@ from text2sim.spec_schema.models.base import Model, Positive
 from text2sim.spec_schema.models.measures import Measure
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 
 STATEMENT_FILE = "benchmark.yaml"
 
@@ -50,10 +50,7 @@ def read_statement(loaded: LoadedCase) -> Statement:
             raise SpecError([loaded.problem(("actions",), message, rule="no-observable")])
         return Statement(observables={name: Observable() for name in comparable})
     document = parse_document(read_source(path))
-    try:
-        statement = Statement.model_validate(document.data)
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, Statement, document.data)) from None
+    statement = model_of(document, Statement)
     problems: list[Problem] = []
     for name, row in statement.observables.items():
         place = ("observables", name)

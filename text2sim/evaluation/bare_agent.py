@@ -104,9 +104,9 @@ class BareAgent:
         why, accepted = "its attempts are spent", False
         allowed = self._allowance
         limit = allowed.sim_timeout if allowed.minutes is None else min(allowed.sim_timeout, 60 * allowed.minutes)
-        facts = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
+        limits = {"limit": limit, "minutes": allowed.minutes, "attempts": allowed.attempts, "cores": os.cpu_count()}
         messages = [
-            Message("system", render_prompt("agent", **facts)),
+            Message("system", render_prompt("agent", **limits)),
             Message("user", render_prompt("agent_ask", prompt=prompt, docs=digest(), cards=self._deal_cards(prompt))),
         ]
         try:
@@ -115,19 +115,20 @@ class BareAgent:
                     if len(self._trials) >= allowed.attempts:
                         break
                     reply = self._chat.reply("agent", [*messages[:2], *messages[2:][-MAX_RESENT_MESSAGES:]])
-                    facts, images, done = self._act(reply, stop)
+                    response, images, done = self._act(reply, stop)
                     if done:
                         why, accepted = "", True
                         break
-                    messages = [Message(one.role, one.text) for one in messages]  # old pictures are not sent again
-                    messages += [Message("assistant", reply), Message("user", facts, images)]
+                    # Old pictures are not sent again.
+                    messages = [Message(message.role, message.text) for message in messages]
+                    messages += [Message("assistant", reply), Message("user", response, images)]
         except BudgetSpent as error:
             why = str(error)
         return self._result(name, why, accepted)
 
     def _act(self, reply: str, stop: Stop) -> tuple[str, tuple[Image, ...], bool]:
         """Carry out the actions of a reply; return the response, its images, and whether the agent is done."""
-        blocks = [one for one in fenced_blocks(without_thoughts(reply)) if one.mark in ("python", "py")]
+        blocks = [block for block in fenced_blocks(without_thoughts(reply)) if block.mark in ("python", "py")]
         if blocks and blocks[-1].closed:
             trial = self._run(blocks[-1].text, stop)
             return self._describe_trial(trial), self._pictures(trial), False
@@ -138,7 +139,7 @@ class BareAgent:
         except ReplyError:
             data = None
         if isinstance(data, dict) and isinstance(data.get("read"), list):
-            return docstrings_of([str(one)[:80] for one in data["read"][:20]]), (), False
+            return docstrings_of([str(name)[:80] for name in data["read"][:20]]), (), False
         if isinstance(data, dict) and data.get("done") is True and self._trials:
             return "", (), True
         return "Answer with one ```python block, or with ```yaml and `read: […]` or `done: true`.", (), False
@@ -147,8 +148,8 @@ class BareAgent:
         """Run a program, unless it was run before an interruption."""
         folder = (self._place / "attempts" / f"{len(self._trials) + 1:02}").resolve()
         ended = read_json(folder / ENDED)
-        digest_ = sha256(program.encode()).hexdigest()
-        if not isinstance(ended, dict) or ended.get("program") != digest_:
+        program_digest = sha256(program.encode()).hexdigest()
+        if not isinstance(ended, dict) or ended.get("program") != program_digest:
             folder.mkdir(parents=True, exist_ok=True)
             (folder / LOG).unlink(missing_ok=True)
             write_atomically(folder / PROGRAM, program + "\n")
@@ -158,7 +159,7 @@ class BareAgent:
                 (sys.executable, PROGRAM, "--out", str(folder)), folder=folder, log=folder / LOG,
                 limits=Limits(timeout=max(1.0, limit)), stop=stop, on_poll=lambda: False,
             )  # fmt: skip
-            ended = {"program": digest_, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1),
+            ended = {"program": program_digest, "code": found.code, "cause": found.cause, "wall": round(found.wall, 1),
                      "minutes_left": self._budget.minutes_left()}  # fmt: skip
             write_json(folder / ENDED, ended)
         left = ended.get("minutes_left")
@@ -197,14 +198,14 @@ class BareAgent:
         return "\n\n".join(match.entry.card.brief() for match in found)
 
     def _result(self, name: str, why: str, accepted: bool) -> CaseResult:
-        filmed = [one for one in self._trials if one.is_filmed()]
+        filmed = [trial for trial in self._trials if trial.is_filmed()]
         best = filmed[-1] if filmed else self._trials[-1] if self._trials else None
         parts = {"program": PROGRAM, "log": LOG} | ({"film": FILM} if filmed else {})
         folder = best.folder.relative_to(self._place.resolve()) if best is not None else None
-        spent = {role: resources_of(asdict(one)) for role, one in self._account.by_role().items()}
+        spent = {role: resources_of(asdict(account)) for role, account in self._account.by_role().items()}
         files = {part: str(folder / file) for part, file in parts.items()} if folder is not None else {}
         return CaseResult.model_validate({
             "prompt": name, "status": "failed" if best is None else "finished", "accepted": accepted,
             "why": why[:4000], "roles": spent, "attempts": len(self._trials),
-            "simulation_s": sum(one.wall for one in self._trials), **files,
+            "simulation_s": sum(trial.wall for trial in self._trials), **files,
         })  # fmt: skip

@@ -4,12 +4,11 @@ import json
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import read_source
-from text2sim.spec_schema.vocabulary.diagnosis import diagnose
+from text2sim.spec_schema.vocabulary.typed_document import model_of
 from text2sim.spec_schema.whole_files import write_atomically
 
 M = TypeVar("M", bound=BaseModel)
@@ -27,14 +26,7 @@ def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
         SpecError: With all problems of the file.
     """
     document = parse_document(read_source(path))
-    data: Any = document.data
-    if not isinstance(data, dict):
-        message = f"{what} is a mapping with the keys {', '.join(model.model_fields)}"
-        raise SpecError([document.problem((), message, rule="type")])
-    try:
-        return model.model_validate(data), document
-    except ValidationError as error:
-        raise SpecError(diagnose(document, error, model, data)) from None
+    return model_of(document, model, f"{what} is a mapping with the keys {', '.join(model.model_fields)}"), document
 
 
 def write_json(path: Path, data: Any) -> None:

@@ -47,8 +47,8 @@ def suite_text(suite: Suite) -> str:
     if suite.frozen is not None:
         head["frozen"] = suite.frozen
     rows = [yaml_text(head), "prompts:"]
-    for name, one in suite.prompts.items():
-        data = one.model_dump(mode="json", exclude_none=True)
+    for name, prompt in suite.prompts.items():
+        data = prompt.model_dump(mode="json", exclude_none=True)
         needs = data.pop("requirements", None)
         prohibitions = data.pop("prohibitions")
         rows += ["", f"  {name}:", yaml_text(data, 4)]

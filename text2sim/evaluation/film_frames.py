@@ -1,6 +1,7 @@
 """Frames of a film for judges: evenly spaced ones and those after scene changes, at full resolution."""
 
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -51,9 +52,7 @@ def film_frames(film: Path) -> FilmFrames:
     """
     times, greys, size = _looked_through(film)
     chosen = sorted({*spread_numbers(len(times), EVEN_FRAMES), *_changes(greys)})
-    images = []
-    for number, picture in enumerate(_pictures(film, chosen), 1):
-        images.append(_image(f"frame_{number:02}", picture))
+    images = [_image(f"frame_{number:02}", picture) for number, picture in enumerate(_pictures(film, chosen), 1)]
     if len(images) != len(chosen):
         raise RunError(
             f"the film decodes differently each time: {len(images)} of {len(chosen)} frames were found again"
@@ -122,7 +121,8 @@ def _changes(greys: Any) -> list[int]:
     return [int(k) + 1 for k in strongest]
 
 
-def _pictures(film: Path, chosen: list[int]) -> Any:
+def _pictures(film: Path, chosen: list[int]) -> Iterator[Any]:
+    """Yield the frames with these indices."""
     import av
 
     wanted = set(chosen)
@@ -134,9 +134,10 @@ def _pictures(film: Path, chosen: list[int]) -> Any:
 
 def _image(name: str, picture: Any) -> Image:
     """A frame as PNG, or as JPEG if the PNG is too large to send."""
-    for ending, kind, quality in (("png", "png", {}), ("jpg", "jpeg", {"quality": 92})):
-        stream = io.BytesIO()
-        picture.save(stream, kind, **quality)
-        if stream.tell() <= MAX_IMAGE or kind == "jpeg":
-            return Image(f"{name}.{ending}", f"image/{kind}", stream.getvalue())
-    raise AssertionError
+    stream = io.BytesIO()
+    picture.save(stream, "png")
+    if stream.tell() <= MAX_IMAGE:
+        return Image(f"{name}.png", "image/png", stream.getvalue())
+    stream = io.BytesIO()
+    picture.save(stream, "jpeg", quality=92)
+    return Image(f"{name}.jpg", "image/jpeg", stream.getvalue())

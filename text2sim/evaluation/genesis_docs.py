@@ -82,20 +82,16 @@ def documentation() -> dict[str, ApiEntry]:
                 name = f"{prefix}.{node.name}"
                 if prefix == "gs.options" and node.name.endswith("Light"):
                     name = f"gs.options.vis.{node.name}"  # not re-exported by the package
-                made = next((one for one in node.body if _defines(one, "__init__")), None)
+                made = next((part for part in node.body if _defines(part, "__init__")), None)
                 options = _options(name, node)
                 bare = made is None or "()" not in options.line  # a class with fields accepts them as arguments
                 found[name] = options if bare else _method(name, made)  # type: ignore[arg-type]
     for owner, places in CLASS_SOURCES.items():
         for node in _classes(root, places):
-            for one in node.body:
-                if (
-                    isinstance(one, ast.FunctionDef)
-                    and (one.name == "__init__" or one.name[0] != "_")
-                    and _is_public(one)
-                ):
-                    name = owner if one.name == "__init__" else f"{owner}.{one.name}"
-                    found.setdefault(name, _method(name, one))
+            for part in node.body:
+                if isinstance(part, ast.FunctionDef) and _is_public(part):
+                    name = owner if part.name == "__init__" else f"{owner}.{part.name}"
+                    found.setdefault(name, _method(name, part))
     return found
 
 
@@ -108,9 +104,9 @@ def docstrings_of(names: list[str]) -> str:
     """Return the docstrings of classes and methods; for an unknown name, the nearest known one."""
     rows, known = [], documentation()
     for name in names:
-        match = next((one for one in known if one == name or one.endswith(f".{name}")), None)
+        match = next((entry for entry in known if entry == name or entry.endswith(f".{name}")), None)
         if match is None:
-            hint = nearest(name.rpartition(".")[2], [one.rpartition(".")[2] for one in known])
+            hint = nearest(name.rpartition(".")[2], [entry.rpartition(".")[2] for entry in known])
             rows.append(f"There is nothing called `{name}`" + (f"; there is `{hint}`." if hint else "."))
         else:
             rows.append(f"{known[match].line}\n\n{known[match].doc[:MAX_DOCSTRING_LENGTH]}".strip())
@@ -128,9 +124,9 @@ def _classes(root: Path, places: tuple[str, ...]) -> Iterator[ast.ClassDef]:
 def _options(name: str, node: ast.ClassDef) -> ApiEntry:
     """Fields of an options class with their defaults, without those of its bases."""
     fields = [
-        f"{one.target.id}={_shortened(one.value) if one.value is not None else 'REQUIRED'}"
-        for one in node.body
-        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and one.target.id[0] != "_"
+        f"{part.target.id}={_shortened(part.value) if part.value is not None else 'REQUIRED'}"
+        for part in node.body
+        if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name) and part.target.id[0] != "_"
     ]
     bases = [ast.unparse(base) for base in node.bases]
     more = f" + {', '.join(bases)}" if bases and bases != ["Options"] else ""
@@ -140,26 +136,22 @@ def _options(name: str, node: ast.ClassDef) -> ApiEntry:
 def _method(name: str, node: ast.FunctionDef) -> ApiEntry:
     doc = ast.get_docstring(node) or ""
     arguments = node.args
-    given = [None] * (len(arguments.args) - len(arguments.defaults)) + list(arguments.defaults)
+    defaults = [*[None] * (len(arguments.args) - len(arguments.defaults)), *arguments.defaults, *arguments.kw_defaults]
     words = [
-        one.arg if default is None else f"{one.arg}={_shortened(default)}"
-        for one, default in zip(arguments.args, given, strict=True)
-        if one.arg != "self"
-    ]
-    words += [
-        one.arg if default is None else f"{one.arg}={_shortened(default)}"
-        for one, default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)
+        parameter.arg if default is None else f"{parameter.arg}={_shortened(default)}"
+        for parameter, default in zip([*arguments.args, *arguments.kwonlyargs], defaults, strict=True)
+        if parameter.arg != "self"
     ]
     about = " ".join(doc.split("\n\n")[0].split())[:110]
     return ApiEntry(f"{name}({', '.join(words)})" + (f"  # {about}" if about else ""), doc)
 
 
 def _is_public(node: ast.FunctionDef) -> bool:
-    """Whether a method is public API: documented, and neither a kernel nor a property setter."""
+    """Whether a method is public API: `__init__`, or documented, and neither a kernel nor a property."""
     marks = [ast.unparse(mark) for mark in node.decorator_list]
-    return not any("qd." in mark or "setter" in mark or "property" in mark for mark in marks) and bool(
-        ast.get_docstring(node) or node.name == "__init__"
-    )
+    if any("qd." in mark or "setter" in mark or "property" in mark for mark in marks):
+        return False
+    return node.name == "__init__" or (node.name[0] != "_" and bool(ast.get_docstring(node)))
 
 
 def _defines(node: ast.stmt, name: str) -> bool:

@@ -139,7 +139,7 @@ class Judging:
                 "prompts": {name: prompt.digest() for name, prompt in self.suite.prompts.items()},
                 "models": [judge_endpoint(model, "").name for model in self.models],
                 "repeats": self.repeats,
-                "methods": {one.name: str(one.folder.resolve()) for one in self.methods},
+                "methods": {method.name: str(method.folder.resolve()) for method in self.methods},
             },
         )
         pairs = [(name, method) for name in prompts for method in self.methods]

@@ -2,17 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array
+from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.names.selectors import body_of, strings_in
-
-if TYPE_CHECKING:
-    from text2sim.spec_schema.models.case import Case
 
 MAX_REST_DISPLACEMENT = 2e-4
 """Displacement per frame below which something is at rest [m]."""
@@ -170,7 +168,7 @@ def _is_free(recording: RecordedCase, target: RecordedTarget) -> bool:
     return contacts_known and not joints and not any(_controls_on(case, body_of(target.copy)))
 
 
-def _controls_on(case: "Case", body: str) -> Iterator[Any]:
+def _controls_on(case: Case, body: str) -> Iterator[Any]:
     """Yield the controls that may act on a body: those that name it, or have no target, such as wind."""
     for control in case.actions.controls.values():
         if control.kind == "initial_velocity":

@@ -169,13 +169,14 @@ def _requirements(tables: Tables, prompt: str) -> list[dict[str, Any]]:
     rows = [row for row in tables.tables["requirements"] if row["prompt"] == prompt]
     found: dict[str, dict[str, Any]] = {}
     for row in rows:
-        one = found.setdefault(row["requirement"], {"name": row["requirement"], "what": row["what"],
-                                                    "weight": row["weight"], "cells": {}})  # fmt: skip
-        cell = one["cells"].setdefault(row["method"], {"marks": [], "evidence": []})
+        head = {"name": row["requirement"], "what": row["what"], "weight": row["weight"], "cells": {}}
+        cell = found.setdefault(row["requirement"], head)["cells"].setdefault(
+            row["method"], {"marks": [], "evidence": []}
+        )
         cell["marks"].append(row["mark"])
         if row["evidence"]:
             cell["evidence"].append(f"judge {row['judge']}, {row['repeat']}: {row['evidence']}")
-    for one in found.values():
-        for cell in one["cells"].values():
+    for requirement in found.values():
+        for cell in requirement["cells"].values():
             cell["mean"] = float(np.mean(cell["marks"]))
     return list(found.values())

@@ -104,7 +104,10 @@ def physical_score(
     assert prompt.requirements is not None
     parts: dict[str, float] = {}
     for kind in CATEGORIES:
-        rows = [(one.importance, f"{kind}.{name}") for name, one in getattr(prompt.requirements, kind).items()]
+        rows = [
+            (requirement.importance, f"{kind}.{name}")
+            for name, requirement in getattr(prompt.requirements, kind).items()
+        ]
         met = sum(
             weight * (reply.requirements[name].mark if name in reply.requirements else 0) for weight, name in rows
         )
@@ -128,9 +131,11 @@ def physical_score(
 
 def _violated(prohibitions: Mapping[str, Prohibition], violations: Mapping[str, Violation]) -> float:
     """Weighted fraction of the prohibitions that are violated; 0 if there are none."""
-    whole = sum(one.weight for one in prohibitions.values())
+    whole = sum(prohibition.weight for prohibition in prohibitions.values())
     bad = sum(
-        one.weight for name, one in prohibitions.items() if name in violations and violations[name].violated != "no"
+        prohibition.weight
+        for name, prohibition in prohibitions.items()
+        if name in violations and violations[name].violated != "no"
     )
     return bad / whole if whole else 0.0
 
@@ -151,13 +156,13 @@ def physical_faults(prompt: Prompt, reply: PhysicalReply, frames: int) -> list[s
     assert prompt.requirements is not None
     rows = _names("requirements", prompt.requirements.rows(), reply.requirements)
     rows += _names("prohibitions", prompt.prohibitions, reply.prohibitions)
-    for name, one in reply.requirements.items():
+    for name, mark in reply.requirements.items():
         where = f"/requirements/{name}"
-        if one.mark not in (0, 0.5, 1):
-            rows.append(f"{where}/mark: is 1, 0.5 or 0, not {one.mark:g}")
-        elif one.mark < 1 and len(one.evidence) < 8:
-            rows.append(f"{where}/evidence: a mark of {one.mark:g} has to cite what shows it")
-        rows += _unseen(where, one.evidence, frames)
+        if mark.mark not in (0, 0.5, 1):
+            rows.append(f"{where}/mark: is 1, 0.5 or 0, not {mark.mark:g}")
+        elif mark.mark < 1 and len(mark.evidence) < 8:
+            rows.append(f"{where}/evidence: a mark of {mark.mark:g} has to cite what shows it")
+        rows += _unseen(where, mark.evidence, frames)
     for name, row in reply.prohibitions.items():
         if row.violated != "no" and len(row.evidence) < 8:
             rows.append(f"/prohibitions/{name}/evidence: a violation has to cite what shows it")

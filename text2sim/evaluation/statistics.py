@@ -48,10 +48,7 @@ class RaterAgreement:
 
 def case_scores(rows: Iterable[Judgement], kind: Kind) -> dict[Key, float]:
     """Return the score of each case: the mean of its judgements; cases without one are omitted."""
-    found: dict[Key, list[float]] = defaultdict(list)
-    for row in _counted(rows, kind):
-        found[row.turn.method, row.turn.prompt].append(_total(row))
-    return {key: float(np.mean(values)) for key, values in found.items()}
+    return part_scores(_counted(rows, kind), _total)
 
 
 def spread_within(rows: Iterable[Judgement], kind: Kind, method: str) -> float | None:
@@ -158,7 +155,7 @@ def _agreement(pairs: Sequence[tuple[Judgement, Judgement]], *, ordered: bool) -
 
 def _marks(row: Judgement) -> list[Any]:
     """Marks of a judgement, sorted by name."""
-    return [one for _, one in sorted(((row.reply or {}).get("requirements") or {}).items())]
+    return [mark for _, mark in sorted(((row.reply or {}).get("requirements") or {}).items())]
 
 
 def _counted(rows: Iterable[Judgement], kind: Kind) -> list[Judgement]:

@@ -3,7 +3,7 @@
 import csv
 import importlib.util
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
@@ -89,22 +89,21 @@ def _method(folder: Path) -> MethodFolder | None:
 
 def _scores(rows: Sequence[Judgement], method: str, families: Mapping[str, str]) -> Row:
     row: Row = {"method": method}
-    own = [one for one in rows if one.turn.method == method]
+    own = [judgement for judgement in rows if judgement.turn.method == method]
     for kind in KINDS:
         scores = {prompt: value for (_, prompt), value in case_scores(own, kind).items()}
         row |= _estimate_columns(kind, estimate(list(scores.values())))
         row[f"{kind}_sd_within"] = spread_within(rows, kind, method)
         for family in dict.fromkeys(families.values()):
-            part = [value for prompt, value in scores.items() if families[prompt] == family]
-            row[f"{kind}_{family}"] = float(np.mean(part)) if part else None
-        missing = [one for one in own if one.turn.kind == kind and one.state == "not_judged"]
-        row[f"{kind}_not_judged"] = len(missing)
+            row[f"{kind}_{family}"] = _mean(value for prompt, value in scores.items() if families[prompt] == family)
+        states = [judgement.state for judgement in own if judgement.turn.kind == kind]
+        row[f"{kind}_not_judged"] = states.count("not_judged")
+    physical, visual = ([judgement for judgement in own if judgement.turn.kind == kind] for kind in KINDS)
     for part in PHYSICAL_WEIGHTS:
-        physical = [one for one in own if one.turn.kind == "physical"]
-        row[part] = _mean(part_scores(physical, lambda one, part=part: (one.score or {}).get("parts", {}).get(part)))
+        parts = part_scores(physical, lambda judged, part=part: (judged.score or {}).get("parts", {}).get(part))
+        row[part] = _mean(parts.values())
     for part in VISUAL_WEIGHTS:
-        visual = [one for one in own if one.turn.kind == "visual"]
-        row[part] = _mean(part_scores(visual, lambda one, part=part: (one.reply or {}).get(part)))
+        row[part] = _mean(part_scores(visual, lambda judged, part=part: (judged.reply or {}).get(part)).values())
     return row
 
 
@@ -132,7 +131,9 @@ def _agreement(rows: Sequence[Judgement], models: int) -> list[Row]:
         pairs = [("repeats of one judge", repeats_agree(rows, kind))]
         numbers = combinations(range(1, models + 1), 2)
         pairs += [(f"judges {a} and {b}", judges_agree(rows, kind, a, b)) for a, b in numbers]
-        found += [{"score": kind, "between": name, **asdict(one)} for name, one in pairs if one is not None]
+        found += [
+            {"score": kind, "between": name, **asdict(agreement)} for name, agreement in pairs if agreement is not None
+        ]
     return found
 
 
@@ -141,8 +142,7 @@ def _mean_resources(name: str, method: MethodFolder | None, suite: Suite) -> Row
     cases = [row for row in _case_resources(name, method, suite) if row["role"] == "all"]
     row: Row = {"method": name, "cases": len(cases)}
     for part in RESOURCES:
-        known = [one[part] for one in cases if one[part] is not None]
-        row[part] = float(np.mean(known)) if known else None
+        row[part] = _mean(case[part] for case in cases if case[part] is not None)
     return row
 
 
@@ -192,20 +192,21 @@ def _requirements(row: Judgement, suite: Suite) -> list[Row]:
     head = {"prompt": turn.prompt, "method": turn.method, "judge": turn.judge, "repeat": turn.repeat}
     marks, violations = row.reply["requirements"], row.reply.get("prohibitions") or {}
     found = []
-    for name, (_, one) in prompt.requirements.rows().items():
+    for name, (_, requirement) in prompt.requirements.rows().items():
         mark = marks.get(name) or {"mark": 0.0, "evidence": ""}
-        words = {"requirement": name, "what": one.what, "weight": one.importance}
+        words = {"requirement": name, "what": requirement.what, "weight": requirement.importance}
         found.append(head | words | {"mark": mark["mark"], "evidence": mark["evidence"]})
-    for name, one in prompt.prohibitions.items():
+    for name, prohibition in prompt.prohibitions.items():
         violation = violations.get(name) or {"violated": "no", "evidence": ""}
-        words = {"requirement": f"never.{name}", "what": one.what, "weight": one.weight}
+        words = {"requirement": f"never.{name}", "what": prohibition.what, "weight": prohibition.weight}
         mark = {"no": 1.0, "yes": 0.0, "severely": 0.0}[violation["violated"]]
         found.append(head | words | {"mark": mark, "evidence": violation["evidence"]})
     return found
 
 
-def _mean(values: Mapping[Any, float]) -> float | None:
-    return float(np.mean(list(values.values()))) if values else None
+def _mean(values: Iterable[float]) -> float | None:
+    known = list(values)
+    return float(np.mean(known)) if known else None
 
 
 def write_tables(tables: Tables, out: Path) -> list[Path]:

@@ -1,1 +1,1 @@
-"""Legibility: one measure of how well things are seen, for cases before they run, for evidence, and for films."""
+"""Legibility: a measure of how well things are visible, in cases before they run, in evidence, and in films."""

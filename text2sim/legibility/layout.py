@@ -1,9 +1,10 @@
 """Views of a case's cameras at its start."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from text2sim.compiler.build import Resolution
 from text2sim.compiler.looks import hides
 from text2sim.drawing.prop import Stage
 from text2sim.drawing.stage import stage
@@ -11,27 +12,24 @@ from text2sim.drawing.view import PictureView
 from text2sim.drawing.views import film_view
 from text2sim.legibility.sight import Sight, Things, look
 
-if TYPE_CHECKING:
-    from text2sim.compiler.build import Resolution
-
 COARSE_TRIANGLES = 30_000
-"""Triangles of a stage that is only asked what is seen of it."""
+"""Triangles of a stage that only serves to find what is visible."""
 
 
 class Layout(NamedTuple):
-    """Copies of bodies and statics, and what a camera sees of them."""
+    """Copies of bodies and statics, and their visibility to a camera."""
 
     names: list[str]
     sight: Sight
 
     @property
     def shares(self) -> dict[str, float]:
-        """Share of the picture that each copy fills, of those that are seen."""
+        """Part of the picture that each visible copy fills."""
         rows = zip(self.names, self.sight.seen.tolist(), strict=True)
         return {name: min(pixels / self.sight.size, 1.0) for name, pixels in rows if pixels}
 
     def hider(self, copies: set[str]) -> str:
-        """Return the copy that hides most of these; nothing if none does."""
+        """Return the copy that hides the largest part of some copies; empty if none does."""
         hidden: dict[str, float] = {}
         for k, name in enumerate(self.names):
             for other, part in self.sight.hiders(k) if name in copies else ():
@@ -40,22 +38,21 @@ class Layout(NamedTuple):
         return max(hidden.keys() - copies, key=lambda name: (hidden[name], name), default="")
 
 
-def at_start(resolution: "Resolution", camera: str, size: tuple[int, int] = (160, 90)) -> Layout:
+def at_start(resolution: Resolution, camera: str, size: tuple[int, int] = (160, 90)) -> Layout:
     """Return what a camera sees at the start of a case.
 
-    What is hidden behind something else is not seen, what stands behind glass is. What is smaller than a pixel
-    counts as a quarter of one.
+    Things behind glass are visible. Visible things that are smaller than a pixel count as a quarter of one.
 
     Args:
-        resolution: The case, worked out.
+        resolution: The resolved case.
         camera: Name of the camera.
-        size: Largest width and height [pixels] of the picture that is looked at.
+        size: Largest width and height of the picture [pixels].
     """
     return of_stage(stage(resolution, COARSE_TRIANGLES), film_view(resolution, camera, size))
 
 
 def of_stage(props: Stage, view: PictureView) -> Layout:
-    """Return what is seen of the props of a stage."""
+    """Return what a view shows of the props of a stage."""
     names = list(dict.fromkeys(prop.name for prop in props if prop.opacity > 0.0))
     index = {name: k for k, name in enumerate(names)}
     thing = np.array([index.get(prop.name, -1) for prop in props], np.int64)

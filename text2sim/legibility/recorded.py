@@ -1,7 +1,7 @@
-"""Triangles of a recorded run at a moment: few of them, as only visibility is asked of them."""
+"""Triangles of a recorded run at a moment; coarse ones, since they only serve to find what is visible."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,46 +10,46 @@ from text2sim.compiler.looks import hides
 from text2sim.drawing.stage import matrices
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.legibility.sight import Sight, Things, look
+from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cameras import View as FilmView
-
-if TYPE_CHECKING:
-    from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 
 Array = NDArray[Any]
 
 STAGE_TRIANGLES = 60_000
+"""Approximate number of triangles of rigid things."""
 MAX_PARTICLES = 2_000
+"""Approximate number of particles of a body that are drawn."""
 PARTICLE_RADIUS = 0.7
-"""Radius of a particle, in distances between them."""
+"""Radius of a particle, as a part of the distance between neighbours."""
 OCTAHEDRON = np.array([
     (a, b, c) for x in (1, -1) for y in (1, -1) for z in (1, -1)
     for a, b, c in [((x, 0, 0), (0, y, 0), (0, 0, z))]
 ], float)  # fmt: skip
-"""Corners of its triangles, shape (8, 3, 3), either way round."""
+"""Corners of the triangles of an octahedron, shape (8, 3, 3), not oriented."""
 
 
 class Recorded:
     """The things of a recording: bodies and statics, all copies of each together.
 
     Args:
-        recording: Of the run.
-        budget: Triangles of what is rigid, about.
-        grains: Most particles of a body that are looked at; each stands for its neighbours too.
-        copies: Copies of a body are things of their own.
+        recording: The recorded run.
+        budget: Approximate number of triangles of rigid things.
+        grains: Approximate number of particles of a body that are drawn, each enlarged to stand for its neighbours.
+        copies: Whether each copy of a body is a thing of its own.
 
     Attributes:
-        names: Of the things.
-        pieces: Meshes that links wear, then bodies that deform.
-        thing_of_piece: Number of the thing that each is of, shape (p,).
-        hiding: Whether each hides what is behind it, shape (p,).
-        statics: Names of those that never move.
-        colors: sRGB of each, 0 to 1, shape (m, 3).
+        names: Names of the things.
+        pieces: The meshes of links, then deformable bodies.
+        thing_of_piece: Index of the thing that each piece belongs to, shape (p,).
+        hiding: Whether each piece hides what is behind it, shape (p,).
+        statics: Names of the things that never move.
+        colors: Colour of each thing, sRGB from 0 to 1, shape (m, 3).
     """
 
     def __init__(
         self,
-        recording: "FilmRecord",
+        recording: FilmRecord,
         budget: int = STAGE_TRIANGLES,
         grains: int = MAX_PARTICLES,
         *,
@@ -72,16 +72,16 @@ class Recorded:
         self.hiding = np.array([hides(piece.look.opacity, piece.look.finish) for piece in self.pieces], bool)
 
     def things(self, t: float) -> Things:
-        """Return everything as it is at simulated time `t` [s]."""
+        """Return all things at a simulated time [s]."""
         corners, piece, there = self.surfaces(t)
         piece = piece[there]
         return Things(corners[there], self.thing_of_piece[piece], self.hiding[piece], len(self.names))
 
     def surfaces(self, t: float) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return the triangles of all pieces at simulated time `t` [s], the same ones in the same order at every time.
+        """Return the triangles of all pieces at a simulated time [s]; their order is the same at all times.
 
         Returns:
-            Their corners [m], shape (n, 3, 3); which piece each is of; and whether it is there, both of shape (n,).
+            Corners [m], shape (n, 3, 3); index of the piece of each triangle, and whether it exists, both shape (n,).
         """
         states = self.recording.states
         pos, quat = states.poses(t)
@@ -98,22 +98,27 @@ class Recorded:
         return corners, np.concatenate(piece), there
 
     def sight(self, t: float, camera: FilmView, size: tuple[int, int]) -> Sight:
-        """Return what a camera sees at simulated time `t` [s].
+        """Return what a camera sees at a simulated time.
 
         Args:
-            t: Time.
-            camera: Where it stands then.
-            size: Width and height of the picture that is looked at [pixels].
+            t: Time [s].
+            camera: Pose of the camera at this time.
+            size: Width and height of the picture [pixels].
         """
         return look(self.things(t), raster_view(camera, size))
 
     def flat_picture(self, sight: Sight, background: Any) -> Array:
-        """Return a picture of colours alone, without light, shape (h, w, 3): what stands in where none is drawn."""
+        """Return a picture with flat colours, 0 to 1, shape (h, w, 3).
+
+        Args:
+            sight: What the camera sees.
+            background: Colour of the background.
+        """
         colors = np.concatenate([self.colors, np.asarray(background, float).reshape(1, 3)])
         return colors[sight.front].reshape(sight.view.height, sight.view.width, 3)
 
-    def _rigid(self, parts: "list[WornMesh]") -> tuple[Array, Array, Array]:
-        """Triangles of all rigid parts in the frames of their links; of each its link and its part."""
+    def _rigid(self, parts: list[WornMesh]) -> tuple[Array, Array, Array]:
+        """Triangles of all rigid parts in the frames of their links, and the link and the part of each triangle."""
         meshes: dict[Any, tuple[Array, Array]] = {}
         for mesh in dict.fromkeys(part.mesh for part in parts):
             with np.load(mesh) as arrays:
@@ -131,7 +136,7 @@ class Recorded:
 
     @cached_property
     def _faces(self) -> list[Array | None]:
-        """Triangles over the vertices of each body that deforms; None for particles."""
+        """Triangles over the vertices of each deformable body; None for particles."""
         found: list[Array | None] = []
         for part in self._soft:
             with np.load(part.geometry) as arrays:
@@ -151,7 +156,7 @@ class Recorded:
         return (points[::step, None, None] + radius * OCTAHEDRON).reshape(-1, 3, 3)
 
     def _places(self, part: Any, t: float) -> Array:
-        """Where the vertices, or else the particles, of a body are [m], shape (n, 3)."""
+        """Positions of the vertices, or particles, of a deformable body [m], shape (n, 3)."""
         states = self.recording.states
         assert states.soft is not None
         name, columns = ("soft_points", "points") if part.row["surface"] is None else ("soft_surface", "surface")
@@ -159,19 +164,19 @@ class Recorded:
 
 
 def raster_view(camera: FilmView, size: tuple[int, int]) -> PictureView:
-    """Return a camera of the film as one of the rasteriser."""
+    """Return a camera of the film as a view of the rasteriser."""
     away = float(np.linalg.norm(np.subtract(camera.look_at, camera.pos)))
     near = max(away * 1e-3, 1e-4)
     return perspective(camera.pos, camera.look_at, camera.up, camera.fov, size, near=near)  # type: ignore[arg-type]
 
 
 def coarsened(vertices: Array, faces: Array, max_triangles: int) -> Array:
-    """Return at most some `max_triangles` triangles over the same vertices: those that are near each other become one.
+    """Return fewer triangles over the same vertices, shape (g, 3): vertices that are near each other are merged.
 
     Args:
-        vertices: [m], shape (n, 3).
-        faces: Shape (f, 3).
-        max_triangles: How many triangles, about.
+        vertices: Positions [m], shape (n, 3).
+        faces: Triangles, shape (f, 3).
+        max_triangles: Approximate number of triangles; fewer are returned unchanged.
     """
     if len(faces) <= max_triangles:
         return faces
@@ -189,5 +194,5 @@ def coarsened(vertices: Array, faces: Array, max_triangles: int) -> Array:
         cells = max(int(cells * 0.7), 2)
 
 
-def _is_visible(look: "SurfaceLook") -> bool:
+def _is_visible(look: SurfaceLook) -> bool:
     return look.visible and look.opacity > 0

@@ -1,7 +1,8 @@
-"""Sight of a camera: what it sees of each thing, and what it would see of it if nothing else were there.
+"""Sight of a camera: the pixels at which each thing is visible, and those that it would cover alone.
 
-A rasteriser makes pixels of all triangles at once. Each pixel shows the nearest; a thing is hidden at those that it
-would cover alone and where something else is seen. So one pass tells how much of every thing is hidden, and by what.
+A rasteriser turns all triangles into pixels at once. Each pixel shows the nearest thing. A thing is hidden at the
+pixels that it would cover alone but where another thing is visible. So one pass finds which part of every thing is
+hidden, and by what.
 """
 
 from collections.abc import Iterator
@@ -18,69 +19,66 @@ from text2sim.drawing.view import PictureView
 Array = NDArray[Any]
 
 SPECK_PIXELS = 0.25
-"""Pixels that something counts for which is seen, but lies between the middles of pixels."""
+"""Number of pixels that a visible thing counts as if it lies between the centres of pixels."""
 MIN_PIXELS = 4
-"""A thing that would cover fewer is too small for saying what part of it is hidden."""
+"""Smallest number of pixels of a thing alone for which the hidden part can be measured."""
 RING_WIDTH = 3
-"""Pixels around a thing that it is compared with."""
+"""Width of the surroundings that a thing is compared with [pixels]."""
 
 
 class Things(NamedTuple):
-    """What there is to be seen at a moment."""
+    """Triangles of a scene at a moment."""
 
     triangles: Array
-    """[m], shape (n, 3, 3)"""
+    """Corners [m], shape (n, 3, 3)."""
     owner: Array
-    """Index of the thing that each triangle is of, shape (n,)"""
+    """Index of the thing of each triangle, shape (n,)."""
     solid: NDArray[np.bool_]
-    """Whether each triangle hides what is behind it, shape (n,): a drum may have a front of glass"""
+    """Whether each triangle hides what is behind it, shape (n,); parts of a thing may be of glass."""
     number: int
-    """How many things there are, m."""
+    """Number of things, m."""
     culled: NDArray[np.bool_] | None = None
-    """Triangles that are seen from outside only, shape (n,); none if left out."""
+    """Whether each triangle is only visible from outside, shape (n,); none is if left out."""
 
 
 class Measures(NamedTuple):
-    """How well a thing is seen in a picture."""
+    """Visibility of a thing in a picture."""
 
     share: float
     """Part of the picture that it fills."""
     hidden: float | None
-    """Part of what the picture would show of it that others hide; None if that is too small to tell."""
+    """Part of it that others hide, of what is in the picture; None if it is too small to measure."""
     inside: float
     """Part of its points that are in the picture, hidden or not."""
     edge: float | None
-    """Distance from the edge of the picture, in heights of it; None if it is not seen."""
+    """Distance from the edge of the picture, in heights of the picture; None if it is not visible."""
     contrast: float | None
-    """Distance in colour from what is around it, 0 to 1; None if that is not known."""
+    """Distance in colour from its surroundings, 0 to 1; None if unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What a camera sees.
-
-    Attributes:
-        seen: Pixels at which each thing is seen, shape (m,).
-        alone: Pixels at which it would be seen if nothing else were there, shape (m,).
-        inside: Part of its points that are in the picture, shape (m,).
-    """
+    """What a camera sees."""
 
     view: PictureView
     front: Array
-    """Solid thing at each pixel, row by row, -1 for none, shape (h w,)."""
+    """Nearest solid thing at each pixel, row by row, -1 for none, shape (h w,)."""
     pixels: Array
-    """Pixels that things cover, seen or not, and"""
+    """Pixels that things cover, visible or not; each pair of pixel and thing is listed once."""
     things: Array
-    """which thing that is: each pair once."""
+    """The thing of each of these pairs."""
     visible: NDArray[np.bool_]
-    """Whether that thing is seen there."""
+    """Whether this thing is visible at this pixel."""
     seen: Array
+    """Number of pixels at which each thing is visible, shape (m,)."""
     alone: Array
+    """Number of pixels at which it would be visible without the others, shape (m,)."""
     inside: Array
+    """Part of its points that are in the picture, shape (m,)."""
 
     @property
     def size(self) -> int:
-        """Pixels of the picture."""
+        """Number of pixels of the picture."""
         return self.view.width * self.view.height
 
     @cached_property
@@ -89,13 +87,13 @@ class Sight:
         return np.clip(1 - self.seen / np.maximum(self.alone, 1e-9), 0, 1) * (self.alone > 0)
 
     def mask(self, thing: int) -> NDArray[np.bool_]:
-        """Return where a thing is seen, shape (h, w)."""
+        """Return the pixels at which a thing is visible as a mask, shape (h, w)."""
         found = np.zeros(self.size, bool)
         found[self.pixels[self.visible & (self.things == thing)]] = True
         return found.reshape(self.view.height, self.view.width)
 
     def hiders(self, thing: int) -> Iterator[tuple[int, float]]:
-        """Yield what hides a thing, the most first, with the part of the thing that it hides."""
+        """Yield the things that hide a thing, and the part of it that each hides, the largest part first."""
         pixels = self.pixels[~self.visible & (self.things == thing)]
         counts = np.bincount(self.front[pixels] + 1)[1:]
         for other in np.argsort(-counts, kind="stable").tolist():
@@ -103,7 +101,7 @@ class Sight:
                 yield other, float(counts[other] / self.alone[thing])
 
     def measures(self, picture: Array | None = None) -> list[Measures]:
-        """Return how well each thing is seen.
+        """Return the measures of each thing.
 
         Args:
             picture: Colours 0 to 1, shape (h, w, 3), for contrast.
@@ -111,16 +109,17 @@ class Sight:
         edges = self._edges()
         return [
             Measures(
-                float(self.seen[k] / self.size), float(self.hidden[k]) if self.alone[k] >= MIN_PIXELS else None,
-                float(self.inside[k]),
-                float(edges[k]) if np.isfinite(edges[k]) else None,
-                None if picture is None else contrast(picture, self.mask(k)),
+                share=float(self.seen[k] / self.size),
+                hidden=float(self.hidden[k]) if self.alone[k] >= MIN_PIXELS else None,
+                inside=float(self.inside[k]),
+                edge=float(edges[k]) if np.isfinite(edges[k]) else None,
+                contrast=None if picture is None else contrast(picture, self.mask(k)),
             )
             for k in range(len(self.seen))
-        ]  # fmt: skip
+        ]
 
     def _edges(self) -> Array:
-        """Distance of each thing from the edge of the picture [heights], infinite if it is not seen."""
+        """Distance of each thing from the edge of the picture [heights]; infinite if it is not visible."""
         wide, tall = self.view.width, self.view.height
         pixels, things = self.pixels[self.visible], self.things[self.visible]
         row, column = pixels // wide, pixels % wide
@@ -158,7 +157,7 @@ def look(things: Things, view: PictureView) -> Sight:
 
 
 def _specks(things: Things, view: PictureView, nearness: Array, seen: Array, alone: Array) -> Array:
-    """Count what lies between pixels, in place; return which part of each thing's points is in the picture."""
+    """Count things between the centres of pixels in `seen` and `alone`; return the part of each within the picture."""
     count = things.number
     points, owner = things.triangles.reshape(-1, 3), np.repeat(things.owner, 3)
     pixels, depth = view.pixels(points), -view.local(points)[:, 2]
@@ -174,14 +173,14 @@ def _specks(things: Things, view: PictureView, nearness: Array, seen: Array, alo
 
 
 def contrast(picture: Array, mask: NDArray[np.bool_]) -> float | None:
-    """Return the distance in colour between what a mask shows and a ring around it, 0 to 1.
+    """Return the distance in mean colour between the pixels of a mask and a ring around them, 0 to 1.
 
     Args:
         picture: Colours 0 to 1, shape (h, w, 3).
-        mask: Shape (h, w).
+        mask: The pixels, shape (h, w).
 
     Returns:
-        The distance; None if the mask is empty, or nothing is around it.
+        The distance; None if mask or ring are empty.
     """
     if not mask.any():
         return None
@@ -199,7 +198,7 @@ def contrast(picture: Array, mask: NDArray[np.bool_]) -> float | None:
 
 
 def _grown(mask: NDArray[np.bool_], pixels: int) -> NDArray[np.bool_]:
-    """Return a mask with what is at most some pixels away from it, along rows and columns in turn."""
+    """A mask grown by a number of pixels along rows and columns, not along diagonals."""
     for _ in range(pixels):
         found = mask.copy()
         found[1:] |= mask[:-1]

@@ -1,4 +1,4 @@
-"""Summary of legibility in a film, in a few numbers and words: what evidence says, and critics read."""
+"""Summary of the legibility of films in numbers and remarks, for evidence and critics."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,27 +11,24 @@ from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
 
 PICTURES_OF_OTHER_FILMS = 8
-"""Pictures of each film but the main one that are looked at."""
+"""Number of pictures of each film except the main one that are measured."""
 MAX_FILMS = 6
-"""Films that are looked at."""
+"""Largest number of films that are measured."""
 MAX_EVENTS = 8
-"""Events whose moments are looked at."""
+"""Largest number of events whose moments are checked."""
 MAX_REMARKS = 16
-"""Most remarks."""
 SMALL_SHARE = 0.002
-"""Part of the picture below which a body is said to be small: 43 x 43 pixels of 1280 x 720."""
+"""Part of the picture below which a body is small: 43 x 43 pixels of 1280 x 720."""
 HIDDEN_SHARE = 0.6
-"""Part of a body that others hide, from which on that is said."""
+"""Part of a body above which it is reported as hidden by others."""
 CUT_SHARE = 0.5
-"""Part of a body beyond the edges from which on that is said."""
+"""Part of a body within the picture below which it is reported as cut off."""
 FAINT_CONTRAST = 0.04
 """Contrast below which a body hardly stands out."""
 QUICK_MOTION = 0.25
-"""Heights of the picture from one picture to the next, from which on a body is too quick to follow."""
-
-
+"""Displacement between pictures [heights of the picture] above which a body is too quick to follow."""
 CUT_OFF = 0.25
-"""Part of the recorded time after the end of a film from which on that is said."""
+"""Part of the recorded time after the end of a film above which the end is reported as missing."""
 EMPTY_SPAN = 0.3
 """Part of the picture's width or height that all bodies together span in most pictures, below which it is empty."""
 
@@ -42,17 +39,17 @@ class Moment:
 
     name: str
     t: float
-    """[s]"""
+    """Its time [s]."""
     bodies: tuple[str, ...]
-    """Which bodies it is about."""
+    """Names of the bodies that it concerns."""
 
 
 def summarise(watcher: Watcher, moments: Sequence[Moment] = ()) -> dict[str, Any]:
-    """Return the numbers of each film of a run, and remarks about the main one.
+    """Return the measures of each film of a run, and remarks about the main film.
 
     Args:
-        watcher: Of the run.
-        moments: Events of the run, the first time of each.
+        watcher: Measures the pictures of the run.
+        moments: The first occurrence of each event of the run.
     """
     film, last = watcher.recording.film, watcher.recording.last
     pictures = {name: frames(film, shots, last) for name, shots in list(reels(film).items())[:MAX_FILMS]}
@@ -76,18 +73,18 @@ def _film(watcher: Watcher, rows: list[Row]) -> dict[str, Any]:
     return {
         "pictures": len(rows),
         "bodies": {name: _body(rows, name) for name in watcher.moving},
-        "statics": statics,  # the largest share of a picture that each fills
+        "statics": statics,  # the largest part of a picture that each fills
     }
 
 
 def _statics(watcher: Watcher) -> list[str]:
-    """Statics that are drawn as themselves: a backdrop takes the place of planes."""
+    """Statics that are visible; the backdrop of a film replaces planes."""
     replaced = {body_of(copy) for copy in watcher.recording.film["backdrop"]["planes"]}
     return [name for name in watcher.recorded.names if name in watcher.recorded.statics and name not in replaced]
 
 
 def _body(rows: list[Row], name: str) -> dict[str, Any]:
-    """Numbers of a body over the pictures of a film."""
+    """Measures of a body over the pictures of a film."""
     found: list[Mapping[str, float | None]] = [row["bodies"].get(name, {}) for row in rows]
     shares = [row.get("share") or 0.0 for row in found]
 
@@ -105,7 +102,7 @@ def _body(rows: list[Row], name: str) -> dict[str, Any]:
 
 
 def _about_film(watcher: Watcher, pictures: list[Frame], rows: list[Row], last: float) -> list[str]:
-    """Say what is wrong with all of it: an empty picture, an end that comes before the end."""
+    """Remarks about the film as a whole: an empty picture, an early end."""
     found = []
     span = median(row["span"] for row in rows)
     if 0 < span < EMPTY_SPAN:
@@ -174,7 +171,7 @@ def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Mo
 
 
 def _what_hides(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> str:
-    """Say what hides a body where most of it is hidden."""
+    """The part of a body that is hidden, and what hides it, in the picture that shows least of it."""
     worst = max((row for row in rows if name in row["bodies"]), key=lambda row: row["bodies"][name]["hidden"] or 0.0)
     frame = next(frame for frame in pictures if frame.k == worst["frame"])
     sight, names = watcher.sight(frame), watcher.recorded.names
@@ -188,7 +185,7 @@ def _name_of(sight: Sight, names: list[str], thing: int) -> str:
 
 
 def _last_seen(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: str) -> float:
-    """Return when a body leaves the picture for good [s], by halving between the pictures that were looked at."""
+    """Time at which a body leaves the picture for good [s], by bisection between the measured pictures."""
     k = watcher.recorded.names.index(name)
     there = [row["frame"] for row in rows if name in row["bodies"]]
     gone = [row["frame"] for row in rows if row["frame"] > there[-1]]

@@ -26,8 +26,6 @@ MAX_PICTURES = 100_000
 """Largest number of pictures of a film, whose description is untrusted."""
 MAX_SIDE = 8192
 """Side of a film [pixels]."""
-PLACES = ("{}", "render/final{}", "render/draft{}")
-"""Paths of films, the preview first, because it always shows the current case."""
 
 
 def frames_of(workspace: Workspace, run: str, times: list[float], count: int, camera: str) -> ToolAnswer:
@@ -84,7 +82,7 @@ def _pictures(folder: Path, camera: str) -> tuple[str, list[Frame]]:
         if sum(_length(film, shot) for shot in films[reel]) > MAX_PICTURES:
             raise RunError(f"the film of {folder} is too long to show")
         last = record.time or float(film["end"])
-        pictures = [one for one in frames(film, films[reel], last) if not camera or one.camera == camera]
+        pictures = [picture for picture in frames(film, films[reel], last) if not camera or picture.camera == camera]
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, OSError) as error:
         raise RunError(f"{folder / 'program' / 'render.py'} describes no film: {error!r}") from None
     if not pictures:
@@ -100,8 +98,8 @@ def _chosen(pictures: list[Frame], times: list[float], count: int) -> list[Frame
     """The pictures nearest to some times, or a number of evenly spread ones, in the order of the film."""
     if times:
         # Limited to the end of the film: for huge numbers, rounding would make all pictures equally near.
-        last = max(one.t for one in pictures)
-        near = [min(pictures, key=lambda one: abs(one.t - min(time, last))) for time in times]
+        last = max(picture.t for picture in pictures)
+        near = [min(pictures, key=lambda picture: abs(picture.t - min(time, last))) for time in times]
     else:
         steps = max(count - 1, 1)
         near = [pictures[round(i * (len(pictures) - 1) / steps)] for i in range(count)]
@@ -110,8 +108,9 @@ def _chosen(pictures: list[Frame], times: list[float], count: int) -> list[Frame
 
 def _film(folder: Path, reel: str) -> Path:
     suffix = reel.removeprefix(MAIN)
-    for place in PLACES:
-        path = folder / f"{place.format(reel if place == PLACES[0] else suffix)}.mp4"
+    # The preview comes first, because it always shows the current case.
+    for place in (reel, f"render/final{suffix}", f"render/draft{suffix}"):
+        path = folder / f"{place}.mp4"
         if is_file(path, MAX_FILM):
             return path
     raise RunError(

@@ -1,7 +1,7 @@
 """Tool that looks up the language: pages of its reference, rules of the lint, prefabs."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from text2sim.lint.rules import RULES, find_rule
@@ -19,7 +19,6 @@ _TABLE_RULE = re.compile(r"^\|(?:-+\|)+\n", re.MULTILINE)
 class Page:
     """A heading of the reference and the text below it, up to the next heading."""
 
-    number: int
     level: int
     title: str
     text: str
@@ -47,7 +46,7 @@ def language(topic: str, offset: int) -> ToolAnswer:
     if len(found) == 1:
         page = found[0]
         text = _page_text(page)
-        below = [one.name for one in _subpages(page)]
+        below = [subpage.name for subpage in _subpages(page)]
         document = {"topic": page.path}
         if len(text) > MAX_PAGE and below:
             text, document["pages_below"] = page.text, ", ".join(below)
@@ -70,7 +69,9 @@ def _index() -> ToolAnswer:
     lines = []
     for page in _pages():
         if page.level in (2, 3):
-            below = ", ".join(one.name for one in _subpages(page) if one.level == page.level + 1 and one.level != 3)
+            below = ", ".join(
+                subpage.name for subpage in _subpages(page) if subpage.level == page.level + 1 and subpage.level != 3
+            )
             lines.append(f"{'  ' * (page.level - 2)}{page.name}{': ' if below else ''}{below}")
     lines += ["", f"prefabs: {', '.join(_prefab_names())}", f"rules of the lint: {', '.join(r.id for r in RULES)}"]
     return ToolAnswer({"next": "ask for one of these, such as `rigid`, `shapes/box` or `tunnelling`"}, "\n".join(lines))
@@ -97,15 +98,14 @@ def _pages() -> tuple[Page, ...]:
             if page.level < (chain[-1].level if chain else level):
                 chain.append(page)
         lines = [line]
-        pages.append(Page(len(pages), level, heading[2], "", tuple(page.name for page in reversed(chain))))
+        pages.append(Page(level, heading[2], "", tuple(page.name for page in reversed(chain))))
     _finish_page(pages, lines)
     return tuple(pages[1:])
 
 
 def _finish_page(pages: list[Page], lines: list[str]) -> None:
     if pages:
-        last = pages[-1]
-        pages[-1] = Page(last.number, last.level, last.title, "\n".join(lines).strip() + "\n", last.above)
+        pages[-1] = replace(pages[-1], text="\n".join(lines).strip() + "\n")
 
 
 def _find_pages(words: str) -> list[Page]:
@@ -116,21 +116,21 @@ def _find_pages(words: str) -> list[Page]:
         same = [page for page in _pages() if len(name) > 3 and name in page.title.lower()]
     if not above:  # parts have the names of similar shapes
         return [page for page in same if not page.path.startswith("parts of")] or same
-    below = [page for page in same if any(above.rpartition("/")[2] in one for one in page.above)]
+    below = [page for page in same if any(above.rpartition("/")[2] in name_above for name_above in page.above)]
     return [page for page in below if page.path == f"{above}/{name}"] or below
 
 
 def _subpages(page: Page) -> list[Page]:
     found = []
-    for one in _pages()[_pages().index(page) + 1 :]:
-        if one.level <= page.level:
+    for other in _pages()[_pages().index(page) + 1 :]:
+        if other.level <= page.level:
             break
-        found.append(one)
+        found.append(other)
     return found
 
 
 def _page_text(page: Page) -> str:
-    return "\n".join([page.text, *(one.text for one in _subpages(page))])
+    return "\n".join([page.text, *(subpage.text for subpage in _subpages(page))])
 
 
 @cache

@@ -92,7 +92,7 @@ def open_side(text: str, overlay: CaseOverlay) -> Iterator[Side]:
         yield _read_side(extract(repository, place.path, Path(folder)), text, overlay)
 
 
-def _read_side(path: Path, label: str, overlay: CaseOverlay = NOTHING) -> Side:
+def _read_side(path: Path, label: str, overlay: CaseOverlay) -> Side:
     """Read an existing file or folder; see `open_side`."""
     file = path / CASE_FILE if path.is_dir() else path
     run = path if path.is_dir() and (path / "run.json").is_file() else None

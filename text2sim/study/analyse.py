@@ -26,13 +26,13 @@ def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
     """
     ratings = defaultdict[tuple[str, str, str], list[int]](list)
     left, abstained = list[int](), 0
-    for one in answers:
-        trial = study.assignments[one.assignment][one.trial]
-        if one.level is None:
+    for answer in answers:
+        trial = study.assignments[answer.assignment][answer.trial]
+        if answer.level is None:
             abstained += 1
             continue
-        left.append(-one.level)
-        ratings[trial.method, one.question, trial.task].append(-one.level if trial.first else one.level)
+        left.append(-answer.level)
+        ratings[trial.method, answer.question, trial.task].append(-answer.level if trial.first else answer.level)
     scores = {study.anchor: dict.fromkeys([*study.questions, OVERALL], {"score": 50.0})}
     for method in study.methods:
         by_task = {
@@ -49,9 +49,9 @@ def analyse(study: Study, answers: Sequence[StudyAnswer]) -> dict[str, Any]:
         }
         scores[method] = {name: _score(list(rows.values())) for name, rows in {**by_task, OVERALL: together}.items()}
     groups = {q: [rows for (_, what, _), rows in ratings.items() if what == q] for q in study.questions}
-    trials = {(one.person, one.trial) for one in answers}
+    trials = {(answer.person, answer.trial) for answer in answers}
     return {
-        "people": len({one.person for one in answers}),
+        "people": len({answer.person for answer in answers}),
         "comparisons": len(trials),
         "planned": sum(map(len, study.assignments)),
         "answers": len(answers),

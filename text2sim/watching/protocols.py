@@ -13,30 +13,15 @@ if TYPE_CHECKING:
 class Checked(Protocol):
     """A case as `text2sim check` reads it."""
 
-    @property
-    def loaded(self) -> "LoadedCase | None":
-        """The case, if it could be read."""
-        ...
-
-    @property
-    def plan(self) -> "Plan | None":
-        """Its plan, if it can be run."""
-        ...
-
-    @property
-    def problems(self) -> list[Problem]:
-        """Its problems."""
-        ...
-
-    @property
-    def sources(self) -> dict[str, str]:
-        """Texts of the files with problems, by name."""
-        ...
-
-    @property
-    def failure(self) -> str:
-        """Error message without a line of the case; empty if there is none."""
-        ...
+    loaded: "LoadedCase | None"
+    """The case, if it could be read."""
+    plan: "Plan | None"
+    """Its plan, if it can be run."""
+    problems: list[Problem]
+    sources: dict[str, str]
+    """Texts of the files with problems, by name."""
+    failure: str
+    """Error message without a line of the case; empty if there is none."""
 
     @property
     def ok(self) -> bool:

@@ -42,7 +42,7 @@ actions:
         ),
         ("0.1", "{kind: rest, of: post}", "is at rest from the start"),
         ("0.5", "{kind: rest, of: post}", ""),
-        ("0.1", "{kind: rest, of: [post, post]}", "`post`, `post` are at rest from the start"),
+        ("0.1", "{kind: rest, of: [post, ball]}", "`post`, `ball` are at rest from the start"),
     ],
 )
 def test_an_event_that_is_true_at_the_start(tmp_path, height, event, said):
