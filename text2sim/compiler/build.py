@@ -7,7 +7,8 @@ from pathlib import Path
 from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
-from text2sim.compiler.film import check_targets, resolve_render
+from text2sim.compiler.film import resolve_render
+from text2sim.compiler.film_cameras import check_targets
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints

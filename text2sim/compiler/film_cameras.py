@@ -10,14 +10,13 @@ from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.selection import select, split
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
-
-Ball = tuple[tuple[float, float, float], float]
 
 DEFAULT_FOV = 32.0
 """Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""

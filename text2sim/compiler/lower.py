@@ -13,13 +13,14 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.dolls import ragdoll_tree
 from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
-from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
+from text2sim.compiler.trees.model_files import ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
 from text2sim.compiler.trees.tree import (
     Tree,

@@ -69,7 +69,7 @@ def extremes(schedule: Schedule) -> tuple[float, float]:
 
 
 SCHEDULE_SAMPLES = 200
-"""Times at which a schedule is sampled for its largest value."""
+"""Times at which a schedule is sampled."""
 
 
 def largest(schedule: Schedule, duration: float) -> float:

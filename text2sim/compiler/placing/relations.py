@@ -12,9 +12,10 @@ from text2sim.compiler.placing.footing import footing, slide
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import stand_beside, touch
+from text2sim.compiler.shapes.gjk import TOLERANCE
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate
 from text2sim.compiler.shapes.sizes import CopySpot
-from text2sim.compiler.shapes.sweep import TOLERANCE, sweep
+from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.place_rules import STANDING, contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyRegion

@@ -23,7 +23,6 @@ def convex_pieces(
     shape: Sculpt,
     parts: "list[PlacedPart]",
     vertices: Array,
-    faces: Array,
     field: Callable[[Array], Array],
     cell: float,
 ) -> list[Array]:
@@ -33,7 +32,6 @@ def convex_pieces(
         shape: The shape.
         parts: Its parts.
         vertices: Of its surface [m].
-        faces: Of its surface.
         field: Distance [m] from the surface, negative inside.
         cell: Cell [m] of the grid on which it was made.
     """

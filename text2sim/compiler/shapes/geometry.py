@@ -8,12 +8,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import (
-    Vec,
-    frame_apply,
-    quat_of,
-    quat_rotate,
-)
+from text2sim.compiler.shapes.rotation import quat_of, quat_rotate
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -236,34 +231,6 @@ def volume(shape: Any, folder: Path) -> float:
     if kind == "plane":
         raise ValueError("a plane has no volume")
     return pieces(shape, folder)[0].volume()
-
-
-def points(shape: Any, folder: Path) -> list[Vec]:
-    """Return points [m] in the body's frame whose convex hull is the shape, to within 3 % of its round parts.
-
-    They serve for framing pictures; for bounds `extents` is exact.
-    """
-    found: list[Vec] = []
-    for piece in pieces(shape, folder):
-        found += (frame_apply(piece.pos, piece.quat, p) for p in _piece_points(piece))
-    return found
-
-
-def _piece_points(piece: Piece) -> list[Vec]:
-    size = piece.size
-    if piece.kind in ("hull", "mesh"):
-        return list(piece.vertices)
-    if piece.kind == "box":
-        x, y, z = (s / 2 for s in size)
-        return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)]
-    ring = [(math.cos(math.pi * k / 8), math.sin(math.pi * k / 8)) for k in range(16)]
-    if piece.kind == "cylinder":
-        return [(size[0] * c, size[0] * s, z) for c, s in ring for z in (-size[1] / 2, size[1] / 2)]
-    latitudes = [(math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)) for k in range(-8, 9)]
-    ball = [(c * a, s * a, b) for a, b in latitudes for c, s in ring]
-    rx, ry, rz = size if piece.kind == "ellipsoid" else (size[0],) * 3
-    half = size[1] / 2 if piece.kind == "capsule" else 0.0
-    return [(rx * x, ry * y, rz * z + math.copysign(half, z)) for x, y, z in ball]
 
 
 class InnerFloor(NamedTuple):

@@ -248,7 +248,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     vertices = grid.low + grid.cell * vertices.astype(float)
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
     vertices, faces, looks = _simplify(vertices, faces, looks, grid.cell, parts)
-    pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
+    pieces = convex_pieces(shape, parts, vertices, lambda p: _sampled(values, grid, p), grid.cell)
     return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
 

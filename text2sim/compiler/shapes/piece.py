@@ -20,6 +20,8 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.spec_schema.models.shapes import Cup, Funnel, Tube
 
+Ball = tuple[Vec, float]
+"""Centre and radius [m]."""
 CONE_SIDES = 32
 
 # Corners of a wedge: inner and outer at its first side, then at its second; bottom first.
@@ -57,7 +59,7 @@ class Piece:
     """Of a compound: name of the part."""
 
     @cached_property
-    def ball(self) -> tuple[Vec, float]:
+    def ball(self) -> Ball:
         """Centre [m] and radius [m] of a ball around the piece, in the body's frame."""
         size = self.size
         if self.kind in ("hull", "mesh"):

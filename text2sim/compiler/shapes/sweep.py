@@ -11,9 +11,7 @@ from collections.abc import Iterator, Sequence
 
 from text2sim.compiler.shapes.gjk import TOLERANCE, distance, separation
 from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
-from text2sim.compiler.shapes.solid import Solid, solids
-
-__all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids", "sweep"]
+from text2sim.compiler.shapes.solid import Solid
 
 ORIGIN: Vec = (0.0, 0.0, 0.0)
 _MAX_STEPS = 100

@@ -8,7 +8,8 @@ from typing import Any
 from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftRecord, Surface
-from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.piece import Ball
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.soft import ipc
@@ -40,7 +41,7 @@ class SoftLowering:
     acted_on: frozenset[str] = frozenset()
     """Bodies that controls name."""
 
-    def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, tuple[Vec, float]]:
+    def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, Ball]:
         """Return the entity for one copy, and a ball [m] around it at the start, in the world.
 
         Raises:

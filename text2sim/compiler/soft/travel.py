@@ -8,7 +8,7 @@ from math import dist
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
-from text2sim.compiler.schedules import largest, value_at
+from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
 from text2sim.spec_schema.models.base import span_of
@@ -17,8 +17,6 @@ from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
 
-SCHEDULE_SAMPLES = 200
-"""Times at which a schedule is sampled."""
 MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""
 

@@ -12,15 +12,12 @@ from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.distance_field import LEAST_NODES, DistanceField
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.sculpting import DIGEST_PREFIX, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
 from text2sim.compiler.trees.mjcf import write_mjcf
 from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.errors import AssetError
-
-Ball = tuple[Vec, float]
-"""Centre and radius [m]."""
 
 PIECES_OF_A_MESH = 16
 """Assumed number of convex pieces of a decomposed mesh; only the engine knows the true one."""

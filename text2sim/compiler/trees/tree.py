@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
-from text2sim.compiler.shapes.piece import Piece, piece_reach
+from text2sim.compiler.shapes.piece import Ball, Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
     Quaternion,
@@ -205,7 +206,7 @@ def moved_frame(link: TreeLink, positions: Mapping[str, float], pos: Vec, quat: 
     return pos, quat
 
 
-def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
+def tree_balls(tree: Tree) -> list[Ball]:
     """Return centre [m] and radius [m] of a ball around every piece at the start, in the tree's frame."""
     found = []
     for piece, pos, quat, _ in tree_pieces(tree, drawn=True):
@@ -214,7 +215,7 @@ def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
     return found
 
 
-def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
+def tree_bounds(tree: Tree, quat: Quaternion) -> Bounds:
     """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
     placed = tree_pieces(tree, quat=quat, drawn=True)
     low, high = [0.0] * 3, [0.0] * 3
