@@ -23,7 +23,7 @@ from text2sim.compiler.plan import (
     Wrench,
 )
 from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
-from text2sim.compiler.selection import select, split
+from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
 from text2sim.compiler.soft.controls import (
@@ -54,6 +54,7 @@ from text2sim.spec_schema.models.controls import (
 )
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 
 @dataclass
@@ -106,7 +107,7 @@ def lower_controls(
         if isinstance(control, Release):
             attach = loaded.case.actions.controls[control.attach]
             assert isinstance(attach, Attach)
-            if not is_soft(copies[split(attach.body)[0]][0].model):
+            if not is_soft(copies[body_of(attach.body)][0].model):
                 rows.welds += [_weld(a, b, attach, control, line, name) for a, b in _pairs(attach, copies)]
             continue
         chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
@@ -227,9 +228,10 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
 
 def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:
     event = when.on if isinstance(when, Release) else None
-    part = split(attach.to)[2] if split(attach.to)[0] == b.body else None
+    own, to = parse_selector(attach.body), parse_selector(attach.to)
+    part = to.part if to.body == b.body else None
     at = NEVER_REACHED if when.at is None else when.at
-    return Weld(at, when is attach, a.name, split(attach.body)[2], b.name, part, line, name, event)
+    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event)
 
 
 def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:

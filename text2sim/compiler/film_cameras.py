@@ -9,7 +9,7 @@ from text2sim.compiler.film_views import free_direction
 from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.selection import select, split
+from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec
@@ -17,6 +17,7 @@ from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
+from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 DEFAULT_FOV = 32.0
 """Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""
@@ -181,7 +182,7 @@ def _focus(focus: Any, scene: FilmedScene) -> Any:
     if not isinstance(focus, str):
         return resolve_target(focus, scene)
     copies, link = select(focus, scene.placed)
-    if len(copies) > 1 or split(focus)[0] not in scene.moving:
+    if len(copies) > 1 or body_of(focus) not in scene.moving:
         return resolve_target(focus, scene)
     return {"body": copies[0].name, "link": link}
 
@@ -197,15 +198,15 @@ def _plain_names(selectors: list[str], scene: FilmedScene) -> list[str]:
     """Selectors as recorded states know them: a body for all its copies, or single copies, and links of either."""
     found = []
     for selector in selectors:
-        body, index, part = split(selector)
-        copies, _ = select(selector, scene.placed)
-        names = [body] if index in (None, "*") else [copy.name for copy in copies]
+        chosen = parse_selector(selector)
+        copies, part = select(selector, scene.placed)
+        names = [chosen.body] if chosen.first is None else [copy.name for copy in copies]
         found += [name if part is None else f"{name}.{part}" for name in names]
     return found
 
 
 def _names(selectors: list[str]) -> list[str]:
-    return list(dict.fromkeys(split(selector)[0] for selector in selectors))
+    return list(dict.fromkeys(map(body_of, selectors)))
 
 
 def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 import colorsys
 import random
-from collections import OrderedDict
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from pydantic import BaseModel
 
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.spec_schema.models.materials import Look, Palette
@@ -123,17 +124,14 @@ def has_glass(copy: Copy) -> bool:
     return any(not hides(*look) for look in looks)
 
 
-_KNOWN: "OrderedDict[int, tuple[Any, tuple[Look, ...]]]" = OrderedDict()
-
-
 def looks_of(model: Any) -> tuple[Look, ...]:
     """Return all looks within a body, its own first; copies share their model, and the last few thousand are kept."""
-    found = _KNOWN.get(id(model))
-    if found is None or found[0] is not model:
-        found = _KNOWN[id(model)] = model, tuple(_looks_in(model))
-        if len(_KNOWN) > 4096:
-            _KNOWN.popitem(last=False)
-    return found[1]
+    return _kept_looks(ObjectKey(model))
+
+
+@lru_cache(maxsize=4096)
+def _kept_looks(model: ObjectKey) -> tuple[Look, ...]:
+    return tuple(_looks_in(model.value))
 
 
 def _looks_in(model: Any) -> Iterator[Look]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba, colors_of, dress_of, one_color, rgba_of, worn_by
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
@@ -71,8 +72,8 @@ class Lowering:
     """Balls around the pieces of each copy [m], at the start, in the world."""
     alike: dict[tuple[Any, ...], Written] = field(default_factory=dict)
     """Models already written, by everything in which copies can differ."""
-    contents: dict[int, tuple[Any, Any]] = field(default_factory=dict)
-    """Contents of models without their place, by id; the model is kept too, so that nothing else gets its id."""
+    contents: dict[ObjectKey, Any] = field(default_factory=dict)
+    """Contents of models without their place."""
     pieces: int = 0
     """Convex pieces made so far."""
     thinnest: float = 1e9
@@ -213,10 +214,11 @@ class Lowering:
 
     def _content(self, model: Any) -> Any:
         """The content of a model, without where its copies are."""
-        if id(model) not in self.contents:
+        key = ObjectKey(model)
+        if key not in self.contents:
             there = {field: None for field in PLACEMENT_KEYS if field in type(model).model_fields}
-            self.contents[id(model)] = (model, content_of(model.model_copy(update=there)))
-        return self.contents[id(model)][1]
+            self.contents[key] = content_of(model.model_copy(update=there))
+        return self.contents[key]
 
     def _native(
         self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
@@ -26,9 +27,9 @@ class BodyPoints:
 
     def __init__(self, trees: dict[str, Tree], folder: Path) -> None:
         self.trees, self.folder = trees, folder
-        # Copies share shapes, and controls share regions: both are kept here, so that nothing else gets their ids.
-        self._skins: dict[int, tuple[Any, SurfaceSkin]] = {}
-        self._middles: dict[tuple[int, int], tuple[Any, Any, Vec]] = {}
+        # Copies share shapes, and controls share regions.
+        self._skins: dict[ObjectKey, SurfaceSkin] = {}
+        self._middles: dict[tuple[ObjectKey, ObjectKey], Vec] = {}
 
     def on_link(self, copy: Copy, part: str | None, point: Vec | BodyRegion | None) -> Vec | None:
         """Return a point [m] in the frame of a link.
@@ -75,15 +76,14 @@ class BodyPoints:
         return frame_apply(copy.pos, copy.quat, self._middle(tree, region, whole))
 
     def _middle(self, owner: Any, region: BodyRegion, standing: _Standing) -> Vec:
-        key = (id(owner), id(region))
+        whole, key = ObjectKey(owner), (ObjectKey(owner), ObjectKey(region))
         if key not in self._middles:
-            if id(owner) not in self._skins:
+            if whole not in self._skins:
                 if not standing:
                     raise RegionError("it has no surface to touch")
-                self._skins[id(owner)] = (owner, skin_of(standing))
-            found = region_middle(region, self._skins[id(owner)][1])
-            self._middles[key] = (owner, region, found)
-        return self._middles[key][2]
+                self._skins[whole] = skin_of(standing)
+            self._middles[key] = region_middle(region, self._skins[whole])
+        return self._middles[key]
 
 
 def _link(tree: Tree, part: str | None) -> TreeLink:

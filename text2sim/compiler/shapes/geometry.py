@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
@@ -16,10 +17,9 @@ from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
 
-_MEMORY = 4096
-_KNOWN: dict[Any, tuple[Piece, ...]] = {}
+_PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
-_DRAWN: dict[Any, VisualMesh] = {}
+_SURFACES: Memory[VisualMesh] = Memory(4096)
 """Drawn surfaces, likewise."""
 
 
@@ -36,13 +36,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     Raises:
         AssetError: if a mesh file cannot be used.
     """
-    key = key_of(shape, folder)
-    found = _KNOWN.get(key)
-    if found is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        found = _KNOWN[key] = tuple(_pieces(shape, folder))
-    return list(found)
+    return list(_PIECES.recall(key_of(shape, folder), lambda: _pieces(shape, folder)))
 
 
 def key_of(shape: Any, folder: Path) -> Any:
@@ -177,19 +171,13 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         from text2sim.compiler.shapes.sculpting import sculpted
 
         return sculpted(shape).visuals()
-    if not isinstance(shape, Drawn | Text | Sketch):
-        return None
-    key = key_of(shape, folder)
-    if key not in _DRAWN:
-        if len(_DRAWN) >= _MEMORY:
-            _DRAWN.clear()
-        if isinstance(shape, Drawn):
-            _DRAWN[key] = surface(shape)
-        else:
-            from text2sim.compiler.shapes.flatforms import flat_surface
+    if isinstance(shape, Drawn):
+        return [_SURFACES.recall(key_of(shape, folder), lambda: surface(shape))]
+    if isinstance(shape, Text | Sketch):
+        from text2sim.compiler.shapes.flatforms import flat_surface
 
-            _DRAWN[key] = flat_surface(shape, folder)
-    return [_DRAWN[key]]
+        return [_SURFACES.recall(key_of(shape, folder), lambda: flat_surface(shape, folder))]
+    return None
 
 
 def volume(shape: Any, folder: Path) -> float:

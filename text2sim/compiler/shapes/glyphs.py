@@ -3,18 +3,15 @@
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.lettering import areas, letters
-from text2sim.compiler.shapes.sketching import strokes
+from text2sim.compiler.shapes.lettering import Letter, areas, letters
+from text2sim.compiler.shapes.sketching import Stroke, strokes
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Sketch, Text
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
-
-_MEMORY = 256
-_KNOWN: dict[Any, "tuple[Any, tuple[Glyph, ...]]"] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +37,11 @@ def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
         AssetError: if the font or picture cannot be used, or there is nothing in it.
     """
     found = letters(shape.text, shape.font, folder) if isinstance(shape, Text) else strokes(shape.file, folder)
-    key = (shape.kind, float(shape.height), tuple(map(id, found)))
-    known = _KNOWN.get(key)
-    if known is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        # Letters are kept beside what is made of them, so that nothing else gets their ids.
-        known = _KNOWN[key] = (found, _scaled(found, shape.height))
-    return list(known[1])
+    return list(_scaled(tuple(found), shape.height))
 
 
-def _scaled(found: Any, height: float) -> tuple[Glyph, ...]:
+@lru_cache(maxsize=256)
+def _scaled(found: tuple[Letter | Stroke, ...], height: float) -> tuple[Glyph, ...]:
     from shapely.affinity import affine_transform
 
     bounds = [one.form.bounds for one in found]

@@ -1,6 +1,5 @@
 """Meshes from files in triangles of a wanted size: large ones are divided, small ones merged."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.answer_cache import cached_answer, cached_net, packed, unpacked
 from text2sim.assets.confined import call_confined
 from text2sim.assets.foreign_files import named_errors
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
 from text2sim.compiler.shapes.triangle_count import refuse_many
@@ -219,39 +219,24 @@ def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarra
     """Return the place of each vertex in the picture, or else None and how many have several."""
     path, root = mesh_path(file, folder)
     stat = path.stat()
-    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, FileVertices(vertices))
-
-
-@dataclass(frozen=True, eq=False)
-class FileVertices:
-    """Vertices of a file, as a key of a cache: equal if they are the same array."""
-
-    vertices: "np.ndarray"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, FileVertices) and other.vertices is self.vertices
-
-    def __hash__(self) -> int:
-        return id(self.vertices)
+    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, ObjectKey(vertices))
 
 
 @lru_cache(maxsize=16)
-def _read_places(
-    path: Path, root: Path, _mtime: int, _size: int, rows: FileVertices
-) -> "tuple[np.ndarray | None, int]":
+def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: ObjectKey) -> "tuple[np.ndarray | None, int]":
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
-        return call_confined(_find_places, path, root, rows.vertices)
+        return call_confined(_find_places, path, root, rows.value)
     import numpy as np
 
     def ask() -> dict[str, Any]:
-        uvs, seams = call_confined(_find_places, path, root, rows.vertices)
+        uvs, seams = call_confined(_find_places, path, root, rows.value)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
     found = cached_answer((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
     uvs = unpacked(found["uvs"], "f8", 2)
-    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
+    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.value) else (None, found["seams"])
 
 
 def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":

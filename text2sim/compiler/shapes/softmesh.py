@@ -5,12 +5,12 @@ of meshes from files are divided or merged (`remesh.py`). Equal shapes give equa
 """
 
 import math
-from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_net
+from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
@@ -29,14 +29,13 @@ if TYPE_CHECKING:
 
 DIGITS = 8
 """Decimals of every coordinate [m]."""
-_MEMORY = 64
-_KNOWN: dict[Any, "SoftMesh"] = {}
+_SURFACES: "Memory[SoftMesh]" = Memory(64)
 """Surfaces by shape, shared by copies and by all who only read them."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
 THIN_ROWS, THIN_ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
-_UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
+_UNIONS: "Memory[Manifold]" = Memory(64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +66,7 @@ def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True)
         AssetError: if a file cannot be used, or there would be too many triangles.
     """
     key = (key_of(shape, folder), float(edge), coarsen)
-    found = _KNOWN.get(key)
-    if found is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        found = _KNOWN[key] = _surface(shape, folder, float(edge), coarsen)
-    return found
+    return _SURFACES.recall(key, lambda: _surface(shape, folder, float(edge), coarsen))
 
 
 def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
@@ -153,13 +147,13 @@ def union(shape: Compound, folder: Path) -> "Manifold":
     Raises:
         AssetError: if a part is not a closed solid, or parts do not touch.
     """
+    return _UNIONS.recall(key_of(shape, folder), lambda: _union(shape, folder))
+
+
+def _union(shape: Compound, folder: Path) -> "Manifold":
     import numpy as np
     from manifold3d import Manifold, Mesh64, OpType
 
-    key = key_of(shape, folder)
-    if key in _UNIONS:
-        _UNIONS.move_to_end(key)
-        return _UNIONS[key]
     solids = []
     for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
@@ -174,9 +168,6 @@ def union(shape: Compound, folder: Path) -> "Manifold":
     apart = [one for one in whole.decompose() if one.volume() > 0]
     if len(apart) > 1:
         raise AssetError(f"is in {len(apart)} pieces: parts of a deformable body must overlap, to make one volume")
-    if len(_UNIONS) >= _MEMORY:
-        _UNIONS.popitem(last=False)
-    _UNIONS[key] = whole
     return whole
 
 
