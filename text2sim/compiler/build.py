@@ -192,12 +192,11 @@ def _traits(
     bodies, gravity = loaded.case.bodies, loaded.case.scene.gravity
     moving = [copy for name in bodies for copy in placed[name]]
     trees = lowering.trees.values()
-    joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(copy.model.startable for copy in moving if not isinstance(copy.model, Deformable))
     return Traits(
         loose=loose,
         geoms=lowering.pieces,
-        chains=sum(joint.kind == "ball" for joint in joints),
+        chains=sum(joint.kind == "ball" for tree in trees for _, joint in tree.joints()),
         loops=sum(len(tree.loops) for tree in trees),
         linked=any(copy.model.kind in LINKED for copy in moving),
         attaches=sum(weld.on for weld in rows.welds),

@@ -84,8 +84,8 @@ def lower_controls(
     copies: dict[str, list[Copy]],
     initial: dict[str, dict[str, float]],
     points: BodyPoints,
-    soft: SoftControls | None = None,
-    held: Mapping[str, Collection[str]] | None = None,
+    soft: SoftControls | None,
+    held: Mapping[str, Collection[str]],
 ) -> ControlRows:
     """Return the rows for all controls, in the order of the case.
 
@@ -122,7 +122,7 @@ def lower_controls(
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
                 elif isinstance(own, Reach):
-                    _reach(own, copy, part or "", points, (held or {}).get(copy.name, ()), rows, line, name)
+                    _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
                 else:
                     _lower(own, copy, part, copies, rows, line, name, points)
         except RegionError as error:

@@ -7,7 +7,7 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import ORIGIN, Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees.tree import tree_pieces
 
 Standing = tuple[Piece, Vec, Quaternion]
@@ -95,7 +95,7 @@ def _local(piece: Piece, point: Vec) -> Vec:
     return _local_to(point, piece.pos, piece.quat)
 
 
-def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = (0.0, 0.0, 0.0)) -> bool:
+def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = ORIGIN) -> bool:
     """Whether the line from a to b goes through an upright box, and not only begins in it."""
     first, last = 0.0, 1.0
     for p, q, h, c in zip(a, b, half, center, strict=True):

@@ -15,7 +15,7 @@ from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.piece import Ball
-from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import IDENTITY, frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.dolls import ragdoll_tree
@@ -146,7 +146,7 @@ class Lowering:
             look = model.payload.look or model.look
             geoms = geoms_of(shape, model.payload.material, look, copy, self.folder)
             self._take_in_thickness(geoms)
-            low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), self.folder)
+            low, high = extents(shape, IDENTITY, self.folder)
             payload = (geoms, float(high[2]))
         tree = generators.chain_tree(model, vector_unit(model.direction), rgba, payload)
         return self._model(copy, tree)
@@ -271,8 +271,7 @@ class Lowering:
         mechanism = self._mechanism(model.file, model.base)
         tree = mechanism_tree(mechanism, model)
         self._take_in(copy, tree, tree_balls(tree), count_pieces(tree))
-        touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
-        self.thinnest = min([self.thinnest, *(piece.thickness for piece in touching)])
+        self._take_in_thickness(geom for geom in tree.geoms() if geom.touches)
         self.motors += file_motors(mechanism, model, copy.name)
         self.held_by_files[copy.name] = {
             j.name for j in mechanism.joints if j.motor is not None and j.motor.stiffness > 0
@@ -323,7 +322,7 @@ class Lowering:
         return made
 
     def _take_in_thickness(self, geoms: Iterable[TreeGeom]) -> None:
-        self.thinnest = min(self.thinnest, *(geom.piece.thickness for geom in geoms))
+        self.thinnest = min([self.thinnest, *(geom.piece.thickness for geom in geoms)])
 
     def _motor(self, entity: str, joint: str, mount: Any) -> None:
         actuator = getattr(mount, "actuator", None)

@@ -47,8 +47,7 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
         elif getattr(copy.model, "file", None) is not None:
             found[copy.name] = lowering.mechanisms[copy.model.file, copy.model.base].mass
         elif tree is not None:
-            geoms = (geom for link in tree.links() for geom in link.geoms)
-            found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
+            found[copy.name] = sum(geom.density * geom.piece.volume() for geom in tree.geoms())
         elif density is not None:
             found[copy.name] = density * volume(ObjectKey(copy.shape))
     return found

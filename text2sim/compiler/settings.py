@@ -140,7 +140,7 @@ def damping_ratio(restitution: float) -> float:
     return high
 
 
-def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Settings:
+def derive(scene: Scene, traits: Traits, soft: SoftSettings | None) -> Settings:
     """Choose what the author left open.
 
     Args:

@@ -9,6 +9,9 @@ from text2sim.compiler.placing.sides import lined_up
 from text2sim.compiler.shapes.geometry import inner_floor
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
     Quaternion,
     Vec,
     quat_between,
@@ -28,7 +31,6 @@ TESTED_DIRECTIONS = 16
 """Sideways directions in which what surrounds something must not come off."""
 MAX_EXCESS = 1e-4
 """A pole may be larger than its hole by this part of itself."""
-_Z = (0.0, 0.0, 1.0)
 
 
 def axis_frame(target: PlacedGroup) -> Quaternion:
@@ -38,25 +40,25 @@ def axis_frame(target: PlacedGroup) -> Quaternion:
     """
     frame = target.frame()
     kinds = {getattr(spot.shape, "kind", None) for spot in target.members}
-    local: Vec = _Z
+    local = Z_AXIS
     if not kinds <= set(ROUND_ABOUT_Z):
         low, high = target.bounds(frame)
         sides = [b - a for a, b in zip(low, high, strict=True)]
         longest = max(sides)
         if sides[2] < longest * (1 - 1e-6):
-            local = (1.0, 0.0, 0.0) if sides[0] >= sides[1] else (0.0, 1.0, 0.0)
+            local = X_AXIS if sides[0] >= sides[1] else Y_AXIS
     x, y, z = quat_rotate(frame, local)
     if z < -1e-9 or (abs(z) <= 1e-9 and (x, y) < (0.0, 0.0)):
         local = (-local[0], -local[1], -local[2])
-    return quat_multiply(frame, quat_between(_Z, local))
+    return quat_multiply(frame, quat_between(Z_AXIS, local))
 
 
 def along_axis(target: PlacedGroup) -> Quaternion:
     """Return the orientation of a ring around a body: its z along the body's axis, otherwise as it is described."""
     if not target.members:
         return IDENTITY
-    axis = quat_rotate(axis_frame(target), _Z)
-    return IDENTITY if axis[2] > 1 - 1e-12 else quat_between(_Z, axis)
+    axis = quat_rotate(axis_frame(target), Z_AXIS)
+    return IDENTITY if axis[2] > 1 - 1e-12 else quat_between(Z_AXIS, axis)
 
 
 def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, ringed: bool) -> Vec:
@@ -184,7 +186,7 @@ def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedG
     middle = target.middle()
     x, y = spot.pos[0] + shift[0] - middle[0], spot.pos[1] + shift[1] - middle[1]
     norm = math.hypot(x, y)
-    out = (x / norm, y / norm, 0.0) if norm > 1e-9 else (1.0, 0.0, 0.0)
+    out = (x / norm, y / norm, 0.0) if norm > 1e-9 else X_AXIS
     far = math.dist(*target.bounds()) + math.dist(*target.sizes.of(spot)) + place.clearance
     start = (shift[0] + far * out[0], shift[1] + far * out[1], shift[2])
     way = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)

@@ -6,13 +6,22 @@ from collections.abc import Callable, Sequence
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.shapes.regions import RegionError, region_middle
-from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate, vector_dot, vector_times
+from text2sim.compiler.shapes.rotation import (
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+    Vec,
+    frame_apply,
+    quat_rotate,
+    vector_dot,
+    vector_times,
+)
 from text2sim.compiler.shapes.skin import skin_of
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
-_UNITS: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_UNITS = (X_AXIS, Y_AXIS, Z_AXIS)
 _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
 _MAX_ROUNDS = 20

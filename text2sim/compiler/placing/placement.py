@@ -16,9 +16,8 @@ from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.extents import TreeExtents
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes, TreePieces
-from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS

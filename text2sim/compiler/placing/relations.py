@@ -13,7 +13,7 @@ from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.placing.sides import stand_beside, touch
 from text2sim.compiler.shapes.gjk import TOLERANCE
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate
+from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate
 from text2sim.compiler.shapes.sizes import CopySpot
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.place_rules import STANDING, contradictions
@@ -114,10 +114,10 @@ def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec)
 
 def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap: float, relation: str) -> float:
     """Return the shift in z that brings the subject to the plane, from above or (`below`) from below."""
-    nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
+    nx, ny, nz = quat_rotate(plane.quat, Z_AXIS)
     if nz < 1e-6:
         raise PlaceError("the plane does not face upwards", relation)
-    up: Vec = (0.0, 0.0, 1.0) if nz > 1 - 1e-15 else (nx, ny, nz)
+    up = Z_AXIS if nz > 1 - 1e-15 else (nx, ny, nz)
     level = nx * plane.pos[0] + ny * plane.pos[1] + nz * plane.pos[2]
     if relation == "below":
         edge = level - gap + subject.lowest((-up[0], -up[1], -up[2]))
@@ -165,7 +165,7 @@ def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap
         over = abs(pos[2] + sz / 2 - top) < 1e-12
         if over and pos[0] - sx / 2 <= low[0] + x and high[0] + x <= pos[0] + sx / 2:  # noqa: SIM102
             if pos[1] - sy / 2 <= low[1] + y and high[1] + y <= pos[1] + sy / 2:
-                return top - subject.lowest((0.0, 0.0, 1.0)) + gap
+                return top - subject.lowest(Z_AXIS) + gap
     return None
 
 

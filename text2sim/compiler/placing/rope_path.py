@@ -9,6 +9,7 @@ import numpy as np
 
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import (
+    Z_AXIS,
     Quaternion,
     Vec,
     frame_apply,
@@ -175,7 +176,7 @@ def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str]
     mount = getattr(spot.model, "mount", None)
     if isinstance(mount, HingeMount) and abs(vector_unit(mount.axis)[2]) < MIN_AXIS_COSINE:
         raise PatternError(f"goes round the z axis of `{item.round}`, whose own hinge has another `axis`", *key)
-    axis = np.array(quat_rotate(spot.quat, (0.0, 0.0, 1.0)))
+    axis = np.array(quat_rotate(spot.quat, Z_AXIS))
     side = np.array(vector_unit(item.side))
     side -= (side @ axis) * axis
     if np.linalg.norm(side) < 1e-3:

@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import quat_of, quat_rotate
+from text2sim.compiler.shapes.rotation import Z_AXIS, quat_of, quat_rotate
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -238,7 +238,7 @@ def inner_floor(shape: Any) -> InnerFloor | None:
         floors = []
         for part in shape.solids.values():
             floor = inner_floor(part.shape)
-            if floor is not None and quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9:
+            if floor is not None and quat_rotate(quat_of(part.pose), Z_AXIS)[2] > 1 - 1e-9:
                 x, y, z = part.pose.pos
                 floors.append(InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1])))
         return min(floors, default=None)

@@ -10,9 +10,11 @@ from typing import Any
 from text2sim.compiler.shapes.distance_field import DistanceField
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
     Quaternion,
     Vec,
     frame_apply,
+    quat_conjugate,
     quat_multiply,
     quat_rotate,
     vector_cross,
@@ -37,7 +39,7 @@ class Piece:
 
     kind: str
     """box, sphere, cylinder, capsule, ellipsoid, hull or mesh."""
-    pos: Vec = (0.0, 0.0, 0.0)
+    pos: Vec = ORIGIN
     """[m]; hulls keep the body's frame."""
     quat: Quaternion = IDENTITY
     size: tuple[float, ...] = ()
@@ -235,8 +237,7 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
         piece: The piece.
         direction: Unit vector.
     """
-    w, x, y, z = piece.quat
-    u = direction if piece.quat == IDENTITY else quat_rotate((w, -x, -y, -z), direction)
+    u = direction if piece.quat == IDENTITY else quat_rotate(quat_conjugate(piece.quat), direction)
     size = piece.size
     if piece.kind in ("hull", "mesh"):
         own = max(a * u[0] + b * u[1] + c * u[2] for a, b, c in piece.vertices)

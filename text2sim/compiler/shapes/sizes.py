@@ -9,7 +9,7 @@ from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.extents import TreeExtents, body_extents, extents
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.solid import Solid, solids
 
 MAX_PIECES = 20_000
@@ -72,7 +72,7 @@ class Sizes:
         key = (_key_of(spot), spot.quat, axis)
         found = self._lowest.get(key)
         if found is None:
-            at_origin = self.solids(spot._replace(pos=(0.0, 0.0, 0.0)))
+            at_origin = self.solids(spot._replace(pos=ORIGIN))
             found = self._lowest[key] = min(solid.span(axis)[0] for solid in at_origin)
         return found
 
@@ -82,7 +82,7 @@ class Sizes:
         Without `tree_pieces`, a tree of links counts as its bounds.
         """
         if spot.shape is not None:
-            return [(piece, (0.0, 0.0, 0.0), IDENTITY) for piece in pieces(spot.shape, self.folder)]
+            return [(piece, ORIGIN, IDENTITY) for piece in pieces(spot.shape, self.folder)]
         key = _key_of(spot)
         if key not in self._trees:
             if self._tree_pieces is not None:

@@ -38,7 +38,7 @@ class SoftLowering:
     """Contact model of the scene."""
     scales: Scales
     meshes: MeshFiles
-    acted_on: frozenset[str] = frozenset()
+    acted_on: frozenset[str]
     """Bodies that controls name."""
 
     def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, Ball]:

@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
@@ -117,7 +118,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """
     if shape.kind == "sheet":
         return min(shape.size), max(shape.size)
-    low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), folder)
+    low, high = extents(shape, IDENTITY, folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
     return short, long
 

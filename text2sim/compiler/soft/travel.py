@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import dist
+from math import hypot
 
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
@@ -76,7 +76,7 @@ def travel(
     flights: dict[str, Vec] = {}
     starts = {row.entity: row.linear for row in rows.velocities if row.entity in masses}
     for push in rows.pushes:
-        force, mass = dist(push.force, (0.0, 0.0, 0.0)), masses.get(push.entity, 1.0)
+        force, mass = hypot(*push.force), masses.get(push.entity, 1.0)
         if not force:
             continue
         span = min(push.end, duration) - push.start
@@ -114,7 +114,7 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
         return
     x, y, z = (c - p for c, p in zip(field.center, copy.pos, strict=True))
     if isinstance(field, Attraction):
-        size = dist((x, y, z), (0.0, 0.0, 0.0))
+        size = hypot(x, y, z)
         way = (
             min(field.strength * square, 2 * size)
             if field.strength > 0
@@ -122,7 +122,7 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
         )
         _fly(flights, copy.name, (x, y, z), way / size if size else 0.0)
         return
-    size = dist((x, y), (0.0, 0.0))
+    size = hypot(x, y)
     sign = 1.0 if field.swirl > 0 else -1.0
     _fly(
         flights,

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.trees.tree import Tree, TreeLink
 
 
@@ -34,7 +34,7 @@ def carried_links(tree: Tree) -> list[CarriedLink]:
     """Return the links of a tree, as it stands at the start, with what hangs on each."""
     found: list[CarriedLink] = []
     for root in tree.roots:
-        _walk(root, (0.0, 0.0, 0.0), IDENTITY, found)
+        _walk(root, ORIGIN, IDENTITY, found)
     return found
 
 

@@ -11,7 +11,7 @@ from text2sim.compiler.placing.patterns import SINGLE
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
 from text2sim.compiler.trees.file_bodies import mechanism_parts
 from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
@@ -37,7 +37,7 @@ def tree_of(model: Any, folder: Path) -> Tree:
 
     def make() -> Tree:
         lowering = Lowering(folder)
-        lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
+        lowering.entity(model, Copy("body", "body", None, SINGLE, model, ORIGIN, IDENTITY, None, 1))
         return lowering.trees["body"]
 
     return _TREES.recall((ObjectKey(model), folder), make)
@@ -94,9 +94,8 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
                 tree = tree_of(body, loaded.folder)
             except AssetError:
                 continue  # reported where the body is lowered
-            joints = {name: joint for link in tree.links() for name, joint in link.all_joints() if joint.kind != "free"}
-            models = {key: joint_model(joint.kind, joint.range) for key, joint in joints.items()}
-            parts[name] = Parts(tuple(link.name for link in tree.links()), models)
+            joints = {key: joint_model(one.kind, one.range) for key, one in tree.joints() if one.kind != "free"}
+            parts[name] = Parts(tuple(link.name for link in tree.links()), joints)
     return parts, problems
 
 

@@ -47,8 +47,7 @@ class Written:
 
 def count_pieces(tree: Tree) -> int:
     """Return how many convex pieces a tree has."""
-    geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
-    return sum(PIECES_OF_A_MESH if geom.piece.collision == "decompose" else 1 for geom in geoms)
+    return sum(PIECES_OF_A_MESH if g.piece.collision == "decompose" else 1 for g in (*tree.geoms(), *tree.fixtures))
 
 
 def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -113,7 +112,7 @@ class ModelFiles:
         options: dict[str, Any] = {"file": path}
         if collisions:
             options["contact"] = collisions.pop()
-        fields = {str(geom.piece.file): geom.piece.field for link in tree.links() for geom in link.geoms}
+        fields = {str(geom.piece.file): geom.piece.field for geom in tree.geoms()}
         return Written(tree, options, color, tree_balls(tree), count_pieces(tree), *_exact(fields))
 
     def add_mechanism(self, body: str, mechanism: Mechanism) -> str:

@@ -12,6 +12,10 @@ from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piec
 from text2sim.compiler.shapes.piece import Ball, Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
     Quaternion,
     Vec,
     frame_apply,
@@ -55,8 +59,8 @@ class TreeJoint:
 
     kind: str
     """free, hinge, slider or ball."""
-    axis: Vec = (0.0, 0.0, 1.0)
-    anchor: Vec = (0.0, 0.0, 0.0)
+    axis: Vec = Z_AXIS
+    anchor: Vec = ORIGIN
     range: tuple[float, float] | None = None
     """[rad] or [m]"""
     damping: float = 0.0
@@ -70,7 +74,7 @@ class TreeLink:
     """A link; without a joint it is fixed to its parent, or to the world."""
 
     name: str
-    pos: Vec = (0.0, 0.0, 0.0)
+    pos: Vec = ORIGIN
     quat: Quaternion = IDENTITY
     joint: TreeJoint | None = None
     joints: tuple[tuple[str, TreeJoint], ...] = ()
@@ -126,6 +130,14 @@ class Tree:
             queue[:0] = link.children
         return found
 
+    def joints(self) -> list[tuple[str, TreeJoint]]:
+        """Return name and joint for each joint of every link."""
+        return [row for link in self.links() for row in link.all_joints()]
+
+    def geoms(self) -> list[TreeGeom]:
+        """Return the pieces of every link; those of the world are `fixtures`."""
+        return [geom for link in self.links() for geom in link.geoms]
+
 
 class StandingPiece(NamedTuple):
     """A piece with the pose of its link."""
@@ -147,7 +159,7 @@ class StandingLink(NamedTuple):
     """False for what is fixed to the world."""
 
 
-def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
+def tree_links(tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY) -> list[StandingLink]:
     """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions.
 
     Args:
@@ -167,7 +179,7 @@ def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTI
 
 
 def tree_pieces(
-    tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY, *, drawn: bool = False
+    tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY, *, drawn: bool = False
 ) -> list[StandingPiece]:
     """Return every piece of a tree that stands at (`pos`, `quat`), all joints at their start positions.
 
@@ -219,7 +231,7 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> Bounds:
     """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
     placed = tree_pieces(tree, quat=quat, drawn=True)
     low, high = [0.0] * 3, [0.0] * 3
-    for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+    for k, axis in enumerate((X_AXIS, Y_AXIS, Z_AXIS)):
         back = (-axis[0], -axis[1], -axis[2])
         turned = [(one.piece, one.pos[k], quat_conjugate(one.quat)) for one in placed]
         high[k] = max((at + piece_reach(piece, quat_rotate(q, axis)) for piece, at, q in turned), default=0.0)
