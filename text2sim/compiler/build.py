@@ -13,7 +13,7 @@ from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.lettering import letter_counts
-from text2sim.compiler.placing.placement import Copy, place_all
+from text2sim.compiler.placing.placement import Copy, file_path, place_all
 from text2sim.compiler.plan import EntityPlan, Friction, Group, Plan
 from text2sim.compiler.release_events import lower_watches
 from text2sim.compiler.rope_frequencies import taut_frequencies
@@ -165,8 +165,7 @@ def _groups(
                     entity = lowering.soft.coupled(entity, copy.model, lowering.trees.get(copy.name))
                 entities.append(entity)
             except AssetError as error:
-                key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
-                problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
+                problems.append(loaded.problem((*pointer, *file_path(copy.model)), str(error), rule="asset"))
                 break
             if lowering.pieces > MAX_PIECES:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"

@@ -170,32 +170,8 @@ def _lower(
 ) -> None:
     if isinstance(control, InitialVelocity):
         rows.velocities.append(StartVelocity(copy.name, control.linear, control.angular, line, name))
-    elif isinstance(control, Impulse):
-        # An impulse is a force of one step: the program divides by its time step.
-        rows.wrenches.append(
-            Wrench(
-                copy.name,
-                part,
-                control.at,
-                control.at,
-                control.impulse,
-                (0.0, 0.0, 0.0),
-                None,
-                False,
-                points.on_link(copy, part, control.point),
-                line,
-                name,
-            )
-        )
-    elif isinstance(control, Force | Torque):
-        start, end = span_of(control.during, NEVER_REACHED)
-        force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
-        torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
-        point = points.on_link(copy, part, control.point) if isinstance(control, Force) else None
-        scale = None if control.scale == 1.0 else constructor(control.scale)
-        rows.wrenches.append(
-            Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", point, line, name)
-        )
+    elif isinstance(control, Impulse | Force | Torque):
+        rows.wrenches.append(_wrench(control, copy, part, line, name, points))
     elif isinstance(control, Remove):
         rows.removals.append(Removal(copy.name, control.at, control.on, line, name))
     elif isinstance(control, Attach):
@@ -205,6 +181,21 @@ def _lower(
     elif isinstance(control, Drive):
         joints = joints_named(copy, part, points.trees)
         add_drive(control, copy, joints, line, name, rows.targets, rows.later, rows.later_targets)
+
+
+def _wrench(
+    control: Impulse | Force | Torque, copy: Copy, part: str | None, line: int, name: str, points: BodyPoints
+) -> Wrench:
+    point = None if isinstance(control, Torque) else points.on_link(copy, part, control.point)
+    none = (0.0, 0.0, 0.0)
+    if isinstance(control, Impulse):
+        # An impulse is a force of one step: the program divides by its time step.
+        return Wrench(copy.name, part, control.at, control.at, control.impulse, none, None, False, point, line, name)
+    start, end = span_of(control.during, NEVER_REACHED)
+    force, torque = (control.force, none) if isinstance(control, Force) else (none, control.torque)
+    scale = None if control.scale == 1.0 else constructor(control.scale)
+    local = control.frame == "body"
+    return Wrench(copy.name, part, start, end, force, torque, scale, local, point, line, name)
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:

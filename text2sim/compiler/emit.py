@@ -142,17 +142,8 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         for name, path in paths.items():
             with naming(path):
                 path.write_text(texts[name], "utf-8")
-        command = [
-            sys.executable,
-            "-m",
-            "ruff",
-            "format",
-            "--isolated",
-            "--no-cache",
-            "--line-length=120",
-            *map(str, paths.values()),
-        ]
-        done = subprocess.run(command, capture_output=True, check=False)
+        command = [sys.executable, *"-m ruff format --isolated --no-cache --line-length=120".split()]
+        done = subprocess.run([*command, *map(str, paths.values())], capture_output=True, check=False)
         if done.returncode:
             complaint = done.stderr.decode().replace(folder, "").strip()
             # An error of the operating system, such as a full disk, is no bug of ours.

@@ -1,7 +1,7 @@
 """Cameras of the render section as numbers, and one that shows everything, for a case without cameras."""
 
 from collections.abc import Collection
-from math import dist, radians
+from math import dist, inf, radians
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -237,14 +237,8 @@ def _free_direction(names: Any, scene: FilmedScene) -> Vec:
 
 def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
     """Return the balls, and where they will land if there is ground not too far below."""
-    levels = [copy.pos[2] for copy in ground_planes(scene)]
-    level = max(levels) if levels else None
-    fallen = (
-        []
-        if level is None
-        else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < MAX_GROUND_DISTANCE]
-    )
-    return balls + fallen
+    level = max((copy.pos[2] for copy in ground_planes(scene)), default=-inf)
+    return balls + [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < MAX_GROUND_DISTANCE]
 
 
 def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:

@@ -2,7 +2,7 @@
 
 import colorsys
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -10,6 +10,7 @@ from pydantic import BaseModel
 
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.spec_schema.models.materials import Look, Palette
 from text2sim.spec_schema.models.scene import Static
@@ -32,12 +33,24 @@ CLEAR_FINISHES = ("glass", "frosted_glass")
 """Finishes that hide nothing, however opaque."""
 
 
-def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
+def rounded_rgb(color: Any) -> Vec:
+    """Return a colour of the language in sRGB, each channel in 0..1 with four digits."""
+    red, green, blue = rgb(color)
+    return (round(red, 4), round(green, 4), round(blue, 4))
+
+
+def linear_rgb(color: Sequence[float]) -> Vec:
+    """Return the light of an sRGB colour (0 to 1): its channels without their transfer function."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color[:3])
+    return (red, green, blue)
+
+
+def oklab(color: Sequence[float]) -> Vec:
     """Return an sRGB colour (0 to 1) in Oklab, where distances match what eyes tell apart; white is 1 from black.
 
     Björn Ottosson's Oklab, https://bottosson.github.io/posts/oklab/.
     """
-    r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color[:3])
+    r, g, b = linear_rgb(color)
     long = (0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b) ** (1 / 3)
     middle = (0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b) ** (1 / 3)
     short = (0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b) ** (1 / 3)

@@ -65,6 +65,11 @@ def place_all(
     return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces)).place_all()
 
 
+def file_path(model: Any) -> tuple[str, ...]:
+    """Return the path in a body or static to what names its files."""
+    return next(((key,) for key in ("shape", "file") if getattr(model, key, None) is not None), ())
+
+
 class _UnplacedError(Exception):
     """The target itself has no place, which has already been reported."""
 
@@ -177,8 +182,7 @@ class _Placer:
         except SizeError as error:
             self._report((*root, "place" if model.place else "repeat"), error)
         except AssetError as error:
-            key = next((key for key in ("shape", "file") if getattr(model, key, None) is not None), None)
-            self._report((*root, key) if key else root, error, "asset")
+            self._report((*root, *file_path(model)), error, "asset")
         line = self.loaded.line(root)
         if entry.repeat is None:
             return [Copy(name, name, None, SINGLE, spots[0].model, spots[0].pos, spots[0].quat, spots[0].shape, line)]

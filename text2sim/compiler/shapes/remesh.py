@@ -11,7 +11,7 @@ from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
-from text2sim.compiler.shapes.triangle_count import refuse_many
+from text2sim.compiler.shapes.triangles import refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
 
@@ -56,7 +56,7 @@ def file_surface(
 
     mesh = load_mesh(shape.file, folder)
     vertices, faces = mesh.vertices * shape.scale, mesh.faces
-    area = float(_areas(vertices, faces).sum())
+    area = surface_area(vertices, faces)
     refuse_many(area, edge)
     uvs, seams = None, 0
     if mesh.closed:
@@ -143,7 +143,7 @@ def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "
     """
     import numpy as np
 
-    area = float(_areas(vertices, faces).sum())
+    area = surface_area(vertices, faces)
     count = int(area / (np.sqrt(3) / 4 * edge**2))
     fine = count < MIN_MEAN_EDGE**2 * len(faces)
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
@@ -199,13 +199,6 @@ def _sharpest(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
     corners = vertices[faces]
     a, b, c = np.sort(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1).T
     return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-300), -1, 1))
-
-
-def _areas(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
 def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:

@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import points_along_sheet
-from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Polyhedron, Sheet, Torus
@@ -129,8 +129,7 @@ def _mesh_union(
     else:
         mesh = union(shape, folder).to_mesh64()
         vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    refuse_many(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2), edge)
+    refuse_many(surface_area(vertices, faces), edge)
     if coarsen:
         vertices, faces = remesh_evenly(vertices, faces, edge)
     vertices, faces, _ = split_long_edges(vertices, faces, edge)

@@ -215,9 +215,8 @@ def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
         return FLUID_SPREAD * (tall + abs(fall))
     if kind in ("granular", "snow"):
         radius = max(x, y) / 2
-        return (RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)) + RUNOUT_IMPACT * abs(
-            fall
-        )
+        runout = RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)
+        return runout + RUNOUT_IMPACT * abs(fall)
     # A cloth swings out to half its length.
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 

@@ -10,7 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_plus, vector_times, vector_unit
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
@@ -66,7 +66,7 @@ def travel(
             continue
         asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
         low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
-        ends = [(axis[0] * s, axis[1] * s, axis[2] * s) for s in (low, high)]
+        ends = [vector_times(axis, s) for s in (low, high)]
         motors[name] = around([*motors.get(name, NOWHERE), *ends])
     holds: dict[str, Bounds] = {}
     for hold in rows.holds:
@@ -94,8 +94,7 @@ def travel(
 
 
 def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
-    x, y, z = flights.get(name, (0.0, 0.0, 0.0))
-    flights[name] = (x + way[0] * times, y + way[1] * times, z + way[2] * times)
+    flights[name] = vector_plus(flights.get(name, (0.0, 0.0, 0.0)), vector_times(way, times))
 
 
 def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:
@@ -105,31 +104,22 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
     start, end = span_of(field.during, duration)
     square = largest(field.scale, duration) * max(min(end, duration) - start, 0.0) ** 2 / 2
     if isinstance(field, Wind):
-        _fly(
-            flights,
-            copy.name,
-            vector_unit(field.direction),
-            min(field.acceleration * square, MAX_FOLLOWED_DISTANCE / 2),
-        )
+        far = min(field.acceleration * square, MAX_FOLLOWED_DISTANCE / 2)
+        _fly(flights, copy.name, vector_unit(field.direction), far)
         return
     x, y, z = (c - p for c, p in zip(field.center, copy.pos, strict=True))
     if isinstance(field, Attraction):
         size = hypot(x, y, z)
-        way = (
-            min(field.strength * square, 2 * size)
-            if field.strength > 0
-            else -min(-field.strength * square, MAX_FOLLOWED_DISTANCE)
-        )
-        _fly(flights, copy.name, (x, y, z), way / size if size else 0.0)
+        if field.strength > 0:
+            far = min(field.strength * square, 2 * size)
+        else:
+            far = -min(-field.strength * square, MAX_FOLLOWED_DISTANCE)
+        _fly(flights, copy.name, (x, y, z), far / size if size else 0.0)
         return
     size = hypot(x, y)
     sign = 1.0 if field.swirl > 0 else -1.0
-    _fly(
-        flights,
-        copy.name,
-        (y * sign, -x * sign, 0.0),
-        min(abs(field.swirl) * square, MAX_FOLLOWED_DISTANCE) / size if size else 0,
-    )
+    far = min(abs(field.swirl) * square, MAX_FOLLOWED_DISTANCE)
+    _fly(flights, copy.name, (y * sign, -x * sign, 0.0), far / size if size else 0.0)
 
 
 def _slider(copy: Copy, joint: str) -> Vec | None:
