@@ -13,6 +13,30 @@ OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """Names of `fields.py` that a program may call."""
 REGION_FINDERS = ("ball", "box", "everything", "nearest", "sides")
 """Functions of `points.py` for regions."""
+TRIGGER_NAMES = (
+    "Crossing",
+    "Touch",
+    "Triggers",
+    "above",
+    "below",
+    "center",
+    "center_velocity",
+    "coordinate",
+    "distance",
+    "in_ball",
+    "in_box",
+    "in_cylinder",
+    "joint",
+    "links",
+    "moved",
+    "origin",
+    "outside",
+    "reduce",
+    "since_start",
+    "size",
+    "velocity",
+)
+"""Names of `triggers.py` that a program may call."""
 
 
 def action_context(plan: Plan) -> dict[str, Any]:
@@ -70,32 +94,6 @@ def copied_actions(plan: Plan) -> list[str]:
         "triggers.py": bool(plan.watches),
     }
     return [name for name in COPIED_ACTIONS if needed[name]]
-
-
-TRIGGER_NAMES = (
-    "Crossing",
-    "Touch",
-    "Triggers",
-    "above",
-    "below",
-    "center",
-    "center_velocity",
-    "coordinate",
-    "distance",
-    "in_ball",
-    "in_box",
-    "in_cylinder",
-    "joint",
-    "links",
-    "moved",
-    "origin",
-    "outside",
-    "reduce",
-    "since_start",
-    "size",
-    "velocity",
-)
-"""Names of `triggers.py` that a program may call."""
 
 
 def _names(known: Iterable[str], sources: Iterable[str]) -> Code:

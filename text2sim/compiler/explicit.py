@@ -31,6 +31,8 @@ AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
 """Models in which a default, written out, would mean something else or contradict the rest."""
 APPLIED_SECTIONS = ("params", "prefabs", "variants", "sweeps")
 """Sections that are already applied."""
+MOST_SUBSTEPS = 200
+"""Most that a case may ask for; a very stiff body may get more, and the lint says what that costs."""
 
 
 @dataclass
@@ -116,9 +118,6 @@ def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
         entry = found
     return entry
 
-
-MOST_SUBSTEPS = 200
-"""Most that a case may ask for; a very stiff body may get more, and the lint says what that costs."""
 
 # --- what was derived -----------------------------------------------------------------------------------------
 

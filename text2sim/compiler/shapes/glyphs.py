@@ -3,22 +3,21 @@
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from shapely import MultiPolygon, Polygon, unary_union
+from shapely.affinity import affine_transform, translate
 
 from text2sim.compiler.shapes.lettering import Letter, areas, letters
 from text2sim.compiler.shapes.sketching import Stroke, strokes
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Sketch, Text
 
-if TYPE_CHECKING:
-    from shapely import MultiPolygon, Polygon
-
 
 @dataclass(frozen=True, eq=False)
 class Glyph:
     """A letter of a text, or a connected piece of a sketch."""
 
-    form: "Polygon | MultiPolygon"
+    form: Polygon | MultiPolygon
     """In x and z [m], about the middle of its own bounds."""
     offset: tuple[float, float]
     """Where that middle is in the whole [m], x and z."""
@@ -42,8 +41,6 @@ def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
 
 @lru_cache(maxsize=256)
 def _scaled(found: tuple[Letter | Stroke, ...], height: float) -> tuple[Glyph, ...]:
-    from shapely.affinity import affine_transform
-
     bounds = [one.form.bounds for one in found]
     x = (min(b[0] for b in bounds) + max(b[2] for b in bounds)) / 2
     z = (min(b[1] for b in bounds) + max(b[3] for b in bounds)) / 2
@@ -72,7 +69,7 @@ def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
     return [Glyph(one.form, (0.0, 0.0), one.row, one.column)]
 
 
-def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
+def whole(shape: Text | Sketch, folder: Path) -> Polygon | MultiPolygon:
     """Return what a shape covers in x and z [m], about its frame's origin.
 
     Raises:
@@ -82,9 +79,6 @@ def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
 
 
 @lru_cache(maxsize=256)
-def _together(glyphs: tuple[Glyph, ...]) -> "Polygon | MultiPolygon":
-    from shapely import unary_union
-    from shapely.affinity import translate
-
+def _together(glyphs: tuple[Glyph, ...]) -> Polygon | MultiPolygon:
     forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
     return forms[0] if len(forms) == 1 else areas(unary_union(forms))

@@ -77,9 +77,9 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Mesh):
         from text2sim.compiler.shapes.remesh import file_surface
 
-        return _build(*file_surface(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
+        return _build(*file_surface(shape, folder, edge, coarsen=coarsen))
     if isinstance(shape, Sculpt | Compound | Polyhedron):
-        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
+        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen))
     rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
@@ -102,7 +102,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
 
 
 def _mesh_union(
-    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
+    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
 
@@ -111,7 +111,6 @@ def _mesh_union(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether triangles that are smaller are merged.
-        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if parts of a compound do not touch, or there would be too many triangles.
@@ -133,9 +132,9 @@ def _mesh_union(
     if coarsen:
         vertices, faces = remesh_evenly(vertices, faces, edge)
     vertices, faces, _ = split_long_edges(vertices, faces, edge)
-    if len(faces) > max_triangles:
+    if len(faces) > MAX_TRIANGLES:
         raise AssetError(
-            f"makes {len(faces):,} triangles; at most {max_triangles:,} are possible: take a larger `cell`"
+            f"makes {len(faces):,} triangles; at most {MAX_TRIANGLES:,} are possible: take a larger `cell`"
         )
     return vertices, faces.astype(np.int32)
 
