@@ -112,7 +112,7 @@ def _looks(plan: Plan) -> bytes:
     A copy of several colours has a list; a recorded part is found in it by its colour.
     """
     looks = {
-        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, one) for one in entity.worn]
+        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, worn) for worn in entity.worn]
         for group in (*plan.statics, *plan.bodies)
         for entity in group.entities
         if entity.surface or entity.worn

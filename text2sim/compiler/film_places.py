@@ -145,7 +145,7 @@ def _contrast(k: int, colors: Collection[Vec]) -> float:
     if not colors:
         return -k
     behind = [oklab(rgb(color)) for color in FLOORS_AND_WALLS[k][1:]]
-    away = sorted(min(dist(one, color) for one in behind) for color in colors)
+    away = sorted(min(dist(other, color) for other in behind) for color in colors)
     return 0.6 * away[0] + 0.4 * sum(away) / len(away) - MIN_CONTRAST_GAIN * k
 
 

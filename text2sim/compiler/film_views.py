@@ -49,7 +49,7 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
-        return sum(any(_crosses(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
+        return sum(any(_crosses(piece, p, (p[0] + x, p[1] + y, p[2] + z)) for piece in standing) for p in points)
 
     return min(ways, key=hidden)
 
@@ -73,7 +73,7 @@ def _hides(copy: Copy) -> bool:
 def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
     tree = bodies.trees.get(copy.name)
     if tree is not None:
-        return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree, copy.pos, copy.quat)]
+        return [standing[:3] for standing in tree_pieces(tree, copy.pos, copy.quat)]
     return [(piece, copy.pos, copy.quat) for piece in pieces(copy.shape, bodies.folder)]
 
 

@@ -50,7 +50,7 @@ class Arm:
     def __init__(self, copy: Copy, tree: Tree, link: str):
         self.copy = copy
         self.chain = _chain(tree.roots, link)
-        joints = [row for one in self.chain for row in one.all_joints()]
+        joints = [row for part in self.chain for row in part.all_joints()]
         odd = next((name for name, joint in joints if joint.kind not in ("hinge", "slider")), None)
         if odd is not None:
             raise ReachError(f"`{odd}` between the world and `{link}` is no hinge or slider", "body")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import pi, sin
 
-from text2sim.compiler.schedules import value_at
+from text2sim.compiler.schedules import eased, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_axis_angle, vector_times, vector_unit
 from text2sim.spec_schema.models.motion import (
@@ -44,8 +44,7 @@ def displacement(motion: Motion, t: float) -> Vec:
     last = len(motion.times) - 1
     k = min(max(bisect_right(motion.times, t) - 1, 0), last - 1)
     (start, end), (a, b) = motion.times[k : k + 2], motion.positions[k : k + 2]
-    u = min(max((t - start) / (end - start), 0.0), 1.0)
-    u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
+    u = eased(min(max((t - start) / (end - start), 0.0), 1.0), motion.ease)
     x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
     return (x, y, z)
 

@@ -62,7 +62,7 @@ class BodyPoints:
         """
         tree = self.trees.get(copy.name)
         if part is not None and tree is not None:
-            standing = next(one for one in tree_links(tree, copy.pos, copy.quat) if one.link.name == part)
+            standing = next(row for row in tree_links(tree, copy.pos, copy.quat) if row.link.name == part)
             pos, quat = standing.pos, standing.quat
             return pos if region is None else frame_apply(pos, quat, self.on_link(copy, part, region) or ORIGIN)
         if region is None:
@@ -71,7 +71,7 @@ class BodyPoints:
             raise RegionError(f"`{copy.body}` is a plane, and has neither sides nor corners")
         if tree is None:
             return frame_apply(copy.pos, copy.quat, self.on_link(copy, None, region) or ORIGIN)
-        whole = [(one.piece, one.pos, one.quat) for one in tree_pieces(tree)]
+        whole = [standing[:3] for standing in tree_pieces(tree)]
         return frame_apply(copy.pos, copy.quat, self._middle(tree, region, whole))
 
     def _middle(self, owner: Any, region: BodyRegion, standing: _Standing) -> Vec:

@@ -163,8 +163,8 @@ class _Placer:
                 way = " -> ".join([*cycle, name])
                 message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
                 self._report((*entries[name].root, "place"), message, "circular-place")
-                for one in cycle:
-                    needs[one] -= set(cycle)
+                for member in cycle:
+                    needs[member] -= set(cycle)
 
     def _place(self, entry: PlacementEntry) -> list[Copy]:
         model, root, name = entry.model, entry.root, entry.name

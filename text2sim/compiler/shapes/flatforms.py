@@ -68,9 +68,9 @@ def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
     low_x, low_z, high_x, high_z = form.bounds
     form = areas(form.simplify(5e-4 * max(high_x - low_x, high_z - low_z)))
     half, parts = shape.depth / 2, []
-    for one in polygons_of(form):
-        parts += _caps(one, half)
-        parts += [_walls(np.array(ring.coords)[:-1], half) for ring in (one.exterior, *one.interiors)]
+    for polygon in polygons_of(form):
+        parts += _caps(polygon, half)
+        parts += [_walls(np.array(ring.coords)[:-1], half) for ring in (polygon.exterior, *polygon.interiors)]
     places, normals, nets = zip(*parts, strict=True)
     firsts = np.cumsum([0, *(len(place) for place in places[:-1])]).tolist()
     moved = [net + first for net, first in zip(nets, firsts, strict=True)]

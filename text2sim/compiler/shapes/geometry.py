@@ -8,6 +8,7 @@ from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
+from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
 from text2sim.compiler.shapes.rotation import Z_AXIS, quat_of, quat_rotate
 from text2sim.compiler.shapes.sagging import sheet_pieces
@@ -129,10 +130,8 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
                 f"mesh file `{shape.file}` is open, or its triangles face different ways: without an inside it "
                 "cannot have exact contact; close it, or use another `collision`"
             )
-        try:
+        with errors_about(f"mesh file `{shape.file}`"):
             field = field_of(mesh.vertices * scale, mesh.faces, shape.cell)
-        except AssetError as error:
-            raise AssetError(f"mesh file `{shape.file}` {error}") from None
     return Piece(
         "mesh", size=(scale,), vertices=corners, faces=faces, file=shape.file, enclosed=enclosed,
         collision=shape.collision, field=field,

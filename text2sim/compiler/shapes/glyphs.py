@@ -1,6 +1,6 @@
 """Letters of texts and pieces of sketches: each with its place, and all together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -41,14 +41,14 @@ def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
 
 @lru_cache(maxsize=256)
 def _scaled(found: tuple[Letter | Stroke, ...], height: float) -> tuple[Glyph, ...]:
-    bounds = [one.form.bounds for one in found]
+    bounds = [letter.form.bounds for letter in found]
     x = (min(b[0] for b in bounds) + max(b[2] for b in bounds)) / 2
     z = (min(b[1] for b in bounds) + max(b[3] for b in bounds)) / 2
     glyphs = []
-    for one, (x0, z0, x1, z1) in zip(found, bounds, strict=True):
+    for letter, (x0, z0, x1, z1) in zip(found, bounds, strict=True):
         u, v = (x0 + x1) / 2, (z0 + z1) / 2
-        form = affine_transform(one.form, [height, 0, 0, height, -u * height, -v * height])
-        glyphs.append(Glyph(form, ((u - x) * height, (v - z) * height), one.row, one.column))
+        form = affine_transform(letter.form, [height, 0, 0, height, -u * height, -v * height])
+        glyphs.append(Glyph(form, ((u - x) * height, (v - z) * height), letter.row, letter.column))
     return tuple(glyphs)
 
 
@@ -65,8 +65,7 @@ def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
         what = "letter" if shape.kind == "text" else "piece"
         count = f"{len(found)} {what}s, 0 to {len(found) - 1}" if len(found) > 1 else f"one {what}, 0"
         raise AssetError(f"the {shape.kind} has {count}; there is no part {shape.part}")
-    one = found[shape.part]
-    return [Glyph(one.form, (0.0, 0.0), one.row, one.column)]
+    return [replace(found[shape.part], offset=(0.0, 0.0))]
 
 
 def whole(shape: Text | Sketch, folder: Path) -> Polygon | MultiPolygon:
@@ -80,5 +79,5 @@ def whole(shape: Text | Sketch, folder: Path) -> Polygon | MultiPolygon:
 
 @lru_cache(maxsize=256)
 def _together(glyphs: tuple[Glyph, ...]) -> Polygon | MultiPolygon:
-    forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
+    forms = [translate(glyph.form, *glyph.offset) if any(glyph.offset) else glyph.form for glyph in glyphs]
     return forms[0] if len(forms) == 1 else areas(unary_union(forms))

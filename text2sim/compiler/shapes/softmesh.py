@@ -163,7 +163,7 @@ def _union(shape: Compound, folder: Path) -> "Manifold":
             raise AssetError(f"part `{name}` is not a closed solid, so it cannot be part of a deformable body")
         solids.append(solid)
     whole = Manifold.batch_boolean(solids, OpType.Add)
-    apart = [one for one in whole.decompose() if one.volume() > 0]
+    apart = [piece for piece in whole.decompose() if piece.volume() > 0]
     if len(apart) > 1:
         raise AssetError(f"is in {len(apart)} pieces: parts of a deformable body must overlap, to make one volume")
     return whole

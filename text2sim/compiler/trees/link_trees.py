@@ -63,7 +63,7 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
     Raises:
         AssetError: if one of its files cannot be used.
     """
-    return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree_of(model, folder))]
+    return [standing[:3] for standing in tree_pieces(tree_of(model, folder))]
 
 
 def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:

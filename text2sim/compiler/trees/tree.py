@@ -233,7 +233,7 @@ def tree_bounds(tree: Tree, quat: Quaternion) -> Bounds:
     low, high = [0.0] * 3, [0.0] * 3
     for k, axis in enumerate((X_AXIS, Y_AXIS, Z_AXIS)):
         back = (-axis[0], -axis[1], -axis[2])
-        turned = [(one.piece, one.pos[k], quat_conjugate(one.quat)) for one in placed]
+        turned = [(piece, pos[k], quat_conjugate(q)) for piece, pos, q, _ in placed]
         high[k] = max((at + piece_reach(piece, quat_rotate(q, axis)) for piece, at, q in turned), default=0.0)
         low[k] = min((at - piece_reach(piece, quat_rotate(q, back)) for piece, at, q in turned), default=0.0)
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
@@ -266,7 +266,7 @@ def with_torques(tree: Tree, torques: tuple[float, float]) -> Tree:
     def laid(geoms: tuple[TreeGeom, ...]) -> tuple[TreeGeom, ...]:
         return tuple(geom if any(geom.torques) else replace(geom, torques=torques) for geom in geoms)
 
-    def link(one: TreeLink) -> TreeLink:
-        return replace(one, geoms=laid(one.geoms), children=tuple(link(child) for child in one.children))
+    def with_own(link: TreeLink) -> TreeLink:
+        return replace(link, geoms=laid(link.geoms), children=tuple(map(with_own, link.children)))
 
-    return replace(tree, roots=tuple(link(root) for root in tree.roots), fixtures=laid(tree.fixtures))
+    return replace(tree, roots=tuple(map(with_own, tree.roots)), fixtures=laid(tree.fixtures))
