@@ -75,7 +75,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
 
 
 def _schedules(plan: Plan) -> Iterable[str]:
-    """Sources of all functions of time."""
+    """Yield the sources of all functions of time."""
     for drive in plan.drives:
         yield from (segment.target for segment in (*drive.segments, *drive.later))
     yield from (row.scale for row in (*plan.wrenches, *plan.pushes, *plan.fields) if row.scale is not None)
@@ -97,6 +97,6 @@ def copied_actions(plan: Plan) -> list[str]:
 
 
 def _names(known: Iterable[str], sources: Iterable[str]) -> Code:
-    """The names among `known` that are called in sources, as an import lists them."""
+    """Return the names among `known` that are called in sources, as an import lists them."""
     called = {name for source in sources for name in re.findall(r"(?<![\w.'\"])[A-Za-z_]+(?=\(|\Z|,|\))", source)}
     return Code(", ".join(name for name in known if name in called))

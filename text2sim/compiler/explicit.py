@@ -225,7 +225,7 @@ def _get_at(data: Any, path: Path) -> Any:
 
 
 def _positions(copies: list[Copy]) -> str:
-    """Where copies start."""
+    """Say where copies start."""
 
     def at(copy: Copy) -> str:
         return "[" + ", ".join(f"{round(value, 5) + 0.0:.5g}" for value in copy.pos) + "]"

@@ -195,7 +195,7 @@ def _frame(camera: Still | Orbit, scene: FilmedScene) -> dict[str, Any]:
 
 
 def _plain_names(selectors: list[str], scene: FilmedScene) -> list[str]:
-    """Selectors as recorded states know them: a body for all its copies, or single copies, and links of either."""
+    """Return selectors as recorded states know them: a body for all its copies, or a copy, and links of either."""
     found = []
     for selector in selectors:
         chosen = parse_selector(selector)
@@ -210,7 +210,7 @@ def _names(selectors: list[str]) -> list[str]:
 
 
 def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> dict[str, Any]:
-    """Where the camera stands if nothing moves, in short numbers."""
+    """Return a camera with its place if nothing moves, in short numbers."""
     from text2sim.templates.cameras import framed_balls  # here, since importing numpy takes a tenth of a second
 
     found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], scene.aspect)
@@ -226,7 +226,7 @@ def _subject_balls(names: list[str], scene: FilmedScene) -> list[Ball]:
 
 
 def _free_direction(names: Any, scene: FilmedScene) -> Vec:
-    """Direction to a camera whose view of the bodies is free."""
+    """Return the direction to a camera whose view of the bodies is free."""
     balls = _to_the_ground(scene.around(names), scene)
     low, high = _box(balls)
     own = {*scene.moving, *names}
@@ -242,7 +242,7 @@ def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
 
 
 def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:
-    """Statics that stand near what moves, and are not too large to be shown with it."""
+    """Return the statics that stand near what moves, and are not too large to be shown with it."""
     if not moving:
         return [name for name in scene.placed if scene.around([name])]
     low, high = _box(moving)

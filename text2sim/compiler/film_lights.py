@@ -178,7 +178,7 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
 
 
 def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
-    """A studio's light, its direction turned from across, ahead and up to the axes of the world."""
+    """Return a studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light
     assert isinstance(light, Sun | Softbox)
@@ -190,7 +190,7 @@ def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
 
 
 def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
-    """Horizontal direction in which a camera looks at first; +y if it looks straight down."""
+    """Return the horizontal direction in which a camera looks at first; +y if it looks straight down."""
     if camera["kind"] == "orbit":
         x, y = -cos(camera["start"]), -sin(camera["start"])
     elif "offset" in camera:

@@ -141,7 +141,7 @@ def _colors(scene: FilmedScene) -> dict[Vec, None]:
 
 
 def _contrast(k: int, colors: Collection[Vec]) -> float:
-    """How well colours stand out against a floor and its wall."""
+    """Return a score of how well colours stand out against a floor and its wall."""
     if not colors:
         return -k
     behind = [oklab(rgb(color)) for color in FLOORS_AND_WALLS[k][1:]]

@@ -55,7 +55,7 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 
 
 def _broadside(size: Vec) -> tuple[Vec, ...]:
-    """Directions to the broad sides of what stands flat and upright; none of anything else."""
+    """Return directions to the broad sides of what stands flat and upright; none of anything else."""
     wide, deep, tall = size
     if deep < MAX_FLAT_RATIO * wide and tall > MAX_FLAT_RATIO * wide:
         return ((0.25, -1.0, 0.3), (-0.25, -1.0, 0.3), (0.25, 1.0, 0.3))
@@ -78,7 +78,7 @@ def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
 
 
 def _crosses(standing: Standing, start: Vec, end: Vec) -> bool:
-    """Whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
+    """Return whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))
     if piece.kind == "box":
@@ -96,7 +96,7 @@ def _local(piece: Piece, point: Vec) -> Vec:
 
 
 def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = ORIGIN) -> bool:
-    """Whether the line from a to b goes through an upright box, and not only begins in it."""
+    """Return whether the line from a to b goes through an upright box, and not only begins in it."""
     first, last = 0.0, 1.0
     for p, q, h, c in zip(a, b, half, center, strict=True):
         p, q = p - c, q - c

@@ -135,7 +135,7 @@ class Goal(NamedTuple):
 
 
 def _chain(roots: Iterable[TreeLink], name: str) -> list[TreeLink]:
-    """The links from the world to one of this name."""
+    """Return the links from the world to the link of this name."""
     for link in roots:
         if link.name == name:
             return [link]

@@ -148,7 +148,7 @@ def _kept_looks(model: ObjectKey) -> tuple[Look, ...]:
 
 
 def _looks_in(model: Any) -> Iterator[Look]:
-    """All looks within a body, its own first."""
+    """Yield all looks within a body, its own first."""
     if isinstance(model, Look):
         yield model
     elif isinstance(model, BaseModel):

@@ -213,7 +213,7 @@ class Lowering:
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
     def _content(self, model: Any) -> Any:
-        """The content of a model, without where its copies are."""
+        """Return the content of a model, without where its copies are."""
         key = ObjectKey(model)
         if key not in self.contents:
             there = {field: None for field in PLACEMENT_KEYS if field in type(model).model_fields}

@@ -104,7 +104,7 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
 
 
 def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float, Vec]]:
-    """Corners of a path within the run: time [s], displacement [m]. Of an oscillation, those of its first cycle."""
+    """Return times [s] and displacements [m] of the corners of a path, or of the first cycle of an oscillation."""
     if isinstance(motion, Oscillate):
         turns = [0.25 / motion.frequency, 0.75 / motion.frequency]
     else:
@@ -114,7 +114,7 @@ def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float
 
 
 def _spin_moments(motion: Spin, duration: float) -> Iterator[Moment]:
-    """Moments of a spin up to its largest angle either way, at most one turn each."""
+    """Yield moments of a spin up to its largest angle either way, at most one turn each."""
     axis = vector_unit(motion.axis)
     low = high = angle = 0.0
     ends = [(0.0, 0.0), (0.0, 0.0)]
@@ -148,7 +148,7 @@ def sets_out(motion: Motion) -> float:
 
 
 def _leaves(times: list[float], values: list[float]) -> float:
-    """Time [s] at which straight lines between values leave 0."""
+    """Return the time [s] at which straight lines between values leave 0."""
     if values[0]:
         return 0.0
     return next((t for t, value in zip(times, values[1:], strict=False) if value), math.inf)

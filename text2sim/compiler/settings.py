@@ -81,11 +81,11 @@ class Settings:
     hibernation: bool
     welds: int
     why: dict[str, str]
-    rolls: bool = False
+    rolls: bool
     """Whether contacts resist rolling and spin."""
-    precision: str = "32"
+    precision: str
     """Bits of the engine's numbers."""
-    soft: SoftSettings | None = None
+    soft: SoftSettings | None
     """None in a scene without deformable bodies."""
 
     def contact_damping(self, restitution: float, step: float) -> tuple[float, float]:

@@ -98,7 +98,7 @@ def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
 
 
 def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, frame: Quaternion) -> Iterator[Vec]:
-    """Shifts that bring the subject on the target's axis.
+    """Yield shifts that bring the subject on the target's axis.
 
     Its hole is about its own z axis, or else in the middle of its bounds; the target's axis goes through the middle
     of its bounds, or else through its origin.
@@ -146,7 +146,7 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
 
 
 def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str:
-    """What is known of the width of the hole and of what is in it, in words."""
+    """Return in words what is known of the width of the hole and of what is in it."""
     low, high = target.bounds(frame)
     wide = [high[k] - low[k] for k in (0, 1)]
     size = f"{wide[0]:.3g} m" if abs(wide[0] - wide[1]) < 1e-6 else f"{wide[0]:.3g} m by {wide[1]:.3g} m"
@@ -157,7 +157,7 @@ def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str
 
 
 def _hole(spot: CopySpot) -> float | None:
-    """Radius [m] of the hole of a shape, if it is known."""
+    """Return the radius [m] of the hole of a shape; None if it is not known."""
     if isinstance(spot.shape, Torus):
         return spot.shape.radius - spot.shape.bar_radius
     floor = None if spot.shape is None else inner_floor(spot.shape)
@@ -182,7 +182,7 @@ def _check_ring(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: 
 
 
 def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedGroup, shift: Vec) -> float:
-    """How much farther [m] from the middle of the target a copy has to be."""
+    """Return how much farther [m] from the middle of the target a copy has to be."""
     middle = target.middle()
     x, y = spot.pos[0] + shift[0] - middle[0], spot.pos[1] + shift[1] - middle[1]
     norm = math.hypot(x, y)

@@ -141,14 +141,14 @@ def _step(off: float, before: float, step: float) -> float:
 
 
 def _pairs(entry: PlacementEntry, selector: str) -> bool:
-    """Whether copies are paired with what a selector with brackets means."""
+    """Return whether copies are paired with what a selector with brackets means."""
     chosen = parse_selector(selector)
     one = chosen.first is not None and chosen.last == chosen.first + 1
     return entry.repeat is not None and chosen.indexed and not one
 
 
 def _ringed(entry: PlacementEntry) -> bool:
-    """Whether copies surround something together, instead of each going round it."""
+    """Return whether copies surround something together, instead of each going round it."""
     together = not entry.alone and not _pairs(entry, entry.model.place.target)
     return together and isinstance(entry.repeat, Ring | Spiral)
 

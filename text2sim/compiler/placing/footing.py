@@ -123,7 +123,7 @@ def footing(
 
 
 def _signs(place: Place, axes: Sequence[Vec], up: int) -> dict[int, int]:
-    """The sides that are named, by axis, without the one that the relation implies."""
+    """Return the sides that are named, by axis, without the one that the relation implies."""
     region = place.at
     assert isinstance(region, BodyRegion)
     signs: dict[int, int] = {}
@@ -143,7 +143,7 @@ def _signs(place: Place, axes: Sequence[Vec], up: int) -> dict[int, int]:
 
 
 def _flush(place: Place, mine: tuple[Vec, Vec], theirs: tuple[Vec, Vec], signs: dict[int, int]) -> list[float]:
-    """Shift [m] along each axis at which named sides are flush, and the middles agree on the others."""
+    """Return the shift [m] along each axis at which named sides are flush, and the middles agree on the others."""
     (low, high), (bottom, top) = mine, theirs
     shift = [(bottom[k] + top[k] - low[k] - high[k]) / 2 for k in range(3)]
     for k, sign in signs.items():

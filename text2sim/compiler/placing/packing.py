@@ -124,7 +124,7 @@ def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion])
 
 
 def _orientations(packing: Packing, rng: "np.random.Generator") -> Iterator[Quaternion]:
-    """Random turns, drawn in blocks: one number at a time is slow."""
+    """Yield random turns, drawn in blocks: one number at a time is slow."""
     while True:
         if packing.turn == "none":
             yield IDENTITY
@@ -158,7 +158,7 @@ class _Placed:
         self.cells.setdefault(self._key(p), []).append((p, rows, grain))
 
     def free(self, p: Vec, rows: Rows, grain: Grain) -> bool:
-        """Whether a grain keeps its gap from all others here."""
+        """Return whether a grain keeps its gap from all others here."""
         x, y, z = p
         i, j, k = self._key(p)
         gap = self.gap
@@ -177,7 +177,7 @@ class _Placed:
 
 
 def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
-    """Whether one of the fifteen axes of two boxes separates them by the gap.
+    """Return whether one of the fifteen axes of two boxes separates them by the gap.
 
     A sphere is a box of its radius on every axis.
     """

@@ -237,7 +237,7 @@ def _revolve(part: SculptRevolve) -> PartUnion:
 
 
 def _polygon(p: Array, ring: Array) -> Array:
-    """Signed distance of points (n, 2) from a polygon, by the even-odd rule."""
+    """Return the signed distance of points (n, 2) from a polygon, by the even-odd rule."""
     best, inside = np.full(len(p), np.inf), np.zeros(len(p), bool)
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         way, away = b - a, p - a

@@ -119,7 +119,7 @@ def net_of(polygon: Polygon, edge: float) -> tuple[np.ndarray, np.ndarray, list[
 
 
 def _edges(net: np.ndarray, count: int) -> np.ndarray:
-    """Keys of the directed edges of triangles."""
+    """Return keys of the directed edges of triangles."""
     return np.concatenate([net[:, k].astype(np.int64) * count + net[:, (k + 1) % 3] for k in range(3)])
 
 

@@ -110,15 +110,15 @@ class _Face:
         self._known: dict[str, Any] = {}
 
     def advance(self, char: str) -> float:
-        """Distance from this letter to the next."""
+        """Return the distance from this letter to the next."""
         return float(self._load(char)[2])
 
     def kerning(self, before: str, char: str) -> float:
-        """How much nearer or farther two letters stand."""
+        """Return how much nearer or farther two letters stand."""
         return float(self.font.get_kerning(self._index(before), self._index(char), self.unfitted))
 
     def capital(self, text: str) -> float:
-        """Height of a capital letter."""
+        """Return the height of a capital letter."""
         for char in MODEL_LETTERS:
             if self.font.get_char_index(ord(char)):
                 form = self.form(char)

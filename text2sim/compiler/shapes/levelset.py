@@ -59,7 +59,7 @@ class PlacedPart:
         return [own, (own[0], turn, signs)]
 
     def bits(self) -> Iterator[Bit]:
-        """Its bits, with boxes in the frame of the shape."""
+        """Yield its bits, with boxes in the frame of the shape."""
         for pos, turn, signs in self.frames:
             for bit in self.form.bits:
                 ends = np.array([bit.low, bit.high])
@@ -76,7 +76,7 @@ class PlacedPart:
         return np.minimum.reduce([bit.distance(p) for bit in self.bits()])
 
     def atoms(self) -> Iterator[list[Array]]:
-        """Points of convex pieces, of the part and of its mirror image."""
+        """Yield the points of convex pieces, of the part and of its mirror image."""
         for pos, turn, signs in self.frames:
             yield [(atom @ turn.T + pos) * signs for atom in self.form.atoms]
 

@@ -255,7 +255,7 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
 
 
 def _widths(piece: Piece) -> Iterator[float]:
-    """Widths [m] of a hull across each of its faces."""
+    """Yield the widths [m] of a hull across each of its faces."""
     corners = piece.vertices
     for a, b, c, *_ in piece.faces:
         u, v, w = vector_cross(vector_minus(corners[b], corners[a]), vector_minus(corners[c], corners[a]))

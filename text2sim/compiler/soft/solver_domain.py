@@ -35,7 +35,7 @@ class Surroundings:
     """Bounds [m] of statics and bodies of links, in the world, with the space through which motors move them."""
     floors: tuple[float, ...]
     """Heights [m] of horizontal planes."""
-    moved: tuple[tuple[Bounds, Bounds], ...] = ()
+    moved: tuple[tuple[Bounds, Bounds], ...]
     """Solids that motors or prescribed motions move: bounds [m] at the start, and displacements."""
 
 
@@ -115,8 +115,8 @@ def domain_box(
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
+    own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
     reach = max(
         _sideways_reach(c.model.kind, box, _fall(*box, surroundings, scene)[2])
         for c, box in zip(copies, boxes, strict=True)

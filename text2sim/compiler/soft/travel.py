@@ -1,7 +1,7 @@
 """How far motors, prescribed motion, start velocities, forces and fields move bodies."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from math import hypot
 
@@ -25,15 +25,15 @@ MAX_FOLLOWED_DISTANCE = 2.0
 class Travel:
     """Displacements from the start, as boxes [m], by copy; whatever is missing stays where it is."""
 
-    motors: dict[str, Bounds] = field(default_factory=dict)
+    motors: dict[str, Bounds]
     """Displacements of bodies of links."""
-    spins: frozenset[str] = frozenset()
+    spins: frozenset[str]
     """Bodies with prescribed rotation."""
-    holds: dict[str, Bounds] = field(default_factory=dict)
+    holds: dict[str, Bounds]
     """Displacements of deformable bodies by what holds them."""
-    flights: dict[str, Vec] = field(default_factory=dict)
+    flights: dict[str, Vec]
     """Displacements of deformable bodies by forces and fields."""
-    starts: dict[str, Vec] = field(default_factory=dict)
+    starts: dict[str, Vec]
     """Velocities [m/s] of deformable bodies at the start."""
 
 

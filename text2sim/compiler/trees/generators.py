@@ -188,7 +188,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
 
 
 def _rope_poses(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
-    """Where a rope begins [m], and how each link is turned: the first in the body's frame, others in the one before."""
+    """Return where a rope begins [m], and the turn of each link from the one before, or from the body's frame."""
     if rope.along is None:
         return ORIGIN, [quat_between((0.0, 0.0, -1.0), direction), *[IDENTITY] * (rope.segments - 1)]
     nodes: list[Vec] = list(rope.along)  # type: ignore[arg-type]  # laid: the places of its joints
@@ -206,7 +206,7 @@ def _link_length(rope: Rope) -> float:
 
 
 def _rope_link(rope: Rope) -> tuple[float, float]:
-    """Mass [kg] of a link of a rope, and stiffness [N m/rad] of the spring at its joint."""
+    """Return the mass [kg] of a link of a rope, and the stiffness [N m/rad] of the spring at its joint."""
     length, section = _link_length(rope), math.pi * rope.radius**2
     mass = density_of(rope.material, section * length * rope.segments) * section * length
     return mass, rope.youngs_modulus * section * rope.radius**2 / 4 / length
