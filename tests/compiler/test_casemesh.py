@@ -8,6 +8,7 @@ import pytest
 
 from text2sim.compiler.shapes import casemesh
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
+from text2sim.spec_schema.errors import AssetError
 
 TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 
@@ -70,3 +71,10 @@ def test_what_was_kept_and_damaged_is_not_believed(tmp_path: Path, reads: list[s
         len(load_mesh("it.obj", tmp_path).faces) == sum(len(one.faces) for one in load_paint("it.obj", tmp_path)) == 4
     )
     assert reads == ["it.obj"] * 2
+
+
+@pytest.mark.parametrize("load", [load_mesh, load_paint])
+def test_a_message_names_the_file_once(load: Any, tmp_path: Path) -> None:
+    with pytest.raises(AssetError) as caught:
+        load("gone.obj", tmp_path)
+    assert str(caught.value) == "mesh file `gone.obj` does not exist in the case's folder"

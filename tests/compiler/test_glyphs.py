@@ -356,8 +356,8 @@ class TestSolids:
         from text2sim.compiler.shapes import glyphs, lettering, softmesh
 
         one = write_obj(soft_surface(text("S"), HERE, 0.05))
-        softmesh._KNOWN.clear()
-        glyphs._KNOWN.clear()
+        softmesh._SURFACES.clear()
+        glyphs._scaled.cache_clear()
         lettering._set.cache_clear()
         assert write_obj(soft_surface(text("S"), HERE, 0.05)) == one
 

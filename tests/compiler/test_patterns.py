@@ -8,8 +8,9 @@ from text2sim.compiler.placing.packing import PackingError, grain_of, pack
 from text2sim.compiler.placing.patterns import bond_slots, copy_count, copy_variables, pattern_slots
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
-from text2sim.compiler.shapes.sweep import distance, solids
+from text2sim.compiler.shapes.solid import solids
 from text2sim.spec_schema.models.repeat import Repeat
 from text2sim.spec_schema.models.shapes import Box, Cylinder, Sphere
 

@@ -8,8 +8,9 @@ import pytest
 
 from text2sim.compiler.placing.placement import place_all
 from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.rotation import quat_rotate
-from text2sim.compiler.shapes.sweep import distance, solids
+from text2sim.compiler.shapes.solid import solids
 from text2sim.spec_schema.load import load_text
 
 HEAD = """\

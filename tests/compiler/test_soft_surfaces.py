@@ -119,7 +119,7 @@ class TestSolids:
         assert soft_surface(make("torus"), HERE, 0.03) is one, "copies share it"
         from text2sim.compiler.shapes import softmesh
 
-        softmesh._KNOWN.clear()
+        softmesh._SURFACES.clear()
         two = soft_surface(make("torus"), HERE, 0.03)
         assert two is not one
         assert write_obj(two) == write_obj(one)

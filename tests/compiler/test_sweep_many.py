@@ -5,10 +5,11 @@ import random
 
 import pytest
 
+from text2sim.compiler.shapes.gjk import distance
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import quat_normalize, vector_unit
 from text2sim.compiler.shapes.solid import Solid, shrunk
-from text2sim.compiler.shapes.sweep import distance, least_distance, sweep
+from text2sim.compiler.shapes.sweep import least_distance, sweep
 
 
 def crowd(chance, count, middle):

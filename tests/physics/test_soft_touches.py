@@ -1,9 +1,12 @@
 """Solids that are written down are those of the case, and points that come near them touch when they must."""
 
+import math
+
 import numpy as np
 import pytest
 
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.rotation import frame_apply
 from text2sim.evidence.events import find_events
 from text2sim.evidence.rigid_shapes import world_frames
 
@@ -29,6 +32,24 @@ actions:
 """
 
 
+def corners_of(piece):
+    """Return points of a piece in its own frame."""
+    size = piece.size
+    if piece.kind == "hull":
+        return list(piece.vertices)
+    if piece.kind == "box":
+        x, y, z = (s / 2 for s in size)
+        return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)]
+    ring = [(math.cos(math.pi * k / 8), math.sin(math.pi * k / 8)) for k in range(16)]
+    if piece.kind == "cylinder":
+        return [(size[0] * c, size[0] * s, z) for c, s in ring for z in (-size[1] / 2, size[1] / 2)]
+    half = size[1] / 2 if piece.kind == "capsule" else 0.0
+    latitudes = [(math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)) for k in range(-8, 9)]
+    return [
+        (size[0] * c * a, size[0] * s * a, size[0] * b + math.copysign(half, b)) for a, b in latitudes for c, s in ring
+    ]
+
+
 def test_solids_gaps_and_touches(simulate, agree):
     trial = simulate(BODIES)
     recording, states = trial.recording, trial.states
@@ -39,7 +60,7 @@ def test_solids_gaps_and_touches(simulate, agree):
         made = geometry.pieces(trial.case.bodies[name].shape, trial.folder)
         assert len(solids) == len(made), name
         # Whatever the engine makes of a frame, the corners of the pieces have to lie on the recorded solids.
-        corners = np.array(geometry.points(trial.case.bodies[name].shape, trial.folder))
+        corners = np.array([frame_apply(piece.pos, piece.quat, p) for piece in made for p in corners_of(piece)])
         world = trial.pos(name)[-1] + corners @ trial.turn(name)[-1].T
         nearest = np.full(len(world), np.inf)
         for link, solid in solids:

@@ -7,12 +7,13 @@ from pathlib import Path
 from text2sim.assets.mechanism import Mechanisms
 from text2sim.compiler.contact_materials import Restitutions, contact_damping, resists_rolling, restitutions
 from text2sim.compiler.controls import ControlRows, lower_controls, lower_motions
-from text2sim.compiler.film import check_targets, resolve_render
+from text2sim.compiler.film import resolve_render
+from text2sim.compiler.film_cameras import check_targets
 from text2sim.compiler.lower import Lowering
 from text2sim.compiler.masses import known_speeds
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.lettering import letter_counts
-from text2sim.compiler.placing.placement import Copy, place_all
+from text2sim.compiler.placing.placement import Copy, file_path, place_all
 from text2sim.compiler.plan import EntityPlan, Friction, Group, Plan
 from text2sim.compiler.release_events import lower_watches
 from text2sim.compiler.rope_frequencies import taut_frequencies
@@ -164,8 +165,7 @@ def _groups(
                     entity = lowering.soft.coupled(entity, copy.model, lowering.trees.get(copy.name))
                 entities.append(entity)
             except AssetError as error:
-                key = next((key for key in ("shape", "file") if getattr(copy.model, key, None) is not None), None)
-                problems.append(loaded.problem((*pointer, key) if key else pointer, str(error), rule="asset"))
+                problems.append(loaded.problem((*pointer, *file_path(copy.model)), str(error), rule="asset"))
                 break
             if lowering.pieces > MAX_PIECES:
                 message = f"with this, the scene has more than {MAX_PIECES:,} convex pieces, too many for the engine"
@@ -191,12 +191,11 @@ def _traits(
     bodies, gravity = loaded.case.bodies, loaded.case.scene.gravity
     moving = [copy for name in bodies for copy in placed[name]]
     trees = lowering.trees.values()
-    joints = [joint for tree in trees for link in tree.links() for _, joint in link.all_joints()]
     loose = sum(copy.model.startable for copy in moving if not isinstance(copy.model, Deformable))
     return Traits(
         loose=loose,
         geoms=lowering.pieces,
-        chains=sum(joint.kind == "ball" for joint in joints),
+        chains=sum(joint.kind == "ball" for tree in trees for _, joint in tree.joints()),
         loops=sum(len(tree.loops) for tree in trees),
         linked=any(copy.model.kind in LINKED for copy in moving),
         attaches=sum(weld.on for weld in rows.welds),

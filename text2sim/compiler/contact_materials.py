@@ -23,7 +23,7 @@ def materials_of(model: Any) -> dict[str, Material]:
 
 
 def resists_rolling(models: Iterable[Any]) -> bool:
-    """Whether a material of these models has rolling or torsional friction."""
+    """Return whether a material of these models has rolling or torsional friction."""
     return any(any(material.torques) for model in models for material in materials_of(model).values())
 
 

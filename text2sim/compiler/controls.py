@@ -23,7 +23,7 @@ from text2sim.compiler.plan import (
     Wrench,
 )
 from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
-from text2sim.compiler.selection import select, split
+from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.soft.control_checks import check_solvers
 from text2sim.compiler.soft.controls import (
@@ -54,6 +54,7 @@ from text2sim.spec_schema.models.controls import (
 )
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
+from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 
 @dataclass
@@ -83,8 +84,8 @@ def lower_controls(
     copies: dict[str, list[Copy]],
     initial: dict[str, dict[str, float]],
     points: BodyPoints,
-    soft: SoftControls | None = None,
-    held: Mapping[str, Collection[str]] | None = None,
+    soft: SoftControls | None,
+    held: Mapping[str, Collection[str]],
 ) -> ControlRows:
     """Return the rows for all controls, in the order of the case.
 
@@ -106,7 +107,7 @@ def lower_controls(
         if isinstance(control, Release):
             attach = loaded.case.actions.controls[control.attach]
             assert isinstance(attach, Attach)
-            if not is_soft(copies[split(attach.body)[0]][0].model):
+            if not is_soft(copies[body_of(attach.body)][0].model):
                 rows.welds += [_weld(a, b, attach, control, line, name) for a, b in _pairs(attach, copies)]
             continue
         chosen, part = select(control.joint if isinstance(control, Drive) else control.body, copies)
@@ -121,7 +122,7 @@ def lower_controls(
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
                 elif isinstance(own, Reach):
-                    _reach(own, copy, part or "", points, (held or {}).get(copy.name, ()), rows, line, name)
+                    _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
                 else:
                     _lower(own, copy, part, copies, rows, line, name, points)
         except RegionError as error:
@@ -169,32 +170,8 @@ def _lower(
 ) -> None:
     if isinstance(control, InitialVelocity):
         rows.velocities.append(StartVelocity(copy.name, control.linear, control.angular, line, name))
-    elif isinstance(control, Impulse):
-        # An impulse is a force of one step: the program divides by its time step.
-        rows.wrenches.append(
-            Wrench(
-                copy.name,
-                part,
-                control.at,
-                control.at,
-                control.impulse,
-                (0.0, 0.0, 0.0),
-                None,
-                False,
-                points.on_link(copy, part, control.point),
-                line,
-                name,
-            )
-        )
-    elif isinstance(control, Force | Torque):
-        start, end = span_of(control.during, NEVER_REACHED)
-        force = control.force if isinstance(control, Force) else (0.0, 0.0, 0.0)
-        torque = control.torque if isinstance(control, Torque) else (0.0, 0.0, 0.0)
-        point = points.on_link(copy, part, control.point) if isinstance(control, Force) else None
-        scale = None if control.scale == 1.0 else constructor(control.scale)
-        rows.wrenches.append(
-            Wrench(copy.name, part, start, end, force, torque, scale, control.frame == "body", point, line, name)
-        )
+    elif isinstance(control, Impulse | Force | Torque):
+        rows.wrenches.append(_wrench(control, copy, part, line, name, points))
     elif isinstance(control, Remove):
         rows.removals.append(Removal(copy.name, control.at, control.on, line, name))
     elif isinstance(control, Attach):
@@ -204,6 +181,21 @@ def _lower(
     elif isinstance(control, Drive):
         joints = joints_named(copy, part, points.trees)
         add_drive(control, copy, joints, line, name, rows.targets, rows.later, rows.later_targets)
+
+
+def _wrench(
+    control: Impulse | Force | Torque, copy: Copy, part: str | None, line: int, name: str, points: BodyPoints
+) -> Wrench:
+    point = None if isinstance(control, Torque) else points.on_link(copy, part, control.point)
+    none = (0.0, 0.0, 0.0)
+    if isinstance(control, Impulse):
+        # An impulse is a force of one step: the program divides by its time step.
+        return Wrench(copy.name, part, control.at, control.at, control.impulse, none, None, False, point, line, name)
+    start, end = span_of(control.during, NEVER_REACHED)
+    force, torque = (control.force, none) if isinstance(control, Force) else (none, control.torque)
+    scale = None if control.scale == 1.0 else constructor(control.scale)
+    local = control.frame == "body"
+    return Wrench(copy.name, part, start, end, force, torque, scale, local, point, line, name)
 
 
 def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Copy]]:
@@ -227,9 +219,10 @@ def _pairs(attach: Attach, copies: dict[str, list[Copy]]) -> list[tuple[Copy, Co
 
 def _weld(a: Copy, b: Copy, attach: Attach, when: Attach | Release, line: int, name: str) -> Weld:
     event = when.on if isinstance(when, Release) else None
-    part = split(attach.to)[2] if split(attach.to)[0] == b.body else None
+    own, to = parse_selector(attach.body), parse_selector(attach.to)
+    part = to.part if to.body == b.body else None
     at = NEVER_REACHED if when.at is None else when.at
-    return Weld(at, when is attach, a.name, split(attach.body)[2], b.name, part, line, name, event)
+    return Weld(at, when is attach, a.name, own.part, b.name, part, line, name, event)
 
 
 def lower_motions(copies: dict[str, list[Copy]]) -> list[Prescribed]:

@@ -37,8 +37,7 @@ def sim_digest(plan: "Plan") -> str:
 
 def render_digest(plan: "Plan") -> str:
     """Return the digest of what the film depends on besides the states."""
-    entities = [e for g in (*plan.statics, *plan.bodies) for e in g.entities]
-    surfaces = [_plain([e.surface, e.worn], frozenset()) for e in entities]
+    surfaces = [_plain([entity.surface, entity.worn], frozenset()) for entity in plan.entities]
     models = {
         path: _plain(content, frozenset())
         for path, content in plan.files.items()

@@ -27,13 +27,7 @@ def joints_named(copy: Copy, part: str | None, trees: Mapping[str, Tree]) -> lis
     """
     if part is None or "*" not in part or copy.name not in trees:
         return [part or copy.body]
-    moving = [
-        name
-        for link in trees[copy.name].links()
-        for name, joint in link.all_joints()
-        if joint.kind in ("hinge", "slider")
-    ]
-    return named_by(part, moving)
+    return named_by(part, [name for name, joint in trees[copy.name].joints() if joint.kind in ("hinge", "slider")])
 
 
 def add_drive(

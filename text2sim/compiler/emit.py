@@ -108,14 +108,13 @@ def emit(plan: Plan) -> dict[str, bytes]:
 
 
 def _looks(plan: Plan) -> bytes:
-    """Colour and finish of every copy, for whoever draws recorded states, which may have been recorded with others.
+    """Return colour and finish of every copy, to draw states that were recorded with other looks.
 
     A copy of several colours has a list; a recorded part is found in it by its colour.
     """
     looks = {
-        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, one) for one in entity.worn]
-        for group in (*plan.statics, *plan.bodies)
-        for entity in group.entities
+        entity.name: _look(entity, entity.surface) if entity.surface else [_look(entity, worn) for worn in entity.worn]
+        for entity in plan.entities
         if entity.surface or entity.worn
     }
     rows = [f"  {json.dumps(name)}: {json.dumps(look)}" for name, look in looks.items()]
@@ -143,17 +142,8 @@ def _format(texts: dict[str, str]) -> dict[str, str]:
         for name, path in paths.items():
             with naming(path):
                 path.write_text(texts[name], "utf-8")
-        command = [
-            sys.executable,
-            "-m",
-            "ruff",
-            "format",
-            "--isolated",
-            "--no-cache",
-            "--line-length=120",
-            *map(str, paths.values()),
-        ]
-        done = subprocess.run(command, capture_output=True, check=False)
+        command = [sys.executable, *"-m ruff format --isolated --no-cache --line-length=120".split()]
+        done = subprocess.run([*command, *map(str, paths.values())], capture_output=True, check=False)
         if done.returncode:
             complaint = done.stderr.decode().replace(folder, "").strip()
             # An error of the operating system, such as a full disk, is no bug of ours.
@@ -190,7 +180,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         },
         "statics": [_group(group) for group in plan.statics],
         "bodies": [_group(group) for group in plan.bodies],
-        "uses_models": any(e.morph in FROM_FILE for g in (*plan.statics, *plan.bodies) for e in g.entities),
+        "uses_models": any(entity.morph in FROM_FILE for entity in plan.entities),
         "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
         "motors": plan.motors,
         "changes": plan.changes,
@@ -208,7 +198,7 @@ def _context(plan: Plan) -> dict[str, Any]:
 
 
 def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
-    """Why settings of deformable bodies are what they are, as comments; empty for what the author decided."""
+    """Return the reasons of settings of deformable bodies as comments; empty for what the author decided."""
     if soft is None:
         return {}
     reasons = {name: comment(soft.why[name]) if name in soft.why else "" for name in soft.values()}
@@ -223,7 +213,7 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
 
 
 def _group(group: Group) -> dict[str, Any]:
-    """What a group's template prints: constant cells as they are, varying cells as columns of a table."""
+    """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
     first = group.entities[0]
     turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
     rows = [_cells(entity, turned=turned) for entity in group.entities]

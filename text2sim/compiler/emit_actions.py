@@ -13,6 +13,30 @@ OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """Names of `fields.py` that a program may call."""
 REGION_FINDERS = ("ball", "box", "everything", "nearest", "sides")
 """Functions of `points.py` for regions."""
+TRIGGER_NAMES = (
+    "Crossing",
+    "Touch",
+    "Triggers",
+    "above",
+    "below",
+    "center",
+    "center_velocity",
+    "coordinate",
+    "distance",
+    "in_ball",
+    "in_box",
+    "in_cylinder",
+    "joint",
+    "links",
+    "moved",
+    "origin",
+    "outside",
+    "reduce",
+    "since_start",
+    "size",
+    "velocity",
+)
+"""Names of `triggers.py` that a program may call."""
 
 
 def action_context(plan: Plan) -> dict[str, Any]:
@@ -51,7 +75,7 @@ def action_context(plan: Plan) -> dict[str, Any]:
 
 
 def _schedules(plan: Plan) -> Iterable[str]:
-    """Sources of all functions of time."""
+    """Yield the sources of all functions of time."""
     for drive in plan.drives:
         yield from (segment.target for segment in (*drive.segments, *drive.later))
     yield from (row.scale for row in (*plan.wrenches, *plan.pushes, *plan.fields) if row.scale is not None)
@@ -72,33 +96,7 @@ def copied_actions(plan: Plan) -> list[str]:
     return [name for name in COPIED_ACTIONS if needed[name]]
 
 
-TRIGGER_NAMES = (
-    "Crossing",
-    "Touch",
-    "Triggers",
-    "above",
-    "below",
-    "center",
-    "center_velocity",
-    "coordinate",
-    "distance",
-    "in_ball",
-    "in_box",
-    "in_cylinder",
-    "joint",
-    "links",
-    "moved",
-    "origin",
-    "outside",
-    "reduce",
-    "since_start",
-    "size",
-    "velocity",
-)
-"""Names of `triggers.py` that a program may call."""
-
-
 def _names(known: Iterable[str], sources: Iterable[str]) -> Code:
-    """The names among `known` that are called in sources, as an import lists them."""
+    """Return the names among `known` that are called in sources, as an import lists them."""
     called = {name for source in sources for name in re.findall(r"(?<![\w.'\"])[A-Za-z_]+(?=\(|\Z|,|\))", source)}
     return Code(", ".join(name for name in known if name in called))

@@ -31,6 +31,8 @@ AS_WRITTEN = (Place, BodyRegion, BodyPoint, Expect)
 """Models in which a default, written out, would mean something else or contradict the rest."""
 APPLIED_SECTIONS = ("params", "prefabs", "variants", "sweeps")
 """Sections that are already applied."""
+MOST_SUBSTEPS = 200
+"""Most that a case may ask for; a very stiff body may get more, and the lint says what that costs."""
 
 
 @dataclass
@@ -116,9 +118,6 @@ def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
         entry = found
     return entry
 
-
-MOST_SUBSTEPS = 200
-"""Most that a case may ask for; a very stiff body may get more, and the lint says what that costs."""
 
 # --- what was derived -----------------------------------------------------------------------------------------
 
@@ -226,7 +225,7 @@ def _get_at(data: Any, path: Path) -> Any:
 
 
 def _positions(copies: list[Copy]) -> str:
-    """Where copies start."""
+    """Say where copies start."""
 
     def at(copy: Copy) -> str:
         return "[" + ", ".join(f"{round(value, 5) + 0.0:.5g}" for value in copy.pos) + "]"

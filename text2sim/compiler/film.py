@@ -2,21 +2,13 @@
 
 from typing import Any
 
-from text2sim.compiler.film_cameras import (
-    Ball,
-    FilmedScene,
-    check_targets,
-    derived_camera,
-    derived_decisions,
-    resolve_camera,
-)
+from text2sim.compiler.film_cameras import FilmedScene, derived_camera, derived_decisions, resolve_camera
 from text2sim.compiler.film_lights import resolve_light
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.render import Render
-
-__all__ = ["Ball", "check_targets", "resolve_render"]
 
 
 def resolve_render(

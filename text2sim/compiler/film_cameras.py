@@ -1,7 +1,7 @@
 """Cameras of the render section as numbers, and one that shows everything, for a case without cameras."""
 
 from collections.abc import Collection
-from math import dist, radians
+from math import dist, inf, radians
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -9,15 +9,15 @@ from text2sim.compiler.film_views import free_direction
 from text2sim.compiler.looks import has_glass
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.selection import select, split
+from text2sim.compiler.selection import select
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.regions import RegionError
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.cameras import Camera, Dolly, Follow, Keyframed, Orbit, Still
 from text2sim.spec_schema.models.regions import BodyPoint
-
-Ball = tuple[tuple[float, float, float], float]
+from text2sim.spec_schema.names.selectors import body_of, parse_selector
 
 DEFAULT_FOV = 32.0
 """Vertical field of view [deg] of that camera: a lens of 42 mm, which draws things as eyes see them."""
@@ -182,7 +182,7 @@ def _focus(focus: Any, scene: FilmedScene) -> Any:
     if not isinstance(focus, str):
         return resolve_target(focus, scene)
     copies, link = select(focus, scene.placed)
-    if len(copies) > 1 or split(focus)[0] not in scene.moving:
+    if len(copies) > 1 or body_of(focus) not in scene.moving:
         return resolve_target(focus, scene)
     return {"body": copies[0].name, "link": link}
 
@@ -195,22 +195,22 @@ def _frame(camera: Still | Orbit, scene: FilmedScene) -> dict[str, Any]:
 
 
 def _plain_names(selectors: list[str], scene: FilmedScene) -> list[str]:
-    """Selectors as recorded states know them: a body for all its copies, or single copies, and links of either."""
+    """Return selectors as recorded states know them: a body for all its copies, or a copy, and links of either."""
     found = []
     for selector in selectors:
-        body, index, part = split(selector)
-        copies, _ = select(selector, scene.placed)
-        names = [body] if index in (None, "*") else [copy.name for copy in copies]
+        chosen = parse_selector(selector)
+        copies, part = select(selector, scene.placed)
+        names = [chosen.body] if chosen.first is None else [copy.name for copy in copies]
         found += [name if part is None else f"{name}.{part}" for name in names]
     return found
 
 
 def _names(selectors: list[str]) -> list[str]:
-    return list(dict.fromkeys(split(selector)[0] for selector in selectors))
+    return list(dict.fromkeys(map(body_of, selectors)))
 
 
 def _framed(camera: dict[str, Any], balls: list[Ball], scene: FilmedScene) -> dict[str, Any]:
-    """Where the camera stands if nothing moves, in short numbers."""
+    """Return a camera with its place if nothing moves, in short numbers."""
     from text2sim.templates.cameras import framed_balls  # here, since importing numpy takes a tenth of a second
 
     found = framed_balls(camera, balls or [((0.0, 0.0, 0.0), 1.0)], scene.aspect)
@@ -226,7 +226,7 @@ def _subject_balls(names: list[str], scene: FilmedScene) -> list[Ball]:
 
 
 def _free_direction(names: Any, scene: FilmedScene) -> Vec:
-    """Direction to a camera whose view of the bodies is free."""
+    """Return the direction to a camera whose view of the bodies is free."""
     balls = _to_the_ground(scene.around(names), scene)
     low, high = _box(balls)
     own = {*scene.moving, *names}
@@ -237,18 +237,12 @@ def _free_direction(names: Any, scene: FilmedScene) -> Vec:
 
 def _to_the_ground(balls: list[Ball], scene: FilmedScene) -> list[Ball]:
     """Return the balls, and where they will land if there is ground not too far below."""
-    levels = [copy.pos[2] for copy in ground_planes(scene)]
-    level = max(levels) if levels else None
-    fallen = (
-        []
-        if level is None
-        else [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < MAX_GROUND_DISTANCE]
-    )
-    return balls + fallen
+    level = max((copy.pos[2] for copy in ground_planes(scene)), default=-inf)
+    return balls + [((x, y, level + r), r) for (x, y, z), r in balls if r < z - level < MAX_GROUND_DISTANCE]
 
 
 def _near_statics(moving: list[Ball], scene: FilmedScene) -> list[str]:
-    """Statics that stand near what moves, and are not too large to be shown with it."""
+    """Return the statics that stand near what moves, and are not too large to be shown with it."""
     if not moving:
         return [name for name in scene.placed if scene.around([name])]
     low, high = _box(moving)

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import adapted, floor_of, place_of
-from text2sim.compiler.looks import STATIC_COLOR
+from text2sim.compiler.looks import STATIC_COLOR, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
-from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render
 
@@ -31,8 +30,16 @@ class Studio(NamedTuple):
     """How many stops brighter than the exposure that makes a white sheet white."""
 
 
-def _softbox(direction: Vec, strength: float, color: str = "white") -> Softbox:
+def _softbox(direction: Vec, strength: float, color: str) -> Softbox:
     return Softbox.model_construct(kind="softbox", direction=direction, strength=strength, color=color)
+
+
+def _sun(direction: Vec, strength: float, angle_deg: float, color: str = "white") -> Sun:
+    return Sun.model_construct(kind="sun", direction=direction, strength=strength, angle_deg=angle_deg, color=color)
+
+
+def _fill(color: str, horizon: str, strength: float) -> Environment:
+    return Environment.model_construct(kind="environment", color=color, horizon=horizon, strength=strength)
 
 
 STUDIOS = {
@@ -42,69 +49,56 @@ STUDIOS = {
         {
             "key": _softbox((0.75, 0.45, -1.0), 3.2, "#fff6ec"),
             "rim": _softbox((-0.6, -0.9, -1.4), 1.1, "#d6e4ff"),
-            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.3, angle_deg=50.0),
-            "fill": Environment.model_construct(kind="environment", color="#eef3fa", horizon="#dfe3e8", strength=0.12),
+            "front": _sun((-0.25, 1.0, -0.3), 0.3, 50.0),
+            "fill": _fill("#eef3fa", "#dfe3e8", 0.12),
         },
-        "cyclorama",
-        "#c9ced4",
-        0.35,
-        0.25,
+        backdrop="cyclorama",
+        background="#c9ced4",
+        ambient=0.35,
+        stops=0.25,
     ),
     # For places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
     "daylight": Studio(
         {
             "key": _softbox((0.75, 0.5, -1.15), 3.4, "#fff7ee"),
             "rim": _softbox((-0.7, -0.7, -1.5), 1.0, "#e3ecff"),
-            "front": Sun.model_construct(kind="sun", direction=(-0.25, 1.0, -0.3), strength=0.6, angle_deg=35.0),
-            "fill": Environment.model_construct(kind="environment", color="#f4f6fa", horizon="#eeeae4", strength=0.1),
+            "front": _sun((-0.25, 1.0, -0.3), 0.6, 35.0),
+            "fill": _fill("#f4f6fa", "#eeeae4", 0.1),
         },
-        "wall",
-        "#e8e0d2",
-        0.45,
-        0.1,
+        backdrop="wall",
+        background="#e8e0d2",
+        ambient=0.45,
+        stops=0.1,
     ),
     "sunlight": Studio(
-        {
-            "sun": Sun.model_construct(
-                kind="sun", direction=(0.75, 0.5, -1.1), strength=2.9, color="#fff1dc", angle_deg=3.0
-            ),
-            "sky": Environment.model_construct(kind="environment", color="#a9c6e8", horizon="#e6edf2", strength=0.32),
-        },
-        "horizon",
-        "#dbe4ea",
-        0.45,
-        0.2,
+        {"sun": _sun((0.75, 0.5, -1.1), 2.9, 3.0, "#fff1dc"), "sky": _fill("#a9c6e8", "#e6edf2", 0.32)},
+        backdrop="horizon",
+        background="#dbe4ea",
+        ambient=0.45,
+        stops=0.2,
     ),
     "overcast": Studio(
-        {
-            "cloud": Environment.model_construct(kind="environment", color="#f2f5f8", horizon="#cfd6dc", strength=0.9),
-            "sun": Sun.model_construct(kind="sun", direction=(0.3, 0.4, -1.0), strength=0.6, angle_deg=40.0),
-        },
-        "ground",
-        "#d3d9de",
-        0.6,
+        {"cloud": _fill("#f2f5f8", "#cfd6dc", 0.9), "sun": _sun((0.3, 0.4, -1.0), 0.6, 40.0)},
+        backdrop="ground",
+        background="#d3d9de",
+        ambient=0.6,
     ),
     "golden_hour": Studio(
-        {
-            "sun": Sun.model_construct(
-                kind="sun", direction=(0.9, 0.3, -0.32), strength=3.4, color="#ffc48a", angle_deg=2.0
-            ),
-            "sky": Environment.model_construct(kind="environment", color="#7d9fd0", horizon="#ffd9b0", strength=0.4),
-        },
-        "horizon",
-        "#e6cdb2",
-        0.35,
+        {"sun": _sun((0.9, 0.3, -0.32), 3.4, 2.0, "#ffc48a"), "sky": _fill("#7d9fd0", "#ffd9b0", 0.4)},
+        backdrop="horizon",
+        background="#e6cdb2",
+        ambient=0.35,
     ),
     "dark_stage": Studio(
         {
             "key": _softbox((0.25, 0.5, -1.0), 3.0, "#fff1e0"),
             "rim": _softbox((-0.5, -0.8, -1.3), 1.2, "#dbe5f7"),
-            "fill": Environment.model_construct(kind="environment", color="#8090b0", horizon="#404858", strength=0.02),
+            "fill": _fill("#8090b0", "#404858", 0.02),
         },
-        "cyclorama",
-        "#17181b",
-        0.12,
-        -0.3,
+        backdrop="cyclorama",
+        background="#17181b",
+        ambient=0.12,
+        stops=-0.3,
     ),
 }
 
@@ -120,16 +114,13 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     place = place_of(render, scene)
     studio = STUDIOS[render.lighting if place is None or "lighting" in render.model_fields_set else place.lighting]
     center, radius = extent(scene)
-    lights = {name: _light(light, scene, center, radius) for name, light in render.lights.items()}
-    if not lights:
-        lights = {
-            name: _light(_turn_light(light, camera), scene, center, radius) for name, light in studio.lights.items()
-        }
-    elif not any(light["kind"] in ("environment", "sky") for light in lights.values()):
+    given: dict[str, Light] = dict(render.lights)
+    if not given:
+        given = {name: _turn_light(light, camera) for name, light in studio.lights.items()}
+    elif not any(isinstance(light, Environment | Sky) for light in given.values()):
         strength = render.ambient if render.ambient is not None else 0.16
-        lights["ambient"] = _light(
-            Environment.model_construct(kind="environment", strength=strength), scene, center, radius
-        )
+        given["ambient"] = Environment.model_construct(kind="environment", strength=strength)
+    lights = {name: _light(light, scene, center, radius) for name, light in given.items()}
     if render.ambient is not None:
         for light in lights.values():
             if light["kind"] == "environment":
@@ -139,39 +130,32 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
     if floor is not None and not render.lights:
         stops += adapted(floor)
-    planes = [copy for copy in ground_planes(scene) if copy.model.look.color in (None, STATIC_COLOR)]
-    levels = [copy.pos[2] for copy in ground_planes(scene)]
+    ground = ground_planes(scene)
     return {
-        "background": color_of(background),
+        "background": rounded_rgb(background),
         "ambient": studio.ambient if render.ambient is None else render.ambient,
         "lights": lights,
         "gain": round(2.0**stops * _gain(lights, center), 4),
         "backdrop": {
             "kind": render.backdrop or (place.backdrop if place else studio.backdrop),
-            "level": max(levels) if levels else None,
+            "level": max((plane.pos[2] for plane in ground), default=None),
             "center": center,
             "radius": round(CYCLORAMA_RADIUS * radius, 3),
-            "planes": [copy.name for copy in planes],
+            "planes": [plane.name for plane in ground if plane.model.look.color in (None, STATIC_COLOR)],
             **({"floor": floor} if floor else {}),
-            **({"sky": color_of(place.sky)} if place and place.sky and not render.background else {}),
+            **({"sky": rounded_rgb(place.sky)} if place and place.sky and not render.background else {}),
             "supports": render.supports == "posts",
         },
     }
-
-
-def color_of(color: Any) -> tuple[float, float, float]:
-    """Return a colour with four digits."""
-    red, green, blue = rgb(color)
-    return (round(red, 4), round(green, 4), round(blue, 4))
 
 
 def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict[str, Any]:
     plain: dict[str, Any] = {"kind": light.kind, "strength": light.strength}
     if isinstance(light, Sky):
         return plain | {"direction": light.direction, "turbidity": light.turbidity}
-    plain["color"] = color_of(light.color)
+    plain["color"] = rounded_rgb(light.color)
     if isinstance(light, Environment):
-        return plain | {"horizon": plain["color"] if light.horizon is None else color_of(light.horizon)}
+        return plain | {"horizon": plain["color"] if light.horizon is None else rounded_rgb(light.horizon)}
     if isinstance(light, Sun):
         return plain | {"direction": light.direction, "angle": round(radians(light.angle_deg), 5)}
     if isinstance(light, Softbox):
@@ -194,7 +178,7 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
 
 
 def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
-    """A studio's light, its direction turned from across, ahead and up to the axes of the world."""
+    """Return a studio's light, its direction turned from across, ahead and up to the axes of the world."""
     if isinstance(light, Environment):
         return light
     assert isinstance(light, Sun | Softbox)
@@ -206,7 +190,7 @@ def _turn_light(light: Light, camera: dict[str, Any]) -> Light:
 
 
 def _ahead(camera: dict[str, Any]) -> tuple[float, float]:
-    """Horizontal direction in which a camera looks at first; +y if it looks straight down."""
+    """Return the horizontal direction in which a camera looks at first; +y if it looks straight down."""
     if camera["kind"] == "orbit":
         x, y = -cos(camera["start"]), -sin(camera["start"])
     elif "offset" in camera:

@@ -8,7 +8,7 @@ from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import STATIC_COLOR, has_glass, oklab, worn_by
+from text2sim.compiler.looks import STATIC_COLOR, has_glass, linear_rgb, oklab, rounded_rgb, worn_by
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
@@ -100,11 +100,10 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
 
 def adapted(floor: dict[str, Any]) -> float:
     """Return the stops that brighten a picture with a dark floor and darken one with a pale floor, as eyes adapt."""
-    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in floor["color"])
-    bright = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    return round(
-        min(max(ADAPTED_SHARE * log2(LIT_BRIGHTNESS / max(bright, 1e-3)), -MAX_ADAPTED_STOPS), MAX_ADAPTED_STOPS), 4
-    )
+    red, green, blue = linear_rgb(floor["color"])
+    brightness = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    stops = ADAPTED_SHARE * log2(LIT_BRIGHTNESS / max(brightness, 1e-3))
+    return round(min(max(stops, -MAX_ADAPTED_STOPS), MAX_ADAPTED_STOPS), 4)
 
 
 def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool) -> dict[str, Any]:
@@ -125,7 +124,11 @@ def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool
         if look.color not in (None, STATIC_COLOR):
             color = next(iter(worn_by(copy)))[:3]
     low, high = JOINT_DISTANCES.get(pattern, (0.1, 2.0))
-    return {"pattern": pattern, "color": _rounded(color), "tile": _pleasant(min(max(JOINT_SHARE * radius, low), high))}
+    return {
+        "pattern": pattern,
+        "color": rounded_rgb(color),
+        "tile": _pleasant(min(max(JOINT_SHARE * radius, low), high)),
+    }
 
 
 def _colors(scene: FilmedScene) -> dict[Vec, None]:
@@ -138,11 +141,11 @@ def _colors(scene: FilmedScene) -> dict[Vec, None]:
 
 
 def _contrast(k: int, colors: Collection[Vec]) -> float:
-    """How well colours stand out against a floor and its wall."""
+    """Return a score of how well colours stand out against a floor and its wall."""
     if not colors:
         return -k
     behind = [oklab(rgb(color)) for color in FLOORS_AND_WALLS[k][1:]]
-    away = sorted(min(dist(one, color) for one in behind) for color in colors)
+    away = sorted(min(dist(other, color) for other in behind) for color in colors)
     return 0.6 * away[0] + 0.4 * sum(away) / len(away) - MIN_CONTRAST_GAIN * k
 
 
@@ -150,8 +153,3 @@ def _pleasant(length: float) -> float:
     """Return the largest of 1, 2, 5, 10, … (times a power of ten) that is not longer."""
     decade = 10.0 ** floor(log10(length))
     return round(next(step for step in (5, 2, 1) if step * decade <= length * 1.0001) * decade, 6)
-
-
-def _rounded(color: Any) -> tuple[float, float, float]:
-    red, green, blue = rgb(color) if isinstance(color, str) else color
-    return (round(red, 4), round(green, 4), round(blue, 4))

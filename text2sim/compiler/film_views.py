@@ -7,7 +7,7 @@ from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import ORIGIN, Quaternion, Vec, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees.tree import tree_pieces
 
 Standing = tuple[Piece, Vec, Quaternion]
@@ -49,13 +49,13 @@ def free_direction(points: list[Vec], statics: Iterable[Copy], bodies: BodyPoint
 
     def hidden(direction: Vec) -> int:
         x, y, z = (far * c for c in vector_unit(direction))
-        return sum(any(_crosses(one, p, (p[0] + x, p[1] + y, p[2] + z)) for one in standing) for p in points)
+        return sum(any(_crosses(piece, p, (p[0] + x, p[1] + y, p[2] + z)) for piece in standing) for p in points)
 
     return min(ways, key=hidden)
 
 
 def _broadside(size: Vec) -> tuple[Vec, ...]:
-    """Directions to the broad sides of what stands flat and upright; none of anything else."""
+    """Return directions to the broad sides of what stands flat and upright; none of anything else."""
     wide, deep, tall = size
     if deep < MAX_FLAT_RATIO * wide and tall > MAX_FLAT_RATIO * wide:
         return ((0.25, -1.0, 0.3), (-0.25, -1.0, 0.3), (0.25, 1.0, 0.3))
@@ -73,12 +73,12 @@ def _hides(copy: Copy) -> bool:
 def _pieces(copy: Copy, bodies: BodyPoints) -> list[Standing]:
     tree = bodies.trees.get(copy.name)
     if tree is not None:
-        return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree, copy.pos, copy.quat)]
+        return [standing[:3] for standing in tree_pieces(tree, copy.pos, copy.quat)]
     return [(piece, copy.pos, copy.quat) for piece in pieces(copy.shape, bodies.folder)]
 
 
 def _crosses(standing: Standing, start: Vec, end: Vec) -> bool:
-    """Whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
+    """Return whether a line goes through a piece: a box as it is, anything else as a box of two thirds of its ball."""
     piece, pos, quat = standing
     a, b = (_local(piece, _local_to(point, pos, quat)) for point in (start, end))
     if piece.kind == "box":
@@ -95,8 +95,8 @@ def _local(piece: Piece, point: Vec) -> Vec:
     return _local_to(point, piece.pos, piece.quat)
 
 
-def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = (0.0, 0.0, 0.0)) -> bool:
-    """Whether the line from a to b goes through an upright box, and not only begins in it."""
+def _through_box(a: Vec, b: Vec, half: tuple[float, ...], center: Vec = ORIGIN) -> bool:
+    """Return whether the line from a to b goes through an upright box, and not only begins in it."""
     first, last = 0.0, 1.0
     for p, q, h, c in zip(a, b, half, center, strict=True):
         p, q = p - c, q - c

@@ -50,7 +50,7 @@ class Arm:
     def __init__(self, copy: Copy, tree: Tree, link: str):
         self.copy = copy
         self.chain = _chain(tree.roots, link)
-        joints = [row for one in self.chain for row in one.all_joints()]
+        joints = [row for part in self.chain for row in part.all_joints()]
         odd = next((name for name, joint in joints if joint.kind not in ("hinge", "slider")), None)
         if odd is not None:
             raise ReachError(f"`{odd}` between the world and `{link}` is no hinge or slider", "body")
@@ -135,7 +135,7 @@ class Goal(NamedTuple):
 
 
 def _chain(roots: Iterable[TreeLink], name: str) -> list[TreeLink]:
-    """The links from the world to one of this name."""
+    """Return the links from the world to the link of this name."""
     for link in roots:
         if link.name == name:
             return [link]

@@ -2,13 +2,15 @@
 
 import colorsys
 import random
-from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 from pydantic import BaseModel
 
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import PALETTES, rgb
 from text2sim.spec_schema.models.materials import Look, Palette
 from text2sim.spec_schema.models.scene import Static
@@ -31,12 +33,24 @@ CLEAR_FINISHES = ("glass", "frosted_glass")
 """Finishes that hide nothing, however opaque."""
 
 
-def oklab(color: tuple[float, ...]) -> tuple[float, float, float]:
+def rounded_rgb(color: Any) -> Vec:
+    """Return a colour of the language in sRGB, each channel in 0..1 with four digits."""
+    red, green, blue = rgb(color)
+    return (round(red, 4), round(green, 4), round(blue, 4))
+
+
+def linear_rgb(color: Sequence[float]) -> Vec:
+    """Return the light of an sRGB colour (0 to 1): its channels without their transfer function."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color[:3])
+    return (red, green, blue)
+
+
+def oklab(color: Sequence[float]) -> Vec:
     """Return an sRGB colour (0 to 1) in Oklab, where distances match what eyes tell apart; white is 1 from black.
 
     Björn Ottosson's Oklab, https://bottosson.github.io/posts/oklab/.
     """
-    r, g, b = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in color[:3])
+    r, g, b = linear_rgb(color)
     long = (0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b) ** (1 / 3)
     middle = (0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b) ** (1 / 3)
     short = (0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b) ** (1 / 3)
@@ -123,21 +137,18 @@ def has_glass(copy: Copy) -> bool:
     return any(not hides(*look) for look in looks)
 
 
-_KNOWN: "OrderedDict[int, tuple[Any, tuple[Look, ...]]]" = OrderedDict()
-
-
 def looks_of(model: Any) -> tuple[Look, ...]:
     """Return all looks within a body, its own first; copies share their model, and the last few thousand are kept."""
-    found = _KNOWN.get(id(model))
-    if found is None or found[0] is not model:
-        found = _KNOWN[id(model)] = model, tuple(_looks_in(model))
-        if len(_KNOWN) > 4096:
-            _KNOWN.popitem(last=False)
-    return found[1]
+    return _kept_looks(ObjectKey(model))
+
+
+@lru_cache(maxsize=4096)
+def _kept_looks(model: ObjectKey) -> tuple[Look, ...]:
+    return tuple(_looks_in(model.value))
 
 
 def _looks_in(model: Any) -> Iterator[Look]:
-    """All looks within a body, its own first."""
+    """Yield all looks within a body, its own first."""
     if isinstance(model, Look):
         yield model
     elif isinstance(model, BaseModel):

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba, colors_of, dress_of, one_color, rgba_of, worn_by
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, JointChange, Motor, Surface
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.rotation import frame_apply, quat_conjugate, quat_rotate, vector_unit
+from text2sim.compiler.shapes.piece import Ball
+from text2sim.compiler.shapes.rotation import IDENTITY, frame_apply, quat_conjugate, quat_rotate, vector_unit
 from text2sim.compiler.trees import generators
 from text2sim.compiler.trees.articulated import articulated_tree
 from text2sim.compiler.trees.dolls import ragdoll_tree
 from text2sim.compiler.trees.file_bodies import file_changes, file_motors, mechanism_tree
 from text2sim.compiler.trees.joints import joint_of
-from text2sim.compiler.trees.model_files import Ball, ModelFiles, Written, count_pieces
+from text2sim.compiler.trees.model_files import ModelFiles, Written, count_pieces
 from text2sim.compiler.trees.shaped_links import geoms_of, shaped_link
 from text2sim.compiler.trees.tree import (
     Tree,
@@ -70,8 +72,8 @@ class Lowering:
     """Balls around the pieces of each copy [m], at the start, in the world."""
     alike: dict[tuple[Any, ...], Written] = field(default_factory=dict)
     """Models already written, by everything in which copies can differ."""
-    contents: dict[int, tuple[Any, Any]] = field(default_factory=dict)
-    """Contents of models without their place, by id; the model is kept too, so that nothing else gets its id."""
+    contents: dict[ObjectKey, Any] = field(default_factory=dict)
+    """Contents of models without their place."""
     pieces: int = 0
     """Convex pieces made so far."""
     thinnest: float = 1e9
@@ -144,7 +146,7 @@ class Lowering:
             look = model.payload.look or model.look
             geoms = geoms_of(shape, model.payload.material, look, copy, self.folder)
             self._take_in_thickness(geoms)
-            low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), self.folder)
+            low, high = extents(shape, IDENTITY, self.folder)
             payload = (geoms, float(high[2]))
         tree = generators.chain_tree(model, vector_unit(model.direction), rgba, payload)
         return self._model(copy, tree)
@@ -211,11 +213,12 @@ class Lowering:
         return self._entity_of(copy, made, rgba_of(look, copy) if plain else made.color)
 
     def _content(self, model: Any) -> Any:
-        """The content of a model, without where its copies are."""
-        if id(model) not in self.contents:
+        """Return the content of a model, without where its copies are."""
+        key = ObjectKey(model)
+        if key not in self.contents:
             there = {field: None for field in PLACEMENT_KEYS if field in type(model).model_fields}
-            self.contents[id(model)] = (model, content_of(model.model_copy(update=there)))
-        return self.contents[id(model)][1]
+            self.contents[key] = content_of(model.model_copy(update=there))
+        return self.contents[key]
 
     def _native(
         self, copy: Copy, morph: str, options: dict, material: Material, look: Look, volume: float | None
@@ -268,8 +271,7 @@ class Lowering:
         mechanism = self._mechanism(model.file, model.base)
         tree = mechanism_tree(mechanism, model)
         self._take_in(copy, tree, tree_balls(tree), count_pieces(tree))
-        touching = (geom.piece for link in tree.links() for geom in link.geoms if geom.touches)
-        self.thinnest = min([self.thinnest, *(piece.thickness for piece in touching)])
+        self._take_in_thickness(geom for geom in tree.geoms() if geom.touches)
         self.motors += file_motors(mechanism, model, copy.name)
         self.held_by_files[copy.name] = {
             j.name for j in mechanism.joints if j.motor is not None and j.motor.stiffness > 0
@@ -320,7 +322,7 @@ class Lowering:
         return made
 
     def _take_in_thickness(self, geoms: Iterable[TreeGeom]) -> None:
-        self.thinnest = min(self.thinnest, *(geom.piece.thickness for geom in geoms))
+        self.thinnest = min([self.thinnest, *(geom.piece.thickness for geom in geoms)])
 
     def _motor(self, entity: str, joint: str, mount: Any) -> None:
         actuator = getattr(mount, "actuator", None)

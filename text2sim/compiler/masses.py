@@ -1,11 +1,13 @@
 """Masses of bodies, and the speeds that the case gives them."""
 
 from collections.abc import Iterable
+from functools import cache
 from math import hypot
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.lower import Lowering
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
 from text2sim.compiler.shapes import geometry
@@ -32,14 +34,10 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
     """
     densities = {entity.name: entity.rho for group in groups for entity in group.entities}
     found: dict[str, float] = {}
-    volumes: dict[int, tuple[object, float]] = {}
 
-    def volume(copy: Copy) -> float:
-        # The shape is kept beside its volume, so that nothing else gets its id.
-        if id(copy.shape) not in volumes:
-            pieces = geometry.pieces(copy.shape, lowering.folder)
-            volumes[id(copy.shape)] = copy.shape, sum(piece.volume() for piece in pieces)
-        return volumes[id(copy.shape)][1]
+    @cache
+    def volume(shape: ObjectKey) -> float:
+        return sum(piece.volume() for piece in geometry.pieces(shape.value, lowering.folder))
 
     for copy in copies:
         tree = lowering.trees.get(copy.name)
@@ -49,10 +47,9 @@ def masses_of(lowering: Lowering, groups: Iterable[Group], copies: Iterable[Copy
         elif getattr(copy.model, "file", None) is not None:
             found[copy.name] = lowering.mechanisms[copy.model.file, copy.model.base].mass
         elif tree is not None:
-            geoms = (geom for link in tree.links() for geom in link.geoms)
-            found[copy.name] = sum(geom.density * geom.piece.volume() for geom in geoms)
+            found[copy.name] = sum(geom.density * geom.piece.volume() for geom in tree.geoms())
         elif density is not None:
-            found[copy.name] = density * volume(copy)
+            found[copy.name] = density * volume(ObjectKey(copy.shape))
     return found
 
 

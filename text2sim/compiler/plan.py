@@ -22,7 +22,7 @@ class Surface:
     mode: str | None = None
     """How the engine is to draw it, where its default would be slow; None for the default."""
     dress: dict[str, Any] = field(default_factory=dict)
-    """Pattern, label, and whether copies are alike, for whoever draws them; empty without any."""
+    """Pattern, label, and whether copies are alike, for what draws them; empty without any."""
     regions: str | None = None
     """For a deformable body: path in the program's folder of the regions in which parts have looks of their own."""
     parts: "tuple[Surface | None, ...]" = ()
@@ -333,22 +333,22 @@ class Plan:
     prescribed: tuple[Prescribed, ...]
     render: dict[str, Any]
     """Cameras, lights and cadence, resolved."""
-    holds: tuple[Hold, ...] = ()
-    pushes: tuple[Push, ...] = ()
-    fields: tuple[Field, ...] = ()
-    frictions: tuple[Friction, ...] = ()
-    removals: tuple[Removal, ...] = ()
-    watches: tuple[Watch, ...] = ()
+    holds: tuple[Hold, ...]
+    pushes: tuple[Push, ...]
+    fields: tuple[Field, ...]
+    frictions: tuple[Friction, ...]
+    removals: tuple[Removal, ...]
+    watches: tuple[Watch, ...]
     """Each follows the one that it waits for (`after`)."""
-    changes: tuple[JointChange, ...] = ()
+    changes: tuple[JointChange, ...]
     """Of joints that came from files."""
-    unpowered: tuple[str, ...] = ()
+    unpowered: tuple[str, ...]
     """Entities whose joints the engine gives gains that nobody asked for."""
-    files: Mapping[str, bytes] = field(default_factory=dict)
+    files: Mapping[str, bytes]
     """Models and meshes by path inside the program's folder."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...]
     """Why derived settings are what they are."""
-    warnings: tuple[Any, ...] = ()
+    warnings: tuple[Any, ...]
     """Problems that do not stop anything."""
 
     @cached_property
@@ -362,9 +362,14 @@ class Plan:
         return digests.render_digest(self)
 
     @property
+    def entities(self) -> list[EntityPlan]:
+        """Entities of all statics and bodies, in order."""
+        return [entity for group in (*self.statics, *self.bodies) for entity in group.entities]
+
+    @property
     def deformables(self) -> dict[str, SoftRecord]:
         """Deformable bodies by copy, in order."""
-        return {e.name: e.soft for group in self.bodies for e in group.entities if e.soft is not None}
+        return {entity.name: entity.soft for entity in self.entities if entity.soft is not None}
 
     @property
     def driven(self) -> list[str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import pi, sin
 
-from text2sim.compiler.schedules import value_at
+from text2sim.compiler.schedules import eased, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, quat_from_axis_angle, vector_times, vector_unit
 from text2sim.spec_schema.models.motion import (
@@ -44,8 +44,7 @@ def displacement(motion: Motion, t: float) -> Vec:
     last = len(motion.times) - 1
     k = min(max(bisect_right(motion.times, t) - 1, 0), last - 1)
     (start, end), (a, b) = motion.times[k : k + 2], motion.positions[k : k + 2]
-    u = min(max((t - start) / (end - start), 0.0), 1.0)
-    u = u * u * (3 - 2 * u) if motion.ease == "smooth" else u
+    u = eased(min(max((t - start) / (end - start), 0.0), 1.0), motion.ease)
     x, y, z = (p + u * (q - p) for p, q in zip(a, b, strict=True))
     return (x, y, z)
 
@@ -105,7 +104,7 @@ def moments(motion: Motion, duration: float, stride: float) -> Iterator[Moment]:
 
 
 def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float, Vec]]:
-    """Corners of a path within the run: time [s], displacement [m]. Of an oscillation, those of its first cycle."""
+    """Return times [s] and displacements [m] of the corners of a path, or of the first cycle of an oscillation."""
     if isinstance(motion, Oscillate):
         turns = [0.25 / motion.frequency, 0.75 / motion.frequency]
     else:
@@ -115,7 +114,7 @@ def _corners(motion: Waypoints | Oscillate, duration: float) -> list[tuple[float
 
 
 def _spin_moments(motion: Spin, duration: float) -> Iterator[Moment]:
-    """Moments of a spin up to its largest angle either way, at most one turn each."""
+    """Yield moments of a spin up to its largest angle either way, at most one turn each."""
     axis = vector_unit(motion.axis)
     low = high = angle = 0.0
     ends = [(0.0, 0.0), (0.0, 0.0)]
@@ -149,7 +148,7 @@ def sets_out(motion: Motion) -> float:
 
 
 def _leaves(times: list[float], values: list[float]) -> float:
-    """Time [s] at which straight lines between values leave 0."""
+    """Return the time [s] at which straight lines between values leave 0."""
     if values[0]:
         return 0.0
     return next((t for t, value in zip(times, values[1:], strict=False) if value), math.inf)

@@ -57,8 +57,8 @@ def taut_frequencies(
     for copy in ropes:
         mass, length = link_of(copy.model)
         if copy.model.kind == "chain":
-            joints = (joint for link in lowering.trees[copy.name].links() for _, joint in link.all_joints())
-            mass += min((joint.armature for joint in joints if joint.kind != "free"), default=0.0) / length**2
+            joints = lowering.trees[copy.name].joints()
+            mass += min((joint.armature for _, joint in joints if joint.kind != "free"), default=0.0) / length**2
         load = sum(weights.get(name, 0.0) for name in tied[copy.name])
         found[copy.name] = 2 * math.sqrt(pull * load / (mass * length))
     return found

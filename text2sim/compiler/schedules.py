@@ -31,9 +31,7 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
     if isinstance(schedule, Ramp):
         first = before if schedule.from_ is None else schedule.from_
         u = min(max((t - schedule.start) / (schedule.end - schedule.start), 0.0), 1.0)
-        if schedule.ease == "smooth":
-            u = u * u * (3 - 2 * u)
-        return first + (schedule.to - first) * u
+        return first + (schedule.to - first) * eased(u, schedule.ease)
     if isinstance(schedule, Sine):
         phase = 2 * pi * schedule.frequency * (t - schedule.start) + radians(schedule.phase_deg)
         return schedule.offset + schedule.amplitude * sin(phase)
@@ -50,9 +48,14 @@ def value_at(schedule: Schedule, t: float, before: float = 0.0) -> float:
         if schedule.ease == "linear":
             return first + u * (last - first)
         a, b = (0.0, 0.0) if schedule.ease == "smooth" else slopes(times, values)[k - 1 : k + 1]
-        rest = first + u * u * (3 - 2 * u) * (last - first)
+        rest = first + eased(u, "smooth") * (last - first)
         return rest + step * u * (1 - u) * (a * (1 - u) - b * u)
     return schedule.value if isinstance(schedule, Constant) else schedule
+
+
+def eased(u: float, ease: str) -> float:
+    """Return the part of a change that is done after the part `u` of its time; `smooth` begins and ends at rest."""
+    return u * u * (3 - 2 * u) if ease == "smooth" else u
 
 
 def extremes(schedule: Schedule) -> tuple[float, float]:
@@ -69,7 +72,7 @@ def extremes(schedule: Schedule) -> tuple[float, float]:
 
 
 SCHEDULE_SAMPLES = 200
-"""Times at which a schedule is sampled for its largest value."""
+"""Times at which a schedule is sampled."""
 
 
 def largest(schedule: Schedule, duration: float) -> float:

@@ -1,18 +1,7 @@
 """Selectors: which copies, and which link or joint of them, a name in `actions` means."""
 
-import re
-
 from text2sim.compiler.placing.placement import Copy
 from text2sim.spec_schema.names.selectors import parse_selector
-
-SELECTOR = re.compile(r"(?P<body>\w+)(?:\[(?P<index>[^\]]+)\])?(?:\.(?P<part>[\w*]+))?\Z")
-
-
-def split(selector: str) -> tuple[str, str | None, str | None]:
-    """Return (body, index text, link or joint) of a selector that the schema has accepted."""
-    match = SELECTOR.match(selector)
-    assert match is not None, selector
-    return match["body"], match["index"], match["part"]
 
 
 def select(selector: str, copies: dict[str, list[Copy]]) -> tuple[list[Copy], str | None]:

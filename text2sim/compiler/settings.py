@@ -8,6 +8,8 @@ from text2sim.spec_schema.models.scene import Scene
 
 CROWD_BODIES = 100
 """With more loose bodies than this, the Newton solver is 20 to 60 times slower than CG."""
+MAX_NEWTON_LOOPS, MAX_NEWTON_BALL_JOINTS = 12, 40
+"""With more closed loops or links on ball joints, CG is faster and survives impacts better."""
 CONTACT_PHASE = 0.25
 """Substep times angular frequency of a contact that bounces. Restitution then scatters by some hundredths with the
 moment of touch within a step; at 0.85, near the end of what is stable, by 0.15, and contacts can gain energy."""
@@ -79,11 +81,11 @@ class Settings:
     hibernation: bool
     welds: int
     why: dict[str, str]
-    rolls: bool = False
+    rolls: bool
     """Whether contacts resist rolling and spin."""
-    precision: str = "32"
+    precision: str
     """Bits of the engine's numbers."""
-    soft: SoftSettings | None = None
+    soft: SoftSettings | None
     """None in a scene without deformable bodies."""
 
     def contact_damping(self, restitution: float, step: float) -> tuple[float, float]:
@@ -140,7 +142,7 @@ def damping_ratio(restitution: float) -> float:
     return high
 
 
-def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Settings:
+def derive(scene: Scene, traits: Traits, soft: SoftSettings | None) -> Settings:
     """Choose what the author left open.
 
     Args:
@@ -151,35 +153,11 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
     why: dict[str, str] = {}
     substeps = scene.substeps or _substeps(scene, traits, soft, why)
     step = scene.dt / substeps
-    solver = scene.solver.kind
-    if solver is None:
-        crowded = traits.loose > CROWD_BODIES
-        tangled = traits.loops > 12 or traits.chains > 40
-        solver = "cg" if crowded or tangled or traits.wound else "newton"
-        if crowded:
-            why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 times slower on such piles"
-        elif tangled:
-            why["solver"] = (
-                f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
-            )
-        elif traits.wound:
-            why["solver"] = "with the elliptic cone, newton ends in nan where links are hit hard"
-        else:
-            why["solver"] = "few enough bodies for the exact solver"
+    solver = scene.solver.kind or _solver(traits, why)
     iterations = scene.solver.iterations
     if iterations is None:
         iterations = 60 if solver == "cg" and traits.loose > CROWD_BODIES else 50
-    timeconst = scene.contact.timeconst
-    if timeconst is None:
-        timeconst = max(2 * step, MIN_TIMECONST)
-        why["timeconst"] = (
-            "two substeps: the stiffest contact that stays stable"
-            if 2 * step >= MIN_TIMECONST
-            else "the shortest that is derived: two substeps are less, and may be given"
-        )
-        if traits.wound and 4 * step < timeconst:
-            timeconst = 4 * step
-            why["timeconst"] = "four substeps: in longer contacts a light rope sinks into what it goes round"
+    timeconst = scene.contact.timeconst or _timeconst(step, traits, why)
     bounce_time = _bounce_time(scene, step, traits, why)
     max_pairs = scene.contact.max_pairs
     if max_pairs is None:
@@ -206,6 +184,34 @@ def derive(scene: Scene, traits: Traits, soft: SoftSettings | None = None) -> Se
         precision=precision,
         soft=soft,
     )
+
+
+def _solver(traits: Traits, why: dict[str, str]) -> str:
+    if traits.loose > CROWD_BODIES:
+        why["solver"] = f"{traits.loose} loose bodies can touch each other; newton is 20 times slower on such piles"
+    elif traits.loops > MAX_NEWTON_LOOPS or traits.chains > MAX_NEWTON_BALL_JOINTS:
+        why["solver"] = (
+            f"{traits.chains} links and {traits.loops} closed loops: cg is faster and survives impacts better"
+        )
+    elif traits.wound:
+        why["solver"] = "with the elliptic cone, newton ends in nan where links are hit hard"
+    else:
+        why["solver"] = "few enough bodies for the exact solver"
+        return "newton"
+    return "cg"
+
+
+def _timeconst(step: float, traits: Traits, why: dict[str, str]) -> float:
+    timeconst = max(2 * step, MIN_TIMECONST)
+    if traits.wound and 4 * step < timeconst:
+        why["timeconst"] = "four substeps: in longer contacts a light rope sinks into what it goes round"
+        return 4 * step
+    why["timeconst"] = (
+        "two substeps: the stiffest contact that stays stable"
+        if 2 * step >= MIN_TIMECONST
+        else "the shortest that is derived: two substeps are less, and may be given"
+    )
+    return timeconst
 
 
 def _cone(scene: Scene, solver: str, traits: Traits, soft: SoftSettings | None, why: dict[str, str]) -> str:

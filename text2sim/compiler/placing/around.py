@@ -9,6 +9,9 @@ from text2sim.compiler.placing.sides import lined_up
 from text2sim.compiler.shapes.geometry import inner_floor
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
     Quaternion,
     Vec,
     quat_between,
@@ -28,7 +31,6 @@ TESTED_DIRECTIONS = 16
 """Sideways directions in which what surrounds something must not come off."""
 MAX_EXCESS = 1e-4
 """A pole may be larger than its hole by this part of itself."""
-_Z = (0.0, 0.0, 1.0)
 
 
 def axis_frame(target: PlacedGroup) -> Quaternion:
@@ -38,25 +40,25 @@ def axis_frame(target: PlacedGroup) -> Quaternion:
     """
     frame = target.frame()
     kinds = {getattr(spot.shape, "kind", None) for spot in target.members}
-    local: Vec = _Z
+    local = Z_AXIS
     if not kinds <= set(ROUND_ABOUT_Z):
         low, high = target.bounds(frame)
         sides = [b - a for a, b in zip(low, high, strict=True)]
         longest = max(sides)
         if sides[2] < longest * (1 - 1e-6):
-            local = (1.0, 0.0, 0.0) if sides[0] >= sides[1] else (0.0, 1.0, 0.0)
+            local = X_AXIS if sides[0] >= sides[1] else Y_AXIS
     x, y, z = quat_rotate(frame, local)
     if z < -1e-9 or (abs(z) <= 1e-9 and (x, y) < (0.0, 0.0)):
         local = (-local[0], -local[1], -local[2])
-    return quat_multiply(frame, quat_between(_Z, local))
+    return quat_multiply(frame, quat_between(Z_AXIS, local))
 
 
 def along_axis(target: PlacedGroup) -> Quaternion:
     """Return the orientation of a ring around a body: its z along the body's axis, otherwise as it is described."""
     if not target.members:
         return IDENTITY
-    axis = quat_rotate(axis_frame(target), _Z)
-    return IDENTITY if axis[2] > 1 - 1e-12 else quat_between(_Z, axis)
+    axis = quat_rotate(axis_frame(target), Z_AXIS)
+    return IDENTITY if axis[2] > 1 - 1e-12 else quat_between(Z_AXIS, axis)
 
 
 def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, ringed: bool) -> Vec:
@@ -96,7 +98,7 @@ def surround(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Ve
 
 
 def _centred(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec, frame: Quaternion) -> Iterator[Vec]:
-    """Shifts that bring the subject on the target's axis.
+    """Yield shifts that bring the subject on the target's axis.
 
     Its hole is about its own z axis, or else in the middle of its bounds; the target's axis goes through the middle
     of its bounds, or else through its origin.
@@ -144,7 +146,7 @@ def _check_fit(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: V
 
 
 def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str:
-    """What is known of the width of the hole and of what is in it, in words."""
+    """Return in words what is known of the width of the hole and of what is in it."""
     low, high = target.bounds(frame)
     wide = [high[k] - low[k] for k in (0, 1)]
     size = f"{wide[0]:.3g} m" if abs(wide[0] - wide[1]) < 1e-6 else f"{wide[0]:.3g} m by {wide[1]:.3g} m"
@@ -155,7 +157,7 @@ def _widths(subject: PlacedGroup, target: PlacedGroup, frame: Quaternion) -> str
 
 
 def _hole(spot: CopySpot) -> float | None:
-    """Radius [m] of the hole of a shape, if it is known."""
+    """Return the radius [m] of the hole of a shape; None if it is not known."""
     if isinstance(spot.shape, Torus):
         return spot.shape.radius - spot.shape.bar_radius
     floor = None if spot.shape is None else inner_floor(spot.shape)
@@ -180,11 +182,11 @@ def _check_ring(place: Place, subject: PlacedGroup, target: PlacedGroup, shift: 
 
 
 def _outwards(place: Place, solids: list[Solid], spot: CopySpot, target: PlacedGroup, shift: Vec) -> float:
-    """How much farther [m] from the middle of the target a copy has to be."""
+    """Return how much farther [m] from the middle of the target a copy has to be."""
     middle = target.middle()
     x, y = spot.pos[0] + shift[0] - middle[0], spot.pos[1] + shift[1] - middle[1]
     norm = math.hypot(x, y)
-    out = (x / norm, y / norm, 0.0) if norm > 1e-9 else (1.0, 0.0, 0.0)
+    out = (x / norm, y / norm, 0.0) if norm > 1e-9 else X_AXIS
     far = math.dist(*target.bounds()) + math.dist(*target.sizes.of(spot)) + place.clearance
     start = (shift[0] + far * out[0], shift[1] + far * out[1], shift[2])
     way = sweep(solids, target.solids(), (-out[0], -out[1], 0.0), gap=place.clearance, start=start)

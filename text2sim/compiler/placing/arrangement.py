@@ -14,15 +14,18 @@ from text2sim.compiler.placing.relations import settle
 from text2sim.compiler.placing.spread import spread
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
+    X_AXIS,
+    Z_AXIS,
     Vec,
     quat_between,
     quat_from_yaw,
     quat_multiply,
     quat_of,
     quat_rotate,
+    vector_plus,
 )
 from text2sim.compiler.shapes.sizes import CopySpot, Sizes
-from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, RunningBond, Spiral
 from text2sim.spec_schema.names.selectors import parse_selector
@@ -138,14 +141,14 @@ def _step(off: float, before: float, step: float) -> float:
 
 
 def _pairs(entry: PlacementEntry, selector: str) -> bool:
-    """Whether copies are paired with what a selector with brackets means."""
+    """Return whether copies are paired with what a selector with brackets means."""
     chosen = parse_selector(selector)
     one = chosen.first is not None and chosen.last == chosen.first + 1
     return entry.repeat is not None and chosen.indexed and not one
 
 
 def _ringed(entry: PlacementEntry) -> bool:
-    """Whether copies surround something together, instead of each going round it."""
+    """Return whether copies surround something together, instead of each going round it."""
     together = not entry.alone and not _pairs(entry, entry.model.place.target)
     return together and isinstance(entry.repeat, Ring | Spiral)
 
@@ -166,7 +169,7 @@ def _oriented(entry: PlacementEntry, targets: PlacementTargets) -> list[CopySpot
             except ValueError as error:
                 raise PlaceError(str(error), "quat") from None
             if place is not None and flush is not None:
-                leaning = quat_between((0.0, 0.0, 1.0), face_under(place, targets.partner(entry, index)))
+                leaning = quat_between(Z_AXIS, face_under(place, targets.partner(entry, index)))
                 quat = quat_multiply(leaning, quat_from_yaw(math.radians(flush)))
             if rings and place is not None and place.quat is None and place.euler_deg is None:
                 quat = along_axis(targets.partner(entry, index))
@@ -198,7 +201,7 @@ def _arranged(entry: PlacementEntry, spots: list[CopySpot], targets: PlacementTa
     goal, middle = targets.partner(entry, 0), pattern_middle(repeat)
     if place.flush_deg is not None:
         # The pattern leans with its copies: left level, only one copy would rest on the slope.
-        lean = quat_between((0.0, 0.0, 1.0), face_under(place, goal))
+        lean = quat_between(Z_AXIS, face_under(place, goal))
         spots = [spot._replace(pos=quat_rotate(lean, spot.pos)) for spot in spots]
         middle = quat_rotate(lean, middle)
     shift = settle(place, PlacedGroup(spots, targets.sizes), goal, middle, ringed=_ringed(entry))
@@ -228,7 +231,7 @@ def _facing_errors(entry: PlacementEntry, placed: list[CopySpot], targets: Place
         facing = spot.model.place.facing
         goal = targets.group(facing, "facing").middle() if isinstance(facing, str) else facing
         x, y = goal[0] - spot.pos[0], goal[1] - spot.pos[1]
-        ahead = quat_rotate(spot.quat, (1.0, 0.0, 0.0))
+        ahead = quat_rotate(spot.quat, X_AXIS)
         if math.hypot(x, y) < 1e-9:
             raise PlaceError("it is right above or below what it should face", "facing")
         if math.hypot(ahead[0], ahead[1]) < 1e-9:
@@ -238,5 +241,4 @@ def _facing_errors(entry: PlacementEntry, placed: list[CopySpot], targets: Place
 
 
 def _move_spot(spot: CopySpot, shift: Vec) -> CopySpot:
-    (x, y, z), (a, b, c) = spot.pos, shift
-    return spot._replace(pos=(x + a, y + b, z + c))
+    return spot._replace(pos=vector_plus(spot.pos, shift))

@@ -6,13 +6,22 @@ from collections.abc import Callable, Sequence
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
 from text2sim.compiler.shapes.regions import RegionError, region_middle
-from text2sim.compiler.shapes.rotation import Vec, frame_apply, quat_rotate, vector_dot, vector_times
+from text2sim.compiler.shapes.rotation import (
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+    Vec,
+    frame_apply,
+    quat_rotate,
+    vector_dot,
+    vector_times,
+)
 from text2sim.compiler.shapes.skin import skin_of
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 
-_UNITS: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_UNITS = (X_AXIS, Y_AXIS, Z_AXIS)
 _LIFT = 1e-5
 """Height [m] above the floor at which something is pushed against a wall, so that it does not stick."""
 _MAX_ROUNDS = 20
@@ -114,7 +123,7 @@ def footing(
 
 
 def _signs(place: Place, axes: Sequence[Vec], up: int) -> dict[int, int]:
-    """The sides that are named, by axis, without the one that the relation implies."""
+    """Return the sides that are named, by axis, without the one that the relation implies."""
     region = place.at
     assert isinstance(region, BodyRegion)
     signs: dict[int, int] = {}
@@ -134,7 +143,7 @@ def _signs(place: Place, axes: Sequence[Vec], up: int) -> dict[int, int]:
 
 
 def _flush(place: Place, mine: tuple[Vec, Vec], theirs: tuple[Vec, Vec], signs: dict[int, int]) -> list[float]:
-    """Shift [m] along each axis at which named sides are flush, and the middles agree on the others."""
+    """Return the shift [m] along each axis at which named sides are flush, and the middles agree on the others."""
     (low, high), (bottom, top) = mine, theirs
     shift = [(bottom[k] + top[k] - low[k] - high[k]) / 2 for k in range(3)]
     for k, sign in signs.items():

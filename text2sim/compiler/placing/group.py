@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    Z_AXIS,
     Quaternion,
     Vec,
     quat_between,
@@ -60,11 +61,11 @@ class PlacedGroup:
 
     def _lowest(self, spot: CopySpot, axis: Vec) -> float:
         kind = None if spot.shape is None else spot.shape.kind
-        upright = axis == (0.0, 0.0, 1.0) and not (spot.quat[1] or spot.quat[2])
+        upright = axis == Z_AXIS and not (spot.quat[1] or spot.quat[2])
         if upright and kind not in (None, "compound", "sculpt"):
             bottom = self.sizes.of(spot)[0][2]
         elif kind in EXACT_SHAPES:
-            back = quat_conjugate(quat_between((0.0, 0.0, 1.0), axis))
+            back = quat_conjugate(quat_between(Z_AXIS, axis))
             bottom = self.sizes.of(spot, quat_multiply(back, spot.quat))[0][2]
         else:
             bottom = self.sizes.lowest(spot, axis)
@@ -89,7 +90,7 @@ class PlacedGroup:
         the frame that copies share.
         """
         if self.planes:
-            return quat_rotate(self.planes[0].quat, (0.0, 0.0, 1.0))
+            return quat_rotate(self.planes[0].quat, Z_AXIS)
         found = None
         if any(spot.shape is None or spot.shape.kind not in EXACT_SHAPES[:-1] for spot in self.members):
             found = self._face_at(x, y)

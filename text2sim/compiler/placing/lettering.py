@@ -30,7 +30,7 @@ def letter_rows(model: Any, folder: Path) -> list[tuple[int, int]]:
         raise PatternError(f"glyphs {WRONG_SHAPE}", "repeat")
     if shape.part is not None:
         raise PatternError(WITH_PART, "shape", "part")
-    return [(one.row, one.column) for one in glyph_parts(shape, folder)]
+    return [(glyph.row, glyph.column) for glyph in glyph_parts(shape, folder)]
 
 
 def letter_counts(loaded: LoadedCase) -> tuple[dict[str, int], list[Problem]]:

@@ -16,12 +16,15 @@ from typing import TYPE_CHECKING
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
     Quaternion,
     Rows,
     Vec,
     quat_multiply,
     quat_normalize,
+    quat_rotate,
     quat_to_rows,
+    rows_apply,
 )
 from text2sim.compiler.shapes.space import Space
 from text2sim.spec_schema.models.repeat import Packing
@@ -68,7 +71,7 @@ def grain_of(kind: str | None, bounds: Bounds) -> Grain:
     hx, hy, hz = ((b - a) / 2 for a, b in zip(low, high, strict=True))
     middle, half = (mx, my, mz), (hx, hy, hz)
     if kind == "sphere":
-        return Grain(middle, half, hx, True, ((0.0, 0.0, 0.0),), hx)
+        return Grain(middle, half, hx, True, (ORIGIN,), hx)
     if kind == "capsule":
         return Grain(middle, half, hz, False, ((0.0, 0.0, hz - hx), (0.0, 0.0, hx - hz)), hx)
     if kind == "ellipsoid":
@@ -115,19 +118,13 @@ def pack(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion])
     for where, grain in zip(placed, grains, strict=True):
         assert where is not None
         (x, y, z), quat = where
-        a, b, c = _rotate(quat_to_rows(quat), grain.middle)
+        a, b, c = quat_rotate(quat, grain.middle)
         found.append(((x - a, y - b, z - c), quat))
     return found
 
 
-def _rotate(rows: Rows, v: Vec) -> Vec:
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    x, y, z = v
-    return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
-
-
 def _orientations(packing: Packing, rng: "np.random.Generator") -> Iterator[Quaternion]:
-    """Random turns, drawn in blocks: one number at a time is slow."""
+    """Yield random turns, drawn in blocks: one number at a time is slow."""
     while True:
         if packing.turn == "none":
             yield IDENTITY
@@ -161,7 +158,7 @@ class _Placed:
         self.cells.setdefault(self._key(p), []).append((p, rows, grain))
 
     def free(self, p: Vec, rows: Rows, grain: Grain) -> bool:
-        """Whether a grain keeps its gap from all others here."""
+        """Return whether a grain keeps its gap from all others here."""
         x, y, z = p
         i, j, k = self._key(p)
         gap = self.gap
@@ -180,7 +177,7 @@ class _Placed:
 
 
 def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
-    """Whether one of the fifteen axes of two boxes separates them by the gap.
+    """Return whether one of the fifteen axes of two boxes separates them by the gap.
 
     A sphere is a box of its radius on every axis.
     """
@@ -241,7 +238,7 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
             quat = quats[index] if packing.turn == "none" else quat_multiply(next(turns), quats[index])
             rows = quat_to_rows(quat)
             if placed.free(p, rows, grain) and space.contains(
-                p, [_rotate(rows, v) for v in grain.outline], grain.rounding
+                p, [rows_apply(rows, v) for v in grain.outline], grain.rounding
             ):
                 placed.add(p, rows, grain)
                 spots[index] = (p, quat)

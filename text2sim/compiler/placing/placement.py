@@ -16,9 +16,8 @@ from text2sim.compiler.placing.lettering import letter_rows
 from text2sim.compiler.placing.patterns import MAX_COPIES, SINGLE, Variables, copy_count, copy_variables
 from text2sim.compiler.placing.place_error import PatternError, PlaceError
 from text2sim.compiler.shapes.extents import TreeExtents
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
 from text2sim.compiler.shapes.sizes import MAX_PIECES, CopySpot, SizeError, Sizes, TreePieces
-from text2sim.compiler.shapes.sweep import ORIGIN
 from text2sim.spec_schema.errors import AssetError, Problem, SpecError, nearest
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.placement import RELATIONS
@@ -64,6 +63,11 @@ def place_all(
         tree_pieces: Their pieces; without them, their bounds are used.
     """
     return _Placer(loaded, Sizes(loaded.folder, tree_extents, tree_pieces)).place_all()
+
+
+def file_path(model: Any) -> tuple[str, ...]:
+    """Return the path in a body or static to what names its files."""
+    return next(((key,) for key in ("shape", "file") if getattr(model, key, None) is not None), ())
 
 
 class _UnplacedError(Exception):
@@ -159,8 +163,8 @@ class _Placer:
                 way = " -> ".join([*cycle, name])
                 message = f"is placed in relation to itself: {way}; give one of them a pose, or place it by another"
                 self._report((*entries[name].root, "place"), message, "circular-place")
-                for one in cycle:
-                    needs[one] -= set(cycle)
+                for member in cycle:
+                    needs[member] -= set(cycle)
 
     def _place(self, entry: PlacementEntry) -> list[Copy]:
         model, root, name = entry.model, entry.root, entry.name
@@ -178,8 +182,7 @@ class _Placer:
         except SizeError as error:
             self._report((*root, "place" if model.place else "repeat"), error)
         except AssetError as error:
-            key = next((key for key in ("shape", "file") if getattr(model, key, None) is not None), None)
-            self._report((*root, key) if key else root, error, "asset")
+            self._report((*root, *file_path(model)), error, "asset")
         line = self.loaded.line(root)
         if entry.repeat is None:
             return [Copy(name, name, None, SINGLE, spots[0].model, spots[0].pos, spots[0].quat, spots[0].shape, line)]

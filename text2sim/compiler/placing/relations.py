@@ -11,10 +11,11 @@ from text2sim.compiler.placing.around import surround
 from text2sim.compiler.placing.footing import footing, slide
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
-from text2sim.compiler.placing.sides import stand_beside, touch
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate
+from text2sim.compiler.placing.sides import lined_up, stand_beside, touch
+from text2sim.compiler.shapes.gjk import TOLERANCE
+from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate
 from text2sim.compiler.shapes.sizes import CopySpot
-from text2sim.compiler.shapes.sweep import TOLERANCE, sweep
+from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.place_rules import STANDING, contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyRegion
@@ -93,30 +94,25 @@ def _shift_over(subject: PlacedGroup, target: PlacedGroup) -> tuple[float, float
 
 
 def _level(place: Place, subject: PlacedGroup, target: PlacedGroup, middle: Vec) -> tuple[float, float]:
-    """Shift in x and y: to `at`, or to the middles or ends that line up."""
+    """Return the shift in x and y: to `at`, or to the middles or ends that line up."""
     if place.at is not None:
         assert not isinstance(place.at, BodyRegion)
         return place.at[0] - middle[0], place.at[1] - middle[1]
-    x, y = _shift_over(subject, target)
     ends = (place.alignment(0), place.alignment(1))
     if ends == (None, None):
-        return x, y
+        return _shift_over(subject, target)
     if not target.members:
         raise PlaceError("a plane has no ends to align with; say `at: [x, y]`", "align")
-    (low, high), (bottom, top) = subject.bounds(), target.bounds()
-    shift = [x, y]
-    for k, end in enumerate(ends):
-        if end in ("min", "max"):
-            shift[k] = bottom[k] - low[k] if end == "min" else top[k] - high[k]
-    return shift[0], shift[1]
+    x, y = (lined_up(subject, target, k, end or "center") for k, end in enumerate(ends))
+    return x, y
 
 
 def _plane_height(plane: CopySpot, subject: PlacedGroup, x: float, y: float, gap: float, relation: str) -> float:
     """Return the shift in z that brings the subject to the plane, from above or (`below`) from below."""
-    nx, ny, nz = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
+    nx, ny, nz = quat_rotate(plane.quat, Z_AXIS)
     if nz < 1e-6:
         raise PlaceError("the plane does not face upwards", relation)
-    up: Vec = (0.0, 0.0, 1.0) if nz > 1 - 1e-15 else (nx, ny, nz)
+    up = Z_AXIS if nz > 1 - 1e-15 else (nx, ny, nz)
     level = nx * plane.pos[0] + ny * plane.pos[1] + nz * plane.pos[2]
     if relation == "below":
         edge = level - gap + subject.lowest((-up[0], -up[1], -up[2]))
@@ -154,7 +150,7 @@ def _falls_past(place: Place, subject: PlacedGroup, target: PlacedGroup, x: floa
 
 
 def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
-    """The height over an upright box that is the target's highest part and supports the whole subject."""
+    """Return the height over an upright box that is the target's highest part and supports the whole subject."""
     low, high = subject.bounds()
     top = target.bounds()[1][2]
     for pos, quat, shape, _ in target.members:
@@ -164,12 +160,12 @@ def _flat_top(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap
         over = abs(pos[2] + sz / 2 - top) < 1e-12
         if over and pos[0] - sx / 2 <= low[0] + x and high[0] + x <= pos[0] + sx / 2:  # noqa: SIM102
             if pos[1] - sy / 2 <= low[1] + y and high[1] + y <= pos[1] + sy / 2:
-                return top - subject.lowest((0.0, 0.0, 1.0)) + gap
+                return top - subject.lowest(Z_AXIS) + gap
     return None
 
 
 def _drop(subject: PlacedGroup, target: PlacedGroup, x: float, y: float, gap: float) -> float | None:
-    """The height to which the subject falls on the target, from above it; None if it falls past."""
+    """Return the height to which the subject falls on the target, from above it; None if it falls past."""
     bottom, top = target.bounds()[0][2], target.bounds()[1][2]
     flat = top - subject.bounds()[0][2] + gap
     z = _fall(subject, target, (x, y, flat + max(0.01 * (top - bottom), 1e-3)), gap)

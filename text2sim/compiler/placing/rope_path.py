@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from text2sim.compiler.placing.place_error import PatternError
 from text2sim.compiler.shapes.rotation import (
+    Z_AXIS,
     Quaternion,
     Vec,
     frame_apply,
@@ -78,51 +79,6 @@ class _Wheel:
         return (self.sense * (self.leave - self.arrive)) % (2 * math.pi) + 2 * math.pi * self.turns
 
 
-@dataclass
-class _Path:
-    """Points and pulleys in their order, in the world [m]."""
-
-    items: list[Array | _Wheel] = field(default_factory=list)
-
-    def settle(self) -> None:
-        """Find where the rope touches the pulleys.
-
-        Raises:
-            PatternError: if it cannot.
-        """
-        wheels = [(k, item) for k, item in enumerate(self.items) if isinstance(item, _Wheel)]
-        for k, wheel in wheels:
-            before, after = self.items[k - 1], self.items[k + 1]
-            before, after = (one.center if isinstance(one, _Wheel) else one for one in (before, after))
-            along = float((after - before) @ wheel.across)
-            if abs(along) < 1e-9:
-                text = f"comes and goes on one line through the axis of `{wheel.name}`; to say which way round"
-                raise PatternError(f"{text}, move a point to either side of it, or give another `side`", *wheel.key)
-            wheel.sense = math.copysign(1.0, along)
-        for _ in range(TANGENT_PASSES):
-            for k, wheel in wheels:
-                before, after = self.items[k - 1], self.items[k + 1]
-                wheel.arrive = wheel.tangent(before.at(before.leave, 1) if isinstance(before, _Wheel) else before, -1)
-                wheel.leave = wheel.tangent(after.at(after.arrive, 0) if isinstance(after, _Wheel) else after, 1)
-        for _, wheel in wheels:
-            touch = (-wheel.sense * wheel.arrive) % (2 * math.pi)
-            if not wheel.turns and touch > wheel.sweep() + 1e-9:
-                text = f"passes `{wheel.name}` without touching it at this `side`; move a point, or leave it out"
-                raise PatternError(text, *wheel.key)
-
-    def points(self) -> Array:
-        """Return the whole path as points, (n, 3)."""
-        found: list[Array] = []
-        for item in self.items:
-            if not isinstance(item, _Wheel):
-                found.append(item)
-                continue
-            sweep = item.sweep()
-            steps = max(2, math.ceil(sweep / ARC_STEP))
-            found += [item.at(item.arrive + item.sense * sweep * k / steps, k / steps) for k in range(steps + 1)]
-        return np.array(found)
-
-
 def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Sequence[CopySpot]]) -> Rope:
     """Return a rope with `along` as the places [m] of its joints and its length, in its own frame.
 
@@ -136,16 +92,16 @@ def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Seque
         PatternError: if it cannot be laid like that.
     """
     assert rope.along is not None
-    path = _Path()
+    path: list[Array | _Wheel] = []
     for number, item in enumerate(rope.along):
         key = ("along", str(number))
         if isinstance(item, Round):
-            path.items.append(_wheel(item, rope.radius, key, find))
+            path.append(_wheel(item, rope.radius, key, find))
         else:
-            path.items.append(np.array(frame_apply(pos, quat, item)))
-    path.settle()
-    wheels = [item for item in path.items if isinstance(item, _Wheel)]
-    link = _length(path.points()) / rope.segments
+            path.append(np.array(frame_apply(pos, quat, item)))
+    _settle(path)
+    wheels = [item for item in path if isinstance(item, _Wheel)]
+    link = _length(_points(path)) / rope.segments
     if link < MIN_LINK_LENGTH:
         raise PatternError(f"leads nowhere: its {rope.segments} links would be shorter than 1 um", "along")
     for wheel in wheels:
@@ -157,11 +113,51 @@ def lay_rope(rope: Rope, pos: Vec, quat: Quaternion, find: Callable[[str], Seque
             )  # fmt: skip
         # The middle of a link is nearer to the axis than its ends are.
         wheel.radius = math.hypot(wheel.radius, link / 2)
-    path.settle()
-    nodes, length = _chords(path.points(), rope.segments)
+    _settle(path)
+    nodes, length = _chords(_points(path), rope.segments)
     back = quat_conjugate(quat)
     own = tuple(quat_rotate(back, (node - np.array(pos)).tolist()) for node in nodes)
     return rope.model_copy(update={"along": own, "length": length * rope.segments})
+
+
+def _settle(path: list[Array | _Wheel]) -> None:
+    """Find where the rope touches the pulleys.
+
+    Raises:
+        PatternError: if it cannot.
+    """
+    wheels = [(k, item) for k, item in enumerate(path) if isinstance(item, _Wheel)]
+    for k, wheel in wheels:
+        before, after = path[k - 1], path[k + 1]
+        before, after = (item.center if isinstance(item, _Wheel) else item for item in (before, after))
+        along = float((after - before) @ wheel.across)
+        if abs(along) < 1e-9:
+            text = f"comes and goes on one line through the axis of `{wheel.name}`; to say which way round"
+            raise PatternError(f"{text}, move a point to either side of it, or give another `side`", *wheel.key)
+        wheel.sense = math.copysign(1.0, along)
+    for _ in range(TANGENT_PASSES):
+        for k, wheel in wheels:
+            before, after = path[k - 1], path[k + 1]
+            wheel.arrive = wheel.tangent(before.at(before.leave, 1) if isinstance(before, _Wheel) else before, -1)
+            wheel.leave = wheel.tangent(after.at(after.arrive, 0) if isinstance(after, _Wheel) else after, 1)
+    for _, wheel in wheels:
+        touch = (-wheel.sense * wheel.arrive) % (2 * math.pi)
+        if not wheel.turns and touch > wheel.sweep() + 1e-9:
+            text = f"passes `{wheel.name}` without touching it at this `side`; move a point, or leave it out"
+            raise PatternError(text, *wheel.key)
+
+
+def _points(path: list[Array | _Wheel]) -> Array:
+    """Return the whole path as points, (n, 3)."""
+    found: list[Array] = []
+    for item in path:
+        if not isinstance(item, _Wheel):
+            found.append(item)
+            continue
+        sweep = item.sweep()
+        steps = max(2, math.ceil(sweep / ARC_STEP))
+        found += [item.at(item.arrive + item.sense * sweep * k / steps, k / steps) for k in range(steps + 1)]
+    return np.array(found)
 
 
 def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str], Sequence[CopySpot]]) -> _Wheel:
@@ -175,7 +171,7 @@ def _wheel(item: Round, thick: float, key: tuple[str, ...], find: Callable[[str]
     mount = getattr(spot.model, "mount", None)
     if isinstance(mount, HingeMount) and abs(vector_unit(mount.axis)[2]) < MIN_AXIS_COSINE:
         raise PatternError(f"goes round the z axis of `{item.round}`, whose own hinge has another `axis`", *key)
-    axis = np.array(quat_rotate(spot.quat, (0.0, 0.0, 1.0)))
+    axis = np.array(quat_rotate(spot.quat, Z_AXIS))
     side = np.array(vector_unit(item.side))
     side -= (side @ axis) * axis
     if np.linalg.norm(side) < 1e-3:

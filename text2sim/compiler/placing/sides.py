@@ -5,7 +5,7 @@ import math
 from text2sim.compiler.placing.footing import region_point
 from text2sim.compiler.placing.group import PlacedGroup
 from text2sim.compiler.placing.place_error import PlaceError
-from text2sim.compiler.shapes.rotation import Vec, quat_from_yaw, quat_rotate, vector_dot, vector_unit
+from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_from_yaw, quat_rotate, vector_dot, vector_unit
 from text2sim.compiler.shapes.sweep import sweep
 from text2sim.spec_schema.models.place_rules import direction_of
 from text2sim.spec_schema.models.placement import End, Place
@@ -81,7 +81,7 @@ def touch(place: Place, subject: PlacedGroup, target: PlacedGroup) -> Vec:
     far += math.dist(there, target.middle())
     best = math.inf
     for plane in target.planes:
-        n = quat_rotate(plane.quat, (0.0, 0.0, 1.0))
+        n = quat_rotate(plane.quat, Z_AXIS)
         closing = vector_dot(n, d)
         if closing < 1e-6:
             raise PlaceError("it cannot touch the plane from this side", "direction")

@@ -44,7 +44,7 @@ def union(boxes: Iterable[Bounds]) -> Bounds | None:
 
 
 def apart(a: Bounds, b: Bounds, slack: float = 0.0) -> bool:
-    """Whether two boxes do not overlap, or by no more than `slack` [m] along some axis.
+    """Return whether two boxes do not overlap, or by no more than `slack` [m] along some axis.
 
     Args:
         a: A box: its lowest and highest corner [m].

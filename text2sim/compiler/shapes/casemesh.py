@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
 from text2sim.assets.confined import call_confined
-from text2sim.compiler.shapes.meshfile import MeshFile, mesh_path
+from text2sim.compiler.shapes.meshfile import MeshFile, errors_about, mesh_path
 from text2sim.compiler.shapes.meshpaint import MeshPaint, read_mesh_and_paint
 from text2sim.spec_schema.errors import AssetError
 
@@ -34,10 +34,9 @@ def load_mesh(file: str, folder: Path) -> MeshFile:
     Raises:
         AssetError: if it cannot be used.
     """
-    try:
-        return _mesh(_key(file, folder))
-    except AssetError as error:
-        raise AssetError(f"mesh file `{file}` {error}") from None
+    key = _key(file, folder)
+    with errors_about(f"mesh file `{file}`"):
+        return _mesh(key)
 
 
 def load_paint(file: str, folder: Path) -> list[MeshPaint]:
@@ -46,10 +45,9 @@ def load_paint(file: str, folder: Path) -> list[MeshPaint]:
     Raises:
         AssetError: if it cannot be used.
     """
-    try:
-        return _paint(_key(file, folder))
-    except AssetError as error:
-        raise AssetError(f"mesh file `{file}` {error}") from None
+    key = _key(file, folder)
+    with errors_about(f"mesh file `{file}`"):
+        return _paint(key)
 
 
 def _key(file: str, folder: Path) -> Key:
@@ -79,9 +77,9 @@ def _mesh(key: Key) -> MeshFile:
     }
 
     def ask() -> dict[str, Any]:
-        one = _read_mesh_and_paint(key)[0]
-        texts = (packed(array) for array in (one.vertices, one.faces, one.hull_vertices, one.hull_faces))
-        return dict(zip(members, (*texts, one.volume, one.closed, one.flat), strict=True))
+        mesh = _read_mesh_and_paint(key)[0]
+        texts = (packed(array) for array in (mesh.vertices, mesh.faces, mesh.hull_vertices, mesh.hull_faces))
+        return dict(zip(members, (*texts, mesh.volume, mesh.closed, mesh.flat), strict=True))
 
     found = cached_answer((b"mesh", *_content(path)), members, ask)
     vertices, faces = _net(found["vertices"], found["faces"])
@@ -100,12 +98,14 @@ def _paint(key: Key) -> list[MeshPaint]:
 
     def ask() -> dict[str, Any]:
         return {"parts": [
-            [packed(one.vertices), packed(one.faces), packed(one.normals), None if one.uvs is None else packed(one.uvs),
-             None if one.picture is None else b64encode(one.picture).decode(), one.rgba] for one in _read_paints(key)
+            [packed(part.vertices), packed(part.faces), packed(part.normals),
+             None if part.uvs is None else packed(part.uvs),
+             None if part.picture is None else b64encode(part.picture).decode(), part.rgba]
+            for part in _read_paints(key)
         ]}  # fmt: skip
 
     found = [_part(row) for row in cached_answer((b"paint", *_content(path)), {"parts": list}, ask)["parts"]]
-    parts = [one for one in found if one is not None]
+    parts = [part for part in found if part is not None]
     return parts if len(parts) == len(found) else _read_paints(key)
 
 

@@ -23,7 +23,6 @@ def convex_pieces(
     shape: Sculpt,
     parts: "list[PlacedPart]",
     vertices: Array,
-    faces: Array,
     field: Callable[[Array], Array],
     cell: float,
 ) -> list[Array]:
@@ -33,19 +32,18 @@ def convex_pieces(
         shape: The shape.
         parts: Its parts.
         vertices: Of its surface [m].
-        faces: Of its surface.
         field: Distance [m] from the surface, negative inside.
         cell: Cell [m] of the grid on which it was made.
     """
     if shape.collision != "parts":
         return [_corners(vertices)]
-    cut = any(one.part.op == "cut" for one in parts)
+    cut = any(placed.part.op == "cut" for placed in parts)
     rows: list[list[Array]] = []
-    for one in parts:
-        if one.part.op != "add":
+    for placed in parts:
+        if placed.part.op != "add":
             continue
-        bits = list(one.bits())
-        for k, atoms in enumerate(one.atoms()):
+        bits = list(placed.bits())
+        for k, atoms in enumerate(placed.atoms()):
             row = []
             for atom in atoms:
                 kept = atom[field(atom) < 0.5 * cell] if cut else atom
@@ -54,7 +52,7 @@ def convex_pieces(
                     low, high = atom.min(0) - cell / 2, atom.max(0) + cell / 2
                     inside = vertices[((vertices >= low) & (vertices <= high)).all(axis=1)]
                     if len(inside):
-                        own = bits[k * len(one.form.bits) : (k + 1) * len(one.form.bits)]
+                        own = bits[k * len(placed.form.bits) : (k + 1) * len(placed.form.bits)]
                         near = np.minimum.reduce([bit.distance(inside) for bit in own])
                         kept = np.concatenate([kept, inside[near < cell / 2]])
                 if _solid(kept):

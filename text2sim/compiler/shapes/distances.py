@@ -237,7 +237,7 @@ def _revolve(part: SculptRevolve) -> PartUnion:
 
 
 def _polygon(p: Array, ring: Array) -> Array:
-    """Signed distance of points (n, 2) from a polygon, by the even-odd rule."""
+    """Return the signed distance of points (n, 2) from a polygon, by the even-odd rule."""
     best, inside = np.full(len(p), np.inf), np.zeros(len(p), bool)
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         way, away = b - a, p - a
@@ -257,11 +257,10 @@ def _polygon(p: Array, ring: Array) -> Array:
 def _loft(part: SculptLoft) -> PartUnion:
     axis = "xyz".index(part.axis)
     u, v = OTHER_AXES[part.axis]
-    at = np.array([one.at for one in part.sections])
+    at = np.array([section.at for section in part.sections])
     # Half lengths, middles, and the exponent of the outline |u/a|^n + |v/b|^n = 1.
-    rows = np.array(
-        [(*(s / 2 for s in one.size), *one.center, 2 / max(1 - one.squareness, 0.1)) for one in part.sections]
-    )
+    rows = np.array([(*(s / 2 for s in section.size), *section.center, 2 / max(1 - section.squareness, 0.1))
+                     for section in part.sections])  # fmt: skip
     follow: Curve = monotone(at, rows) if part.smooth and len(at) > 2 else partial(_straight, at, rows)
 
     tiny = 1e-4 * float(at[-1] - at[0])

@@ -9,7 +9,19 @@ from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.hulls import MANY_VERTICES
 from text2sim.compiler.shapes.piece import outer_polygon_radius, wall_radii
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Rows, Vec, quat_of, quat_rotate, quat_to_rows
+from text2sim.compiler.shapes.rotation import (
+    IDENTITY,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+    Quaternion,
+    Vec,
+    quat_conjugate,
+    quat_of,
+    quat_rotate,
+    quat_to_rows,
+    vector_dot,
+)
 from text2sim.compiler.shapes.sagging import sheet_reach
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Linked
@@ -74,10 +86,8 @@ def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
 def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
     best = -math.inf
     for part in shape.solids.values():
-        w, x, y, z = quat_of(part.pose)
-        p = part.pose.pos
-        away = p[0] * u[0] + p[1] * u[1] + p[2] * u[2]
-        best = max(best, away + _REACH[part.shape.kind](part.shape, quat_rotate((w, -x, -y, -z), u), folder))
+        own = quat_rotate(quat_conjugate(quat_of(part.pose)), u)
+        best = max(best, vector_dot(part.pose.pos, u) + _REACH[part.shape.kind](part.shape, own, folder))
     return best
 
 
@@ -119,7 +129,7 @@ def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:
     if kind == "plane":
         raise ValueError("a plane has no end")
     reach = _REACH[kind]
-    rows: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)) if quat == IDENTITY else quat_to_rows(quat)
+    rows = (X_AXIS, Y_AXIS, Z_AXIS) if quat == IDENTITY else quat_to_rows(quat)
     x, y, z = (reach(shape, row, folder) for row in rows)
     if kind in _SYMMETRIC:
         return (-x, -y, -z), (x, y, z)

@@ -4,15 +4,14 @@ Front and back have the same triangles, of about one size; their outline keeps e
 """
 
 import math
-from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from shapely import MultiPolygon, Polygon
+from shapely.geometry.base import BaseGeometry
+from shapely.geometry.polygon import orient
 
 from text2sim.spec_schema.errors import AssetError
-
-# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
-if TYPE_CHECKING:
-    import numpy as np
-    from shapely import MultiPolygon, Polygon
-    from shapely.geometry.base import BaseGeometry
 
 OUTLINE_TOLERANCE = 0.05
 """How far outlines may be from the form's own, in edges: nothing finer than the triangles can be shown."""
@@ -23,16 +22,13 @@ INNER_DISTANCE = 0.62
 ROW_HEIGHT = math.sqrt(3) / 2
 
 
-def polygons_of(form: "BaseGeometry") -> "list[Polygon]":
+def polygons_of(form: BaseGeometry) -> list[Polygon]:
     """Return the connected parts of a form, outlines counterclockwise and holes clockwise."""
-    from shapely import Polygon
-    from shapely.geometry.polygon import orient
-
     parts = getattr(form, "geoms", [form])
     return [orient(part) for part in parts if isinstance(part, Polygon) and part.area > 0]
 
 
-def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tuple[np.ndarray, np.ndarray]":
+def extruded(form: Polygon | MultiPolygon, depth: float, edge: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the closed surface of a form that is `depth` [m] thick about y = 0.
 
     Args:
@@ -46,8 +42,6 @@ def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tupl
     Raises:
         AssetError: if the form cannot be cut into triangles.
     """
-    import numpy as np
-
     rows = max(1, round(depth / edge))
     heights = np.linspace(-depth / 2, depth / 2, rows + 1)
     vertices, faces, total = [], [], 0
@@ -79,7 +73,7 @@ def extruded(form: "Polygon | MultiPolygon", depth: float, edge: float) -> "tupl
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, list[np.ndarray]]":
+def net_of(polygon: Polygon, edge: float) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Cut a polygon into triangles with edges of about `edge`.
 
     Its outline is divided, points are spread over its inside, and Delaunay makes the triangles. Edges of the outline
@@ -91,8 +85,6 @@ def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, li
     Raises:
         AssetError: if some are left after all rounds.
     """
-    import numpy as np
-    import shapely
     from scipy.spatial import Delaunay, QhullError
 
     rings = [_divided(np.array(ring.coords)[:-1], edge) for ring in (polygon.exterior, *polygon.interiors)]
@@ -126,17 +118,13 @@ def net_of(polygon: "Polygon", edge: float) -> "tuple[np.ndarray, np.ndarray, li
     raise AssetError("has a part that is too thin to be cut into triangles")
 
 
-def _edges(net: "np.ndarray", count: int) -> "np.ndarray":
-    """Keys of the directed edges of triangles."""
-    import numpy as np
-
+def _edges(net: np.ndarray, count: int) -> np.ndarray:
+    """Return keys of the directed edges of triangles."""
     return np.concatenate([net[:, k].astype(np.int64) * count + net[:, (k + 1) % 3] for k in range(3)])
 
 
-def _divided(ring: "np.ndarray", edge: float) -> "np.ndarray":
+def _divided(ring: np.ndarray, edge: float) -> np.ndarray:
     """Return the points of a ring with more between them."""
-    import numpy as np
-
     ahead = np.roll(ring, -1, axis=0)
     counts = np.maximum(np.round(np.linalg.norm(ahead - ring, axis=1) / edge).astype(int), 1)
     return np.concatenate(
@@ -144,18 +132,13 @@ def _divided(ring: "np.ndarray", edge: float) -> "np.ndarray":
     )
 
 
-def _halved(ring: "np.ndarray", chosen: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
+def _halved(ring: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     where = np.flatnonzero(chosen)
     return np.insert(ring, where + 1, ((ring + np.roll(ring, -1, axis=0)) / 2)[where], axis=0)
 
 
-def _strewn(polygon: "Polygon", edge: float) -> "np.ndarray":
+def _strewn(polygon: Polygon, edge: float) -> np.ndarray:
     """Return points of a triangular lattice inside a polygon, not too near to its outline."""
-    import numpy as np
-    import shapely
-
     room = polygon.buffer(-INNER_DISTANCE * edge)
     if room.is_empty:
         return np.zeros((0, 2))
@@ -168,7 +151,7 @@ def _strewn(polygon: "Polygon", edge: float) -> "np.ndarray":
     return np.stack([x.ravel()[inside], z.ravel()[inside]], axis=1)
 
 
-def convex_parts(form: "Polygon | MultiPolygon") -> "list[list[tuple[float, float]]]":
+def convex_parts(form: Polygon | MultiPolygon) -> list[list[tuple[float, float]]]:
     """Cut a form into a few convex polygons, counterclockwise: triangles, joined as long as they stay convex.
 
     After Hertel and Mehlhorn: at most four times as many as there must be.
@@ -179,9 +162,7 @@ def convex_parts(form: "Polygon | MultiPolygon") -> "list[list[tuple[float, floa
     return found
 
 
-def _join_triangles(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
-    import shapely
-
+def _join_triangles(polygon: Polygon) -> list[list[tuple[float, float]]]:
     cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
     cells = {k: [(x, y) for x, y in part.exterior.coords[:-1]] for k, part in enumerate(cut)}
     owner = {}
@@ -205,18 +186,18 @@ def _join_triangles(polygon: "Polygon") -> "list[list[tuple[float, float]]]":
     return [_drop_straight_corners(cell) for cell in cells.values()]
 
 
-def _rotate_to(cell: "list[tuple[float, float]]", start: "tuple[float, float]") -> "list[tuple[float, float]]":
+def _rotate_to(cell: list[tuple[float, float]], start: tuple[float, float]) -> list[tuple[float, float]]:
     at = cell.index(start)
     return cell[at:] + cell[:at]
 
 
-def _turns_left(cell: "list[tuple[float, float]]", at: int) -> bool:
+def _turns_left(cell: list[tuple[float, float]], at: int) -> bool:
     (ax, ay), (bx, by), (cx, cy) = cell[at - 1], cell[at], cell[(at + 1) % len(cell)]
     u, v, w, x = bx - ax, by - ay, cx - bx, cy - by
     return u * x - v * w >= -1e-9 * math.hypot(u, v) * math.hypot(w, x)
 
 
-def _drop_straight_corners(cell: "list[tuple[float, float]]") -> "list[tuple[float, float]]":
+def _drop_straight_corners(cell: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Drop corners at which the outline goes straight on."""
     kept = list(cell)
     for point in cell:

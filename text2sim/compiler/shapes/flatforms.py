@@ -1,7 +1,10 @@
 """Letters and drawings: convex prisms for contact, and surfaces to draw that are smooth where outlines are."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from shapely import Polygon
 
 from text2sim.compiler.shapes.extrude import convex_parts, polygons_of
 from text2sim.compiler.shapes.glyphs import whole
@@ -10,11 +13,6 @@ from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.spec_schema.models.shapes import Sketch, Text
-
-# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
-if TYPE_CHECKING:
-    import numpy as np
-    from shapely import Polygon
 
 PRISM_TOLERANCE = 0.01
 """How far prisms may be from the true outline, as a part of the height of a letter or drawing."""
@@ -56,9 +54,7 @@ def reach(shape: Text | Sketch, u: Vec, folder: Path) -> float:
         u: Direction, a unit vector in the body's frame.
         folder: Folder of the case, for fonts and drawings.
     """
-    from shapely import get_coordinates
-
-    hull = get_coordinates(whole(shape, folder).convex_hull).tolist()
+    hull = shapely.get_coordinates(whole(shape, folder).convex_hull).tolist()
     return max(u[0] * x + u[2] * z for x, z in hull) + abs(u[1]) * shape.depth / 2
 
 
@@ -68,26 +64,21 @@ def flat_surface(shape: Text | Sketch, folder: Path) -> VisualMesh:
     Raises:
         AssetError: if the shape has no part of that number, or its font or picture cannot be used.
     """
-    import numpy as np
-
     form = whole(shape, folder)
     low_x, low_z, high_x, high_z = form.bounds
     form = areas(form.simplify(5e-4 * max(high_x - low_x, high_z - low_z)))
     half, parts = shape.depth / 2, []
-    for one in polygons_of(form):
-        parts += _caps(one, half)
-        parts += [_walls(np.array(ring.coords)[:-1], half) for ring in (one.exterior, *one.interiors)]
+    for polygon in polygons_of(form):
+        parts += _caps(polygon, half)
+        parts += [_walls(np.array(ring.coords)[:-1], half) for ring in (polygon.exterior, *polygon.interiors)]
     places, normals, nets = zip(*parts, strict=True)
     firsts = np.cumsum([0, *(len(place) for place in places[:-1])]).tolist()
     moved = [net + first for net, first in zip(nets, firsts, strict=True)]
     return VisualMesh(np.concatenate(places), np.concatenate(moved), np.concatenate(normals))
 
 
-def _caps(polygon: "Polygon", half: float) -> "list[tuple[np.ndarray, np.ndarray, np.ndarray]]":
+def _caps(polygon: Polygon, half: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return vertices, normals and triangles of the front and of the back."""
-    import numpy as np
-    import shapely
-
     cut = polygons_of(shapely.constrained_delaunay_triangles(polygon))
     corners = np.array([part.exterior.coords[:3] for part in cut]).reshape(-1, 2)
     flat, index = np.unique(corners, axis=0, return_inverse=True)
@@ -99,10 +90,8 @@ def _caps(polygon: "Polygon", half: float) -> "list[tuple[np.ndarray, np.ndarray
     return found
 
 
-def _walls(ring: "np.ndarray", half: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+def _walls(ring: np.ndarray, half: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wall along an outline with the solid on its left; it is smooth where the outline turns little."""
-    import numpy as np
-
     ahead = np.roll(ring, -1, axis=0)
     way = ahead - ring
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)

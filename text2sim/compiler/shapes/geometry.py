@@ -4,16 +4,13 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.casemesh import load_mesh, load_paint
 from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
+from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import (
-    Vec,
-    frame_apply,
-    quat_of,
-    quat_rotate,
-)
+from text2sim.compiler.shapes.rotation import Z_AXIS, quat_of, quat_rotate
 from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
@@ -21,10 +18,9 @@ from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
 
-_MEMORY = 4096
-_KNOWN: dict[Any, tuple[Piece, ...]] = {}
+_PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
-_DRAWN: dict[Any, VisualMesh] = {}
+_SURFACES: Memory[VisualMesh] = Memory(4096)
 """Drawn surfaces, likewise."""
 
 
@@ -41,13 +37,7 @@ def pieces(shape: Any, folder: Path) -> list[Piece]:
     Raises:
         AssetError: if a mesh file cannot be used.
     """
-    key = key_of(shape, folder)
-    found = _KNOWN.get(key)
-    if found is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        found = _KNOWN[key] = tuple(_pieces(shape, folder))
-    return list(found)
+    return list(_PIECES.recall(key_of(shape, folder), lambda: _pieces(shape, folder)))
 
 
 def key_of(shape: Any, folder: Path) -> Any:
@@ -140,10 +130,8 @@ def _mesh_piece(shape: Mesh, folder: Path) -> Piece:
                 f"mesh file `{shape.file}` is open, or its triangles face different ways: without an inside it "
                 "cannot have exact contact; close it, or use another `collision`"
             )
-        try:
+        with errors_about(f"mesh file `{shape.file}`"):
             field = field_of(mesh.vertices * scale, mesh.faces, shape.cell)
-        except AssetError as error:
-            raise AssetError(f"mesh file `{shape.file}` {error}") from None
     return Piece(
         "mesh", size=(scale,), vertices=corners, faces=faces, file=shape.file, enclosed=enclosed,
         collision=shape.collision, field=field,
@@ -182,19 +170,13 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
         from text2sim.compiler.shapes.sculpting import sculpted
 
         return sculpted(shape).visuals()
-    if not isinstance(shape, Drawn | Text | Sketch):
-        return None
-    key = key_of(shape, folder)
-    if key not in _DRAWN:
-        if len(_DRAWN) >= _MEMORY:
-            _DRAWN.clear()
-        if isinstance(shape, Drawn):
-            _DRAWN[key] = surface(shape)
-        else:
-            from text2sim.compiler.shapes.flatforms import flat_surface
+    if isinstance(shape, Drawn):
+        return [_SURFACES.recall(key_of(shape, folder), lambda: surface(shape))]
+    if isinstance(shape, Text | Sketch):
+        from text2sim.compiler.shapes.flatforms import flat_surface
 
-            _DRAWN[key] = flat_surface(shape, folder)
-    return [_DRAWN[key]]
+        return [_SURFACES.recall(key_of(shape, folder), lambda: flat_surface(shape, folder))]
+    return None
 
 
 def volume(shape: Any, folder: Path) -> float:
@@ -238,34 +220,6 @@ def volume(shape: Any, folder: Path) -> float:
     return pieces(shape, folder)[0].volume()
 
 
-def points(shape: Any, folder: Path) -> list[Vec]:
-    """Return points [m] in the body's frame whose convex hull is the shape, to within 3 % of its round parts.
-
-    They serve for framing pictures; for bounds `extents` is exact.
-    """
-    found: list[Vec] = []
-    for piece in pieces(shape, folder):
-        found += (frame_apply(piece.pos, piece.quat, p) for p in _piece_points(piece))
-    return found
-
-
-def _piece_points(piece: Piece) -> list[Vec]:
-    size = piece.size
-    if piece.kind in ("hull", "mesh"):
-        return list(piece.vertices)
-    if piece.kind == "box":
-        x, y, z = (s / 2 for s in size)
-        return [(a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)]
-    ring = [(math.cos(math.pi * k / 8), math.sin(math.pi * k / 8)) for k in range(16)]
-    if piece.kind == "cylinder":
-        return [(size[0] * c, size[0] * s, z) for c, s in ring for z in (-size[1] / 2, size[1] / 2)]
-    latitudes = [(math.cos(math.pi * k / 16), math.sin(math.pi * k / 16)) for k in range(-8, 9)]
-    ball = [(c * a, s * a, b) for a, b in latitudes for c, s in ring]
-    rx, ry, rz = size if piece.kind == "ellipsoid" else (size[0],) * 3
-    half = size[1] / 2 if piece.kind == "capsule" else 0.0
-    return [(rx * x, ry * y, rz * z + math.copysign(half, z)) for x, y, z in ball]
-
-
 class InnerFloor(NamedTuple):
     """The bottom of a hollow, in the body's frame."""
 
@@ -283,7 +237,7 @@ def inner_floor(shape: Any) -> InnerFloor | None:
         floors = []
         for part in shape.solids.values():
             floor = inner_floor(part.shape)
-            if floor is not None and quat_rotate(quat_of(part.pose), (0.0, 0.0, 1.0))[2] > 1 - 1e-9:
+            if floor is not None and quat_rotate(quat_of(part.pose), Z_AXIS)[2] > 1 - 1e-9:
                 x, y, z = part.pose.pos
                 floors.append(InnerFloor(z + floor.height, floor.radius, (x + floor.center[0], y + floor.center[1])))
         return min(floors, default=None)

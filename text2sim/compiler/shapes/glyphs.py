@@ -1,27 +1,23 @@
 """Letters of texts and pieces of sketches: each with its place, and all together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.lettering import areas, letters
-from text2sim.compiler.shapes.sketching import strokes
+from shapely import MultiPolygon, Polygon, unary_union
+from shapely.affinity import affine_transform, translate
+
+from text2sim.compiler.shapes.lettering import Letter, areas, letters
+from text2sim.compiler.shapes.sketching import Stroke, strokes
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Sketch, Text
-
-if TYPE_CHECKING:
-    from shapely import MultiPolygon, Polygon
-
-_MEMORY = 256
-_KNOWN: dict[Any, "tuple[Any, tuple[Glyph, ...]]"] = {}
 
 
 @dataclass(frozen=True, eq=False)
 class Glyph:
     """A letter of a text, or a connected piece of a sketch."""
 
-    form: "Polygon | MultiPolygon"
+    form: Polygon | MultiPolygon
     """In x and z [m], about the middle of its own bounds."""
     offset: tuple[float, float]
     """Where that middle is in the whole [m], x and z."""
@@ -40,27 +36,19 @@ def glyph_parts(shape: Text | Sketch, folder: Path) -> list[Glyph]:
         AssetError: if the font or picture cannot be used, or there is nothing in it.
     """
     found = letters(shape.text, shape.font, folder) if isinstance(shape, Text) else strokes(shape.file, folder)
-    key = (shape.kind, float(shape.height), tuple(map(id, found)))
-    known = _KNOWN.get(key)
-    if known is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        # Letters are kept beside what is made of them, so that nothing else gets their ids.
-        known = _KNOWN[key] = (found, _scaled(found, shape.height))
-    return list(known[1])
+    return list(_scaled(tuple(found), shape.height))
 
 
-def _scaled(found: Any, height: float) -> tuple[Glyph, ...]:
-    from shapely.affinity import affine_transform
-
-    bounds = [one.form.bounds for one in found]
+@lru_cache(maxsize=256)
+def _scaled(found: tuple[Letter | Stroke, ...], height: float) -> tuple[Glyph, ...]:
+    bounds = [letter.form.bounds for letter in found]
     x = (min(b[0] for b in bounds) + max(b[2] for b in bounds)) / 2
     z = (min(b[1] for b in bounds) + max(b[3] for b in bounds)) / 2
     glyphs = []
-    for one, (x0, z0, x1, z1) in zip(found, bounds, strict=True):
+    for letter, (x0, z0, x1, z1) in zip(found, bounds, strict=True):
         u, v = (x0 + x1) / 2, (z0 + z1) / 2
-        form = affine_transform(one.form, [height, 0, 0, height, -u * height, -v * height])
-        glyphs.append(Glyph(form, ((u - x) * height, (v - z) * height), one.row, one.column))
+        form = affine_transform(letter.form, [height, 0, 0, height, -u * height, -v * height])
+        glyphs.append(Glyph(form, ((u - x) * height, (v - z) * height), letter.row, letter.column))
     return tuple(glyphs)
 
 
@@ -77,11 +65,10 @@ def chosen(shape: Text | Sketch, folder: Path) -> list[Glyph]:
         what = "letter" if shape.kind == "text" else "piece"
         count = f"{len(found)} {what}s, 0 to {len(found) - 1}" if len(found) > 1 else f"one {what}, 0"
         raise AssetError(f"the {shape.kind} has {count}; there is no part {shape.part}")
-    one = found[shape.part]
-    return [Glyph(one.form, (0.0, 0.0), one.row, one.column)]
+    return [replace(found[shape.part], offset=(0.0, 0.0))]
 
 
-def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
+def whole(shape: Text | Sketch, folder: Path) -> Polygon | MultiPolygon:
     """Return what a shape covers in x and z [m], about its frame's origin.
 
     Raises:
@@ -91,9 +78,6 @@ def whole(shape: Text | Sketch, folder: Path) -> "Polygon | MultiPolygon":
 
 
 @lru_cache(maxsize=256)
-def _together(glyphs: tuple[Glyph, ...]) -> "Polygon | MultiPolygon":
-    from shapely import unary_union
-    from shapely.affinity import translate
-
-    forms = [translate(one.form, *one.offset) if any(one.offset) else one.form for one in glyphs]
+def _together(glyphs: tuple[Glyph, ...]) -> Polygon | MultiPolygon:
+    forms = [translate(glyph.form, *glyph.offset) if any(glyph.offset) else glyph.form for glyph in glyphs]
     return forms[0] if len(forms) == 1 else areas(unary_union(forms))

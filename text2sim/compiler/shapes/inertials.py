@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Quaternion, Vec, frame_apply, quat_to_rows
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_to_rows
 
 Tensor = tuple[float, float, float, float, float, float]
 
@@ -40,7 +40,7 @@ class Inertial:
 
 
 _NONE: Tensor = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-NOTHING = Inertial(0.0, (0.0, 0.0, 0.0), _NONE)
+NOTHING = Inertial(0.0, ORIGIN, _NONE)
 
 
 def combined_inertial(inertials: Iterable[Inertial]) -> Inertial:
@@ -65,7 +65,7 @@ def piece_inertial(piece: Piece, density: float) -> Inertial:
     mass = density * piece.volume()
     if piece.kind in ("hull", "mesh"):
         return _hull(piece, mass).at(piece.pos, piece.quat)
-    return Inertial(mass, (0.0, 0.0, 0.0), _solid(piece, mass)).at(piece.pos, piece.quat)
+    return Inertial(mass, ORIGIN, _solid(piece, mass)).at(piece.pos, piece.quat)
 
 
 def _solid(piece: Piece, mass: float) -> Tensor:
@@ -106,7 +106,7 @@ def _hull(piece: Piece, mass: float) -> Inertial:
         for slot, (p, q) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             second[slot] += six / 120 * (s[p] * s[q] + a[p] * a[q] + b[p] * b[q] + c[p] * c[q])
     if volume <= 0.0:
-        return Inertial(mass, (0.0, 0.0, 0.0), _NONE)
+        return Inertial(mass, ORIGIN, _NONE)
     x, y, z = center = (first[0] / volume, first[1] / volume, first[2] / volume)
     means = [moment / volume for moment in second]
     xx, yy, zz = means[0] - x * x, means[1] - y * y, means[2] - z * z
@@ -117,7 +117,7 @@ def _hull(piece: Piece, mass: float) -> Inertial:
 
 def _rotate_tensor(inertia: Tensor, quat: Quaternion) -> Tensor:
     """Return R I R^T."""
-    if quat == (1.0, 0.0, 0.0, 0.0) or not any(inertia):
+    if quat == IDENTITY or not any(inertia):
         return inertia
     xx, yy, zz, xy, xz, yz = inertia
     full = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))

@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.compiler.shapes.meshfile import case_path, errors_about
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
@@ -51,16 +51,12 @@ def letters(text: str, font: str | None, folder: Path) -> "list[Letter]":
     if not text.strip():
         raise AssetError("the text has nothing but blanks: there is no letter to make a body of")
     if font is None:
-        try:
+        with errors_about("the built-in font"):
             return list(_set(text, None, 0, 0))
-        except AssetError as error:
-            raise AssetError(f"the built-in font {error}") from None
     path, _ = case_path(font, folder, "font", SUFFIXES, MAX_BYTES)
     stat = path.stat()
-    try:
+    with errors_about(f"font file `{font}`"):
         return list(_set(text, path, stat.st_mtime_ns, stat.st_size))
-    except AssetError as error:
-        raise AssetError(f"font file `{font}` {error}") from None
 
 
 @lru_cache(maxsize=64)
@@ -114,15 +110,15 @@ class _Face:
         self._known: dict[str, Any] = {}
 
     def advance(self, char: str) -> float:
-        """Distance from this letter to the next."""
+        """Return the distance from this letter to the next."""
         return float(self._load(char)[2])
 
     def kerning(self, before: str, char: str) -> float:
-        """How much nearer or farther two letters stand."""
+        """Return how much nearer or farther two letters stand."""
         return float(self.font.get_kerning(self._index(before), self._index(char), self.unfitted))
 
     def capital(self, text: str) -> float:
-        """Height of a capital letter."""
+        """Return the height of a capital letter."""
         for char in MODEL_LETTERS:
             if self.font.get_char_index(ord(char)):
                 form = self.form(char)

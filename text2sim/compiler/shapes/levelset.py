@@ -59,7 +59,7 @@ class PlacedPart:
         return [own, (own[0], turn, signs)]
 
     def bits(self) -> Iterator[Bit]:
-        """Its bits, with boxes in the frame of the shape."""
+        """Yield its bits, with boxes in the frame of the shape."""
         for pos, turn, signs in self.frames:
             for bit in self.form.bits:
                 ends = np.array([bit.low, bit.high])
@@ -76,7 +76,7 @@ class PlacedPart:
         return np.minimum.reduce([bit.distance(p) for bit in self.bits()])
 
     def atoms(self) -> Iterator[list[Array]]:
-        """Points of convex pieces, of the part and of its mirror image."""
+        """Yield the points of convex pieces, of the part and of its mirror image."""
         for pos, turn, signs in self.frames:
             yield [(atom @ turn.T + pos) * signs for atom in self.form.atoms]
 
@@ -113,7 +113,7 @@ class LevelSetGrid:
 
     def points(self, box: tuple[slice, slice, slice]) -> Array:
         """Return the places (n, 3) [m] of nodes."""
-        axes = [self.low[k] + self.cell * np.arange(one.start, one.stop) for k, one in enumerate(box)]
+        axes = [self.low[k] + self.cell * np.arange(side.start, side.stop) for k, side in enumerate(box)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
 
@@ -123,9 +123,9 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     Raises:
         AssetError: if there would be too many nodes, or a part would be lost between them.
     """
-    added = [bit for one in parts if one.part.op == "add" for bit in one.bits()]
+    added = [bit for placed in _with_op(parts, "add") for bit in placed.bits()]
     low, high = np.min([bit.low for bit in added], axis=0), np.max([bit.high for bit in added], axis=0)
-    boxes = [(bit, one.blend) for one in parts for bit in one.bits()]
+    boxes = [(bit, placed.blend) for placed in parts for bit in placed.bits()]
     size = float((high - low).max())
 
     def made(cell: float) -> tuple[LevelSetGrid, float, float]:
@@ -139,7 +139,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
         work = sum(_size(grid.box(bit.low, bit.high, blend + PADDING_CELLS * cell)) for bit, blend in boxes)
         return grid, nodes, float(work)
 
-    thinnest = min(parts, key=lambda one: one.form.thin)
+    thinnest = min(parts, key=lambda placed: placed.form.thin)
     cell = shape.detail or min(thinnest.form.thin / CELLS_THROUGH, size / MIN_CELLS_ALONG)
     grid, nodes, work = made(cell)
     finest = cell
@@ -151,7 +151,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
             f"is made on a grid of at most {MAX_NODES:,} nodes, {MAX_ALONG:,} along a side: with a size of "
             f"{size:.3g} m, `detail` can be {rounded_up(finest):g} m or more (got {cell:g})"
         )
-    lost = list(dict.fromkeys(one.name for one in parts if one.form.thin < MIN_CELLS_THROUGH * grid.cell))
+    lost = list(dict.fromkeys(placed.name for placed in parts if placed.form.thin < MIN_CELLS_THROUGH * grid.cell))
     if lost:
         way = (
             f"take a `detail` of {thinnest.form.thin / MIN_CELLS_THROUGH:.2g} m"
@@ -167,8 +167,12 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     return grid
 
 
+def _with_op(parts: list[PlacedPart], op: str) -> list[PlacedPart]:
+    return [placed for placed in parts if placed.part.op == op]
+
+
 def _size(box: tuple[slice, slice, slice]) -> int:
-    return math.prod(one.stop - one.start for one in box)
+    return math.prod(side.stop - side.start for side in box)
 
 
 def fillet(a: Array, b: Array, radius: float) -> Array:
@@ -187,9 +191,9 @@ def fillet(a: Array, b: Array, radius: float) -> Array:
 def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
     """Return the distances at the nodes: exact near the surface, a large number far from every part."""
     field = np.full(grid.counts, FAR)
-    for one in [one for one in parts if one.part.op == "add"] + [one for one in parts if one.part.op == "cut"]:
-        bits = list(one.bits())
-        more = one.blend + PADDING_CELLS * grid.cell
+    for placed in [*_with_op(parts, "add"), *_with_op(parts, "cut")]:
+        bits = list(placed.bits())
+        more = placed.blend + PADDING_CELLS * grid.cell
         whole = grid.box(np.min([b.low for b in bits], axis=0), np.max([b.high for b in bits], axis=0), more)
         own = np.full(tuple(side.stop - side.start for side in whole), FAR)
         for bit in bits:
@@ -200,10 +204,10 @@ def field_of(parts: list[PlacedPart], grid: LevelSetGrid) -> Array:
                 here = tuple(slice(a.start - b.start, a.stop - b.start) for a, b in zip(slab, whole, strict=True))
                 found = bit.distance(grid.points(slab)).reshape(own[here].shape)
                 own[here] = np.minimum(own[here], found)
-        if one.part.op == "add":
-            field[whole] = fillet(field[whole], own, one.blend)
+        if placed.part.op == "add":
+            field[whole] = fillet(field[whole], own, placed.blend)
         else:
-            field[whole] = -fillet(-field[whole], own, one.blend)
+            field[whole] = -fillet(-field[whole], own, placed.blend)
     return field
 
 
@@ -248,7 +252,7 @@ def sculpt_mesh(shape: Sculpt) -> SculptMesh:
     vertices = grid.low + grid.cell * vertices.astype(float)
     vertices, looks, faces = _bordered(parts, vertices, faces.astype(np.int64), grid)
     vertices, faces, looks = _simplify(vertices, faces, looks, grid.cell, parts)
-    pieces = convex_pieces(shape, parts, vertices, faces, lambda p: _sampled(values, grid, p), grid.cell)
+    pieces = convex_pieces(shape, parts, vertices, lambda p: _sampled(values, grid, p), grid.cell)
     return SculptMesh(vertices, faces, _slopes(values, grid, vertices), looks, pieces)
 
 
@@ -272,29 +276,10 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
 
     A border runs where two parts are equally near, or where a part that paints or cuts ends.
     """
-    groups: list[list[int]] = [[]]
-    known = {"": 0}
-    firsts = [-1]
-    for index, one in enumerate(parts):
-        if one.part.look is None:
-            if one.part.op == "add":
-                groups[0].append(index)
-            continue
-        key = f"{one.part.op != 'add' and index}:{one.part.look.model_dump_json()}"
-        if key not in known:
-            known[key] = len(groups)
-            groups.append([])
-            firsts.append(index)
-        groups[known[key]].append(index)
+    groups, firsts = _look_groups(parts)
     if len(groups) == 1:
         return vertices, np.full(len(faces), -1), faces
-    far = np.full(len(vertices), FAR)
-    away = np.stack(
-        [np.minimum.reduce([parts[i].distance(vertices) for i in group]) if group else far for group in groups]
-    )
-    over = np.array([first >= 0 and parts[first].part.op != "add" for first in firsts])
-    # The surface that a cut leaves lies on it, not in it.
-    away[over] -= np.array([0.6 * grid.cell * (parts[f].part.op == "cut") for f in np.array(firsts)[over]])[:, None]
+    away, over = _look_distances(parts, groups, firsts, vertices, grid.cell)
     label = np.where(over[:, None], FAR, away).argmin(0)
     for k in np.flatnonzero(over):
         label[away[k] < 0] = k
@@ -335,6 +320,42 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     return points, np.array(firsts)[np.concatenate(labels)], np.concatenate(found)
 
 
+def _look_groups(parts: list[PlacedPart]) -> tuple[list[list[int]], list[int]]:
+    """Return the parts by look, and the first part of each group.
+
+    The first group has the look of the body (-1), and may be empty; parts that paint or cut are groups of their own.
+    """
+    groups: list[list[int]] = [[]]
+    firsts = [-1]
+    known: dict[str, int] = {}
+    for index, placed in enumerate(parts):
+        if placed.part.look is None:
+            if placed.part.op == "add":
+                groups[0].append(index)
+            continue
+        key = f"{placed.part.op != 'add' and index}:{placed.part.look.model_dump_json()}"
+        if key not in known:
+            known[key] = len(groups)
+            groups.append([])
+            firsts.append(index)
+        groups[known[key]].append(index)
+    return groups, firsts
+
+
+def _look_distances(
+    parts: list[PlacedPart], groups: list[list[int]], firsts: list[int], vertices: Array, cell: float
+) -> tuple[Array, Array]:
+    """Return how far [m] vertices are from groups of parts (g, n), and which groups paint or cut (g,)."""
+    far = np.full(len(vertices), FAR)
+    away = np.stack(
+        [np.minimum.reduce([parts[i].distance(vertices) for i in group]) if group else far for group in groups]
+    )
+    over = np.array([first >= 0 and parts[first].part.op != "add" for first in firsts])
+    # The surface that a cut leaves lies on it, not in it.
+    away[over] -= np.array([0.6 * cell * (parts[f].part.op == "cut") for f in np.array(firsts)[over]])[:, None]
+    return away, over
+
+
 def _simplify(
     vertices: Array, faces: Array, looks: Array, cell: float, parts: list[PlacedPart]
 ) -> tuple[Array, Array, Array]:
@@ -353,12 +374,11 @@ def _simplify(
     whole = Manifold(mesh)
     if whole.is_empty():
         raise AssetError(f"made no closed surface ({whole.status()}): move a part a little, or use another `detail`")
-    apart = [one for one in whole.decompose() if one.volume() > 0]
+    apart = [piece for piece in whole.decompose() if piece.volume() > 0]
     if len(apart) > 1:
-        least = min(apart, key=lambda one: one.volume())
+        least = min(apart, key=lambda piece: piece.volume())
         box = np.array(least.bounding_box()).reshape(2, 3)
-        added = [one for one in parts if one.part.op == "add"]
-        near = min(added, key=lambda one: float(one.distance(box.mean(0)[None])[0]))
+        near = min(_with_op(parts, "add"), key=lambda placed: float(placed.distance(box.mean(0)[None])[0]))
         raise AssetError(
             f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, belongs to part `{near.name}`; "
             "move it to the rest, or make it a body of its own"

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,10 +78,8 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], max
     Raises:
         AssetError: if it leaves that folder, does not exist, is too large or of a kind that is not read.
     """
-    try:
+    with errors_about(f"{what} file `{file[:80]}`"):
         source = asset_folder(folder, file)
-    except AssetError as error:
-        raise AssetError(f"{what} file `{file[:80]}` {error}") from None
     root = source.root
     try:
         path = (root / source.file).resolve()
@@ -99,6 +98,19 @@ def case_path(file: str, folder: Path, what: str, suffixes: tuple[str, ...], max
             f"{what} file `{file}` is too large ({size / 2**20:.0f} MiB; at most {max_bytes // 2**20} MiB)"
         )
     return path, root
+
+
+@contextmanager
+def errors_about(file: str) -> Iterator[None]:
+    """Put the name of a file before what is wrong with it.
+
+    Raises:
+        AssetError: in place of one without that name.
+    """
+    try:
+        yield
+    except AssetError as error:
+        raise AssetError(f"{file} {error}") from None
 
 
 def open_mesh(path: Path, root: Path, **options: Any) -> Any:

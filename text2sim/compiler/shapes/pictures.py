@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from text2sim.compiler.shapes.meshfile import case_path
+from text2sim.compiler.shapes.meshfile import case_path, errors_about
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
@@ -87,10 +87,8 @@ def thumbnail(file: str, folder: Path, side: int) -> bytes:
     """
     path = picture_path(file, folder)
     stat = path.stat()
-    try:
+    with errors_about(f"picture file `{file}`"):
         return _thumbnail(path, side, stat.st_mtime_ns, stat.st_size)
-    except AssetError as error:
-        raise AssetError(f"picture file `{file}` {error}") from None
 
 
 @lru_cache(maxsize=32)

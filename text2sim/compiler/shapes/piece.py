@@ -10,9 +10,11 @@ from typing import Any
 from text2sim.compiler.shapes.distance_field import DistanceField
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
     Quaternion,
     Vec,
     frame_apply,
+    quat_conjugate,
     quat_multiply,
     quat_rotate,
     vector_cross,
@@ -20,6 +22,8 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.spec_schema.models.shapes import Cup, Funnel, Tube
 
+Ball = tuple[Vec, float]
+"""Centre and radius [m]."""
 CONE_SIDES = 32
 
 # Corners of a wedge: inner and outer at its first side, then at its second; bottom first.
@@ -35,7 +39,7 @@ class Piece:
 
     kind: str
     """box, sphere, cylinder, capsule, ellipsoid, hull or mesh."""
-    pos: Vec = (0.0, 0.0, 0.0)
+    pos: Vec = ORIGIN
     """[m]; hulls keep the body's frame."""
     quat: Quaternion = IDENTITY
     size: tuple[float, ...] = ()
@@ -57,7 +61,7 @@ class Piece:
     """Of a compound: name of the part."""
 
     @cached_property
-    def ball(self) -> tuple[Vec, float]:
+    def ball(self) -> Ball:
         """Centre [m] and radius [m] of a ball around the piece, in the body's frame."""
         size = self.size
         if self.kind in ("hull", "mesh"):
@@ -233,8 +237,7 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
         piece: The piece.
         direction: Unit vector.
     """
-    w, x, y, z = piece.quat
-    u = direction if piece.quat == IDENTITY else quat_rotate((w, -x, -y, -z), direction)
+    u = direction if piece.quat == IDENTITY else quat_rotate(quat_conjugate(piece.quat), direction)
     size = piece.size
     if piece.kind in ("hull", "mesh"):
         own = max(a * u[0] + b * u[1] + c * u[2] for a, b, c in piece.vertices)
@@ -252,7 +255,7 @@ def piece_reach(piece: Piece, direction: Vec) -> float:
 
 
 def _widths(piece: Piece) -> Iterator[float]:
-    """Widths [m] of a hull across each of its faces."""
+    """Yield the widths [m] of a hull across each of its faces."""
     corners = piece.vertices
     for a, b, c, *_ in piece.faces:
         u, v, w = vector_cross(vector_minus(corners[b], corners[a]), vector_minus(corners[c], corners[a]))

@@ -1,5 +1,6 @@
 """Regions on bodies: which vertices lie in them, and where their middle is."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from text2sim.compiler.shapes.rotation import Vec
@@ -93,15 +94,26 @@ def _distances(region: BodyRegion, vertices: "np.ndarray") -> "np.ndarray":
         return np.linalg.norm(np.maximum(np.maximum(low - vertices, vertices - high), 0.0), axis=1)
     low, high = vertices.min(0), vertices.max(0)
     size = high - low
+    check_sides(region, size.tolist())
     missing = np.zeros(len(vertices))
     for side in region.sides:
         axis, sign = SIDES[side]
-        if region.face is None and size[axis] <= FLATNESS * size.max():
-            there = [name for name, (k, _) in SIDES.items() if size[k] > FLATNESS * size.max()]
-            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
         away = high[axis] - vertices[:, axis] if sign > 0 else vertices[:, axis] - low[axis]
         missing += np.maximum(away - SIDE_DEPTH * size[axis], 0.0) ** 2
     return np.sqrt(missing)
+
+
+def check_sides(region: BodyRegion, size: Sequence[float]) -> None:
+    """Check that a body with sides of these lengths [m] has the sides that an edge or corner names.
+
+    Raises:
+        RegionError: if it is flat there.
+    """
+    flat = FLATNESS * max(size)
+    for side in region.sides if region.face is None else ():
+        if size[SIDES[side][0]] <= flat:
+            there = [name for name, (k, _) in SIDES.items() if size[k] > flat]
+            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
 
 
 def empty_region_message(away: float) -> str:

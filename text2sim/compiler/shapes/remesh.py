@@ -1,23 +1,21 @@
 """Meshes from files in triangles of a wanted size: large ones are divided, small ones merged."""
 
-from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import file_digest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
 
 from text2sim.assets.answer_cache import cached_answer, cached_net, packed, unpacked
 from text2sim.assets.confined import call_confined
 from text2sim.assets.foreign_files import named_errors
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
-from text2sim.compiler.shapes.triangle_count import refuse_many
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
-
-# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
-if TYPE_CHECKING:
-    import numpy as np
 
 MAX_EDGE_RATIO = 4 / 3
 """Edges longer than this many wanted ones are halved: the halves are then no farther from the wanted length."""
@@ -38,8 +36,8 @@ CLOSED_BY = 1e-9
 
 
 def file_surface(
-    shape: Mesh, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
-) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None, int]":
+    shape: Mesh, folder: Path, edge: float, *, coarsen: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, int]:
     """Return vertices [m], faces, places in the picture if there are any, and how many vertices lie on seams.
 
     Args:
@@ -47,16 +45,13 @@ def file_surface(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether small triangles are merged.
-        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if the file cannot be used, or there would be too many triangles.
     """
-    import numpy as np
-
     mesh = load_mesh(shape.file, folder)
     vertices, faces = mesh.vertices * shape.scale, mesh.faces
-    area = float(_areas(vertices, faces).sum())
+    area = surface_area(vertices, faces)
     refuse_many(area, edge)
     uvs, seams = None, 0
     if mesh.closed:
@@ -65,17 +60,17 @@ def file_surface(
     else:
         uvs, seams = _places(shape.file, folder, mesh.vertices)
     vertices, faces, uvs = split_long_edges(vertices, faces, edge, uvs)
-    if len(faces) > max_triangles:
+    if len(faces) > MAX_TRIANGLES:
         raise AssetError(
             f"mesh file `{shape.file}` makes {len(faces):,} triangles with elements of {edge:g} m; at most "
-            f"{max_triangles:,} are possible: take a larger `cell`, or a simpler mesh"
+            f"{MAX_TRIANGLES:,} are possible: take a larger `cell`, or a simpler mesh"
         )
     return vertices, faces.astype(np.int32), uvs, seams
 
 
 def split_long_edges(
-    vertices: "np.ndarray", faces: "np.ndarray", edge: float, uvs: "np.ndarray | None" = None
-) -> "tuple[np.ndarray, np.ndarray, np.ndarray | None]":
+    vertices: np.ndarray, faces: np.ndarray, edge: float, uvs: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Halve edges until none is longer than 4/3 of `edge`; the surface keeps its form and stays closed.
 
     Every pass halves the longest edge of a triangle first, which keeps angles from becoming small (Rivara, 1984).
@@ -86,8 +81,6 @@ def split_long_edges(
         edge: Wanted length [m].
         uvs: (n, 2), places in the picture, which are halved likewise.
     """
-    import numpy as np
-
     faces = faces.astype(np.int64)
     for _ in range(MAX_PASSES):
         ahead = np.roll(faces, -1, axis=1)
@@ -112,10 +105,8 @@ def split_long_edges(
     return vertices, faces, uvs
 
 
-def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np.ndarray":
+def _cut(faces: np.ndarray, middle: np.ndarray, length: np.ndarray) -> np.ndarray:
     """Divide triangles at the middles of their edges (-1: none); edge k goes from corner k to the next."""
-    import numpy as np
-
     # Each triangle is turned so that its longest edge with a middle comes first.
     rank = np.where(middle >= 0, length, -1.0)
     turn = (np.argmax(rank, axis=1)[:, None] + np.arange(3)) % 3
@@ -131,7 +122,7 @@ def _cut(faces: "np.ndarray", middle: "np.ndarray", length: "np.ndarray") -> "np
     return np.concatenate(found)
 
 
-def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "tuple[np.ndarray, np.ndarray]":
+def remesh_evenly(vertices: np.ndarray, faces: np.ndarray, edge: float) -> tuple[np.ndarray, np.ndarray]:
     """Give a closed surface triangles of one size, if its own are smaller than wanted or have sharp angles.
 
     Where that would open or fold the surface, it is left as it is.
@@ -141,9 +132,7 @@ def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "
         faces: (m, 3) int.
         edge: Wanted length of edges [m].
     """
-    import numpy as np
-
-    area = float(_areas(vertices, faces).sum())
+    area = surface_area(vertices, faces)
     count = int(area / (np.sqrt(3) / 4 * edge**2))
     fine = count < MIN_MEAN_EDGE**2 * len(faces)
     if not fine and np.percentile(_sharpest(vertices, faces), 2) > SHARP_ANGLE:
@@ -152,8 +141,7 @@ def remesh_evenly(vertices: "np.ndarray", faces: "np.ndarray", edge: float) -> "
     return cached_net(question, lambda: _remesh(vertices, faces, edge, count))
 
 
-def _remesh(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int) -> "tuple[np.ndarray, np.ndarray]":
-    import numpy as np
+def _remesh(vertices: np.ndarray, faces: np.ndarray, edge: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     import trimesh
     from fast_simplification import simplify
 
@@ -174,9 +162,7 @@ def _remesh(vertices: "np.ndarray", faces: "np.ndarray", edge: float, count: int
     return vertices, faces
 
 
-def _remeshed(
-    vertices: "np.ndarray", faces: "np.ndarray", edge: float, feature: float
-) -> "tuple[np.ndarray, np.ndarray]":
+def _remeshed(vertices: np.ndarray, faces: np.ndarray, edge: float, feature: float) -> tuple[np.ndarray, np.ndarray]:
     """Remesh isotropically, as the engine does for its own bodies (Botsch and Kobbelt, 2004).
 
     Edges that are bent by more than `feature` [deg] stay.
@@ -192,72 +178,43 @@ def _remeshed(
     return made.vertex_matrix(), made.face_matrix()
 
 
-def _sharpest(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
+def _sharpest(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return the smallest angle [rad] of each triangle, by the law of cosines."""
-    import numpy as np
-
     corners = vertices[faces]
     a, b, c = np.sort(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), axis=1).T
     return np.arccos(np.clip((b**2 + c**2 - a**2) / np.maximum(2 * b * c, 1e-300), -1, 1))
 
 
-def _areas(vertices: "np.ndarray", faces: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-
-
-def _volume(vertices: "np.ndarray", faces: "np.ndarray") -> float:
-    import numpy as np
-
+def _volume(vertices: np.ndarray, faces: np.ndarray) -> float:
     a, b, c = vertices[faces].transpose(1, 0, 2)
     return float(np.einsum("nk,nk->", a, np.cross(b, c)) / 6)
 
 
-def _places(file: str, folder: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+def _places(file: str, folder: Path, vertices: np.ndarray) -> tuple[np.ndarray | None, int]:
     """Return the place of each vertex in the picture, or else None and how many have several."""
     path, root = mesh_path(file, folder)
     stat = path.stat()
-    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, FileVertices(vertices))
-
-
-@dataclass(frozen=True, eq=False)
-class FileVertices:
-    """Vertices of a file, as a key of a cache: equal if they are the same array."""
-
-    vertices: "np.ndarray"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, FileVertices) and other.vertices is self.vertices
-
-    def __hash__(self) -> int:
-        return id(self.vertices)
+    return _read_places(path, root, stat.st_mtime_ns, stat.st_size, ObjectKey(vertices))
 
 
 @lru_cache(maxsize=16)
-def _read_places(
-    path: Path, root: Path, _mtime: int, _size: int, rows: FileVertices
-) -> "tuple[np.ndarray | None, int]":
+def _read_places(path: Path, root: Path, _mtime: int, _size: int, rows: ObjectKey) -> tuple[np.ndarray | None, int]:
     if path.suffix.lower() not in SINGLE_FILE_SUFFIXES:
-        return call_confined(_find_places, path, root, rows.vertices)
-    import numpy as np
+        return call_confined(_find_places, path, root, rows.value)
 
     def ask() -> dict[str, Any]:
-        uvs, seams = call_confined(_find_places, path, root, rows.vertices)
+        uvs, seams = call_confined(_find_places, path, root, rows.value)
         return {"uvs": packed(np.zeros((0, 2)) if uvs is None else uvs), "seams": seams}
 
     with path.open("rb") as stream:
         digest = file_digest(stream, "sha256").digest()
     found = cached_answer((b"places", path.suffix.lower().encode(), digest), {"uvs": str, "seams": int}, ask)
     uvs = unpacked(found["uvs"], "f8", 2)
-    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.vertices) else (None, found["seams"])
+    return (uvs, 0) if uvs is not None and len(uvs) == len(rows.value) else (None, found["seams"])
 
 
-def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+def _find_places(path: Path, root: Path, vertices: np.ndarray) -> tuple[np.ndarray | None, int]:
     """Return the places (n, 2) of vertices in the picture if each has one, or else None and how many have several."""
-    import numpy as np
-
     try:
         mesh = open_mesh(path, root, force="mesh", skip_materials=True)
     except AssetError:
@@ -273,9 +230,8 @@ def _find_places(path: Path, root: Path, vertices: "np.ndarray") -> "tuple[np.nd
     return _matched(turn_upright(np.asarray(mesh.vertices, float), path), np.asarray(uvs, float), vertices)
 
 
-def _matched(points: "np.ndarray", uvs: "np.ndarray", vertices: "np.ndarray") -> "tuple[np.ndarray | None, int]":
+def _matched(points: np.ndarray, uvs: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray | None, int]:
     """Match vertices to the points of the file, which has a point for each place of a vertex in the picture."""
-    import numpy as np
     from scipy.spatial import KDTree
 
     owner = np.asarray(KDTree(vertices).query(points)[1])

@@ -14,6 +14,10 @@ Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Rows = tuple[Vec, Vec, Vec]
 IDENTITY: Quaternion = (1.0, 0.0, 0.0, 0.0)
+ORIGIN: Vec = (0.0, 0.0, 0.0)
+X_AXIS: Vec = (1.0, 0.0, 0.0)
+Y_AXIS: Vec = (0.0, 1.0, 0.0)
+Z_AXIS: Vec = (0.0, 0.0, 1.0)
 
 _TINY = 1e-12
 
@@ -61,7 +65,12 @@ def quat_to_rows(q: Quaternion) -> Rows:
 
 def quat_rotate(q: Quaternion, v: Sequence[float]) -> Vec:
     """Return the vector `v`, turned by `q`."""
-    a, b, c = quat_to_rows(q)
+    return rows_apply(quat_to_rows(q), v)
+
+
+def rows_apply(rows: Rows, v: Sequence[float]) -> Vec:
+    """Return a matrix, given as three rows, times the vector `v`."""
+    a, b, c = rows
     x, y, z = v
     return (
         a[0] * x + a[1] * y + a[2] * z,
@@ -99,7 +108,7 @@ def quat_between(a: Sequence[float], b: Sequence[float]) -> Quaternion:
     dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     if dot < -1 + _TINY:
         # Half a turn about any axis across `a`; y is kept where possible so that the answer is stable.
-        across = vector_cross(a, (0.0, 1.0, 0.0)) if abs(a[1]) < 0.9 else vector_cross(a, (1.0, 0.0, 0.0))
+        across = vector_cross(a, Y_AXIS if abs(a[1]) < 0.9 else X_AXIS)
         return quat_from_axis_angle(across, math.pi)
     c = vector_cross(a, b)
     return quat_normalize((1.0 + dot, c[0], c[1], c[2]))

@@ -5,7 +5,7 @@ from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import Any
 
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import Vec, quat_from_axis_angle
+from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.shapes import Sheet
 
@@ -112,7 +112,7 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
     found = []
     for (a, b), (c, d) in zip(points, points[1:], strict=False):
         box = Piece("box", size=(hypot(c - a, d - b), sheet.size[1], SHEET_THICKNESS))
-        lean = quat_from_axis_angle((0.0, 1.0, 0.0), -atan2(d - b, c - a))
+        lean = quat_from_axis_angle(Y_AXIS, -atan2(d - b, c - a))
         found.append(box.at(((a + c) / 2, 0.0, (b + d) / 2), lean))
     return found
 

@@ -1,6 +1,5 @@
 """Sculpted shapes for the rest of the compiler, kept in memory and in the user's cache."""
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import are_valid_rows, cached_answer, packed, unpacked
+from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.meshfile import obj_text
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import Vec
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
 DIGEST_PREFIX = "sculpt:"
 """Prefix of the digest of a shape that a piece names as its file."""
-_MEMORY = 64
-_KNOWN: "OrderedDict[str, Sculpted]" = OrderedDict()
+_KNOWN: "Memory[Sculpted]" = Memory(64)
 _BY_DIGEST: "dict[str, Sculpted]" = {}
 
 
@@ -104,14 +103,7 @@ def sculpted(shape: Sculpt) -> Sculpted:
         AssetError: if it cannot be made within the limits, or is in several pieces.
     """
     key = shape.model_dump_json(exclude_defaults=True)
-    found = _KNOWN.get(key)
-    if found is None:
-        found = _KNOWN[key] = _recalled(shape, key)
-        _BY_DIGEST[found.digest] = found
-        if len(_KNOWN) > _MEMORY:
-            _KNOWN.popitem(last=False)
-    _KNOWN.move_to_end(key)
-    return found
+    return _KNOWN.recall(key, lambda: _recalled(shape, key))
 
 
 def sculpted_obj(file: str) -> str:
@@ -176,6 +168,7 @@ def _recalled(shape: Sculpt, key: str) -> Sculpted:
     if made is None:  # the cache is damaged
         made = _unpacked(ask(), tuple(shape.parts))
     assert made is not None
+    _BY_DIGEST[made.digest] = made
     return made
 
 

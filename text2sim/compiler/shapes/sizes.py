@@ -4,11 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.extents import TreeExtents, body_extents, extents
 from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.shapes.solid import Solid, solids
 
 MAX_PIECES = 20_000
@@ -41,10 +42,9 @@ class Sizes:
     ) -> None:
         self.folder = folder
         self._tree_extents, self._tree_pieces = tree_extents, tree_pieces
-        # The object is kept beside what is known of it, so that nothing else gets its id.
-        self._known: dict[tuple[int, Quaternion], tuple[Any, Bounds]] = {}
-        self._lowest: dict[tuple[int, Quaternion, Vec], tuple[Any, float]] = {}
-        self._trees: dict[int, tuple[Any, list[tuple[Piece, Vec, Quaternion]]]] = {}
+        self._bounds: dict[tuple[ObjectKey, Quaternion], Bounds] = {}
+        self._lowest: dict[tuple[ObjectKey, Quaternion, Vec], float] = {}
+        self._trees: dict[ObjectKey, list[tuple[Piece, Vec, Quaternion]]] = {}
 
     def of(self, spot: CopySpot, quat: Quaternion | None = None) -> Bounds:
         """Return the bounds [m] about the copy's origin, turned by its orientation (or by `quat`).
@@ -53,30 +53,28 @@ class Sizes:
             SizeError: for a plane, and for a tree of links if `tree_extents` is missing.
             AssetError: if a mesh file cannot be used.
         """
-        thing = spot.model if spot.shape is None else spot.shape
         quat = spot.quat if quat is None else quat
-        key = (id(thing), quat)
-        found = self._known.get(key)
+        key = (_key_of(spot), quat)
+        found = self._bounds.get(key)
         if found is None:
             try:
                 if spot.shape is None:
-                    bounds = body_extents(spot.model, quat, self.folder, self._tree_extents)
+                    found = body_extents(spot.model, quat, self.folder, self._tree_extents)
                 else:
-                    bounds = extents(spot.shape, quat, self.folder)
+                    found = extents(spot.shape, quat, self.folder)
             except ValueError as error:
                 raise SizeError(str(error)) from None
-            found = self._known[key] = (thing, bounds)
-        return found[1]
+            self._bounds[key] = found
+        return found
 
     def lowest(self, spot: CopySpot, axis: Vec) -> float:
         """Return the lowest coordinate [m] of a copy's pieces along a unit vector, about the copy's origin."""
-        thing = spot.model if spot.shape is None else spot.shape
-        key = (id(thing), spot.quat, axis)
+        key = (_key_of(spot), spot.quat, axis)
         found = self._lowest.get(key)
         if found is None:
-            least = min(solid.span(axis)[0] for solid in self.solids(spot._replace(pos=(0.0, 0.0, 0.0))))
-            found = self._lowest[key] = (thing, least)
-        return found[1]
+            at_origin = self.solids(spot._replace(pos=ORIGIN))
+            found = self._lowest[key] = min(solid.span(axis)[0] for solid in at_origin)
+        return found
 
     def pieces(self, spot: CopySpot) -> list[tuple[Piece, Vec, Quaternion]]:
         """Return the convex pieces of a copy, each with the pose [m] of its frame in the copy's frame.
@@ -84,18 +82,17 @@ class Sizes:
         Without `tree_pieces`, a tree of links counts as its bounds.
         """
         if spot.shape is not None:
-            return [(piece, (0.0, 0.0, 0.0), IDENTITY) for piece in pieces(spot.shape, self.folder)]
-        found = self._trees.get(id(spot.model))
-        if found is None:
+            return [(piece, ORIGIN, IDENTITY) for piece in pieces(spot.shape, self.folder)]
+        key = _key_of(spot)
+        if key not in self._trees:
             if self._tree_pieces is not None:
-                made = self._tree_pieces(spot.model, self.folder)
+                self._trees[key] = self._tree_pieces(spot.model, self.folder)
             else:
                 low, high = self.of(spot, IDENTITY)
                 x, y, z = ((a + b) / 2 for a, b in zip(low, high, strict=True))
                 size = tuple(b - a for a, b in zip(low, high, strict=True))
-                made = [(Piece("box", size=size), (x, y, z), IDENTITY)]
-            found = self._trees[id(spot.model)] = (spot.model, made)
-        return found[1]
+                self._trees[key] = [(Piece("box", size=size), (x, y, z), IDENTITY)]
+        return self._trees[key]
 
     def solids(self, spot: CopySpot) -> list[Solid]:
         """Return the convex pieces of a copy where it is."""
@@ -105,3 +102,7 @@ class Sizes:
             Solid(piece, frame_apply(spot.pos, spot.quat, pos), quat_multiply(spot.quat, quat))
             for piece, pos, quat in self.pieces(spot)
         ]
+
+
+def _key_of(spot: CopySpot) -> ObjectKey:
+    return ObjectKey(spot.model if spot.shape is None else spot.shape)

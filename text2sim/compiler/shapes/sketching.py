@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.assets.answer_cache import cached_answer, packed, unpacked
 from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.lettering import areas
+from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.pictures import MAX_USEFUL_SIDE, open_picture, picture_path, pixels_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -57,10 +58,8 @@ def strokes(file: str, folder: Path) -> list[Stroke]:
     """
     path = picture_path(file, folder)
     stat = path.stat()
-    try:
+    with errors_about(f"picture file `{file}`"):
         return list(_read(path, stat.st_mtime_ns, stat.st_size))
-    except AssetError as error:
-        raise AssetError(f"picture file `{file}` {error}") from None
 
 
 @lru_cache(maxsize=32)

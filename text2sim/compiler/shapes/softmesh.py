@@ -5,19 +5,19 @@ of meshes from files are divided or merged (`remesh.py`). Equal shapes give equa
 """
 
 import math
-from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_net
+from text2sim.compiler.memory import Memory
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import points_along_sheet
-from text2sim.compiler.shapes.triangle_count import MAX_TRIANGLES, refuse_many
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
 from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Polyhedron, Sheet, Torus
@@ -29,14 +29,13 @@ if TYPE_CHECKING:
 
 DIGITS = 8
 """Decimals of every coordinate [m]."""
-_MEMORY = 64
-_KNOWN: dict[Any, "SoftMesh"] = {}
+_SURFACES: "Memory[SoftMesh]" = Memory(64)
 """Surfaces by shape, shared by copies and by all who only read them."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
 THIN_ROWS, THIN_ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
-_UNIONS: "OrderedDict[Any, Manifold]" = OrderedDict()
+_UNIONS: "Memory[Manifold]" = Memory(64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +66,7 @@ def soft_surface(shape: Any, folder: Path, edge: float, *, coarsen: bool = True)
         AssetError: if a file cannot be used, or there would be too many triangles.
     """
     key = (key_of(shape, folder), float(edge), coarsen)
-    found = _KNOWN.get(key)
-    if found is None:
-        if len(_KNOWN) >= _MEMORY:
-            _KNOWN.clear()
-        found = _KNOWN[key] = _surface(shape, folder, float(edge), coarsen)
-    return found
+    return _SURFACES.recall(key, lambda: _surface(shape, folder, float(edge), coarsen))
 
 
 def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
@@ -83,9 +77,9 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Mesh):
         from text2sim.compiler.shapes.remesh import file_surface
 
-        return _build(*file_surface(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
+        return _build(*file_surface(shape, folder, edge, coarsen=coarsen))
     if isinstance(shape, Sculpt | Compound | Polyhedron):
-        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen, max_triangles=MAX_TRIANGLES))
+        return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen))
     rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
@@ -108,7 +102,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
 
 
 def _mesh_union(
-    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool, max_triangles: int
+    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
 
@@ -117,7 +111,6 @@ def _mesh_union(
         folder: The case's folder.
         edge: Wanted length [m].
         coarsen: Whether triangles that are smaller are merged.
-        max_triangles: How many triangles there may be.
 
     Raises:
         AssetError: if parts of a compound do not touch, or there would be too many triangles.
@@ -135,14 +128,13 @@ def _mesh_union(
     else:
         mesh = union(shape, folder).to_mesh64()
         vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    refuse_many(float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2), edge)
+    refuse_many(surface_area(vertices, faces), edge)
     if coarsen:
         vertices, faces = remesh_evenly(vertices, faces, edge)
     vertices, faces, _ = split_long_edges(vertices, faces, edge)
-    if len(faces) > max_triangles:
+    if len(faces) > MAX_TRIANGLES:
         raise AssetError(
-            f"makes {len(faces):,} triangles; at most {max_triangles:,} are possible: take a larger `cell`"
+            f"makes {len(faces):,} triangles; at most {MAX_TRIANGLES:,} are possible: take a larger `cell`"
         )
     return vertices, faces.astype(np.int32)
 
@@ -153,13 +145,13 @@ def union(shape: Compound, folder: Path) -> "Manifold":
     Raises:
         AssetError: if a part is not a closed solid, or parts do not touch.
     """
+    return _UNIONS.recall(key_of(shape, folder), lambda: _union(shape, folder))
+
+
+def _union(shape: Compound, folder: Path) -> "Manifold":
     import numpy as np
     from manifold3d import Manifold, Mesh64, OpType
 
-    key = key_of(shape, folder)
-    if key in _UNIONS:
-        _UNIONS.move_to_end(key)
-        return _UNIONS[key]
     solids = []
     for name, part in shape.solids.items():
         low, high = extents(part.shape, IDENTITY, folder)
@@ -171,12 +163,9 @@ def union(shape: Compound, folder: Path) -> "Manifold":
             raise AssetError(f"part `{name}` is not a closed solid, so it cannot be part of a deformable body")
         solids.append(solid)
     whole = Manifold.batch_boolean(solids, OpType.Add)
-    apart = [one for one in whole.decompose() if one.volume() > 0]
+    apart = [piece for piece in whole.decompose() if piece.volume() > 0]
     if len(apart) > 1:
         raise AssetError(f"is in {len(apart)} pieces: parts of a deformable body must overlap, to make one volume")
-    if len(_UNIONS) >= _MEMORY:
-        _UNIONS.popitem(last=False)
-    _UNIONS[key] = whole
     return whole
 
 

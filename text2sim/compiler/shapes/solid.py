@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
     Quaternion,
     Vec,
     frame_apply,
@@ -41,7 +42,7 @@ class _Turned:
         pos = piece.pos if plain else quat_rotate(quat, piece.pos)
         turn = quat_multiply(quat, piece.quat)
         if piece.kind in ("hull", "mesh"):
-            still = pos == (0.0, 0.0, 0.0) and turn == IDENTITY
+            still = pos == ORIGIN and turn == IDENTITY
             self.support = _corners(piece.vertices if still else [frame_apply(pos, turn, v) for v in piece.vertices])
         else:
             self.support = _primitive(piece, pos, quat_to_rows(turn))

@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from text2sim.compiler.shapes.rotation import (
+    Z_AXIS,
+    Rows,
     Vec,
     quat_between,
     quat_conjugate,
     quat_rotate,
     quat_to_rows,
+    rows_apply,
     vector_unit,
 )
 from text2sim.spec_schema.models.space import BoxRegion, CylinderRegion, SphereRegion
@@ -24,7 +26,8 @@ class Space:
 
     def __init__(self, region: BoxRegion | CylinderRegion | SphereRegion) -> None:
         self.kind = region.kind
-        self.turn: Any = None
+        self._turn: Rows | None = None
+        """Into the region's frame; None where it has the axes of the world."""
         if isinstance(region, BoxRegion):
             mx, my, mz = ((a + b) / 2 for a, b in zip(region.min, region.max, strict=True))
             hx, hy, hz = ((b - a) / 2 for a, b in zip(region.min, region.max, strict=True))
@@ -41,20 +44,15 @@ class Space:
             axis = vector_unit(region.axis)
         except ValueError as error:
             raise SpaceError(f"axis: {error}") from None
-        if axis != (0.0, 0.0, 1.0):
-            quat = quat_between((0.0, 0.0, 1.0), axis)
-            self.turn = quat_to_rows(quat_conjugate(quat))
-            self._back = quat
+        if axis != Z_AXIS:
+            self._back = quat_between(Z_AXIS, axis)
+            self._turn = quat_to_rows(quat_conjugate(self._back))
 
-    def _local(self, v: Sequence[float]) -> Vec:
-        if self.turn is None:
-            return (v[0], v[1], v[2])
-        (a, b, c), (d, e, f), (g, h, i) = self.turn
-        x, y, z = v
-        return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
+    def _local(self, v: Vec) -> Vec:
+        return v if self._turn is None else rows_apply(self._turn, v)
 
     def _world(self, v: Vec) -> Vec:
-        x, y, z = v if self.turn is None else quat_rotate(self._back, v)
+        x, y, z = v if self._turn is None else quat_rotate(self._back, v)
         return (self.middle[0] + x, self.middle[1] + y, self.middle[2] + z)
 
     def sample(self, numbers: Vec, margin: float) -> Vec:
@@ -98,8 +96,8 @@ class Space:
     def lattice(self, cell: Vec, gap: float) -> list[Vec]:
         """Return the centres [m] of cells of a lattice that lie inside, apart from half the gap around each."""
         half = self.half
-        if self.turn is not None:
-            hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self.turn, self.half, strict=True)) for k in range(3))
+        if self._turn is not None:
+            hx, hy, hz = (sum(abs(r[k]) * h for r, h in zip(self._turn, self.half, strict=True)) for k in range(3))
             half = (hx, hy, hz)
         steps = [max(int((2 * h + gap) / c + 1e-9), 0) for h, c in zip(half, cell, strict=True)]
         ex, ey, ez = ((c - gap) / 2 * (1 - 1e-9) for c in cell)

@@ -31,7 +31,7 @@ from text2sim.spec_schema.models.shapes import (
 if TYPE_CHECKING:
     import numpy as np
 
-
+_DIGEST = re.compile("[0-9a-f]{64}")
 SIDES = 64
 BAR_SIDES = 32
 
@@ -159,8 +159,6 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
         for mesh, digest in zip(lazy, found, strict=True):
             mesh.__dict__["digest"] = digest
 
-
-_DIGEST = re.compile("[0-9a-f]{64}")
 
 Drawn = Box | Cylinder | Cone | Polyhedron | Torus | Tube | Cup | Funnel
 """Shapes with edges, which the engine would shade as if they were smooth."""

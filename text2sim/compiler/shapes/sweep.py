@@ -10,12 +10,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from text2sim.compiler.shapes.gjk import TOLERANCE, distance, separation
-from text2sim.compiler.shapes.rotation import Vec, vector_cross, vector_unit
-from text2sim.compiler.shapes.solid import Solid, solids
+from text2sim.compiler.shapes.rotation import ORIGIN, X_AXIS, Y_AXIS, Z_AXIS, Vec, vector_cross, vector_unit
+from text2sim.compiler.shapes.solid import Solid
 
-__all__ = ["ORIGIN", "TOLERANCE", "Solid", "distance", "least_distance", "solids", "sweep"]
-
-ORIGIN: Vec = (0.0, 0.0, 0.0)
 _MAX_STEPS = 100
 _MAX_LOOPED_PAIRS = 1000
 """With no more pairs than this, a loop is faster than importing numpy."""
@@ -80,16 +77,16 @@ def least_distance(
     return best
 
 
-_WORLD = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_WORLD = (X_AXIS, Y_AXIS, Z_AXIS)
 
 
 def _frame(direction: Vec) -> tuple[Vec, Vec, Vec]:
     """Return the direction and two axes across it, axes of the world where possible, so that spans are shared."""
     x, y, z = (abs(c) for c in direction)
     if z >= x and z >= y:
-        u = vector_unit(vector_cross((0.0, 1.0, 0.0), direction))
+        u = vector_unit(vector_cross(Y_AXIS, direction))
     else:
-        u = vector_unit(vector_cross(direction, (0.0, 0.0, 1.0)))
+        u = vector_unit(vector_cross(direction, Z_AXIS))
     return direction, u, vector_cross(direction, u)
 
 

@@ -1,11 +1,11 @@
 """Controls that the solver of a deformable body cannot apply, and what to do instead."""
 
-from text2sim.compiler.selection import split
 from text2sim.compiler.soft.controls import ANY_FIELD
 from text2sim.compiler.soft.solvers import is_soft, solver_of, solvers_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, InitialVelocity
+from text2sim.spec_schema.names.selectors import body_of
 
 MOVED_BY_FIELDS = ("mpm", "pbd")
 
@@ -24,7 +24,7 @@ def check_solvers(loaded: LoadedCase) -> list[Problem]:
             continue
         if not isinstance(control, Attach | Force | Impulse | InitialVelocity):
             continue
-        body = case.bodies.get(split(control.body)[0])
+        body = case.bodies.get(body_of(control.body))
         if not is_soft(body):
             continue
         solver = solver_of(body, case.scene)

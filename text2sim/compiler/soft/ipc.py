@@ -69,11 +69,11 @@ def rigid(
     density = entity.rho
     if tree is not None:
         # The coupler takes one density for all links of an entity.
-        geoms = [geom for link in tree.links() for geom in link.geoms if geom.touches] + list(tree.fixtures)
+        geoms = [geom for geom in tree.geoms() if geom.touches] + list(tree.fixtures)
         volume = sum(geom.piece.volume() for geom in geoms)
         if density is None and volume > 0.0:
             density = float(f"{sum(geom.density * geom.piece.volume() for geom in geoms) / volume:.6g}")
-        joints = [joint.kind for link in tree.links() for _, joint in link.all_joints()]
+        joints = [joint.kind for _, joint in tree.joints()]
     else:
         joints = [] if entity.options.get("fixed") or entity.morph == "Plane" else ["free"]
     if joints == ["free"] and not acted_on:

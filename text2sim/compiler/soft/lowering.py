@@ -8,9 +8,12 @@ from typing import Any
 from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, SoftRecord, Surface
-from text2sim.compiler.shapes.rotation import IDENTITY, Vec
+from text2sim.compiler.shapes.casemesh import load_mesh
+from text2sim.compiler.shapes.piece import Ball
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.shapes.tets import tet_options
+from text2sim.compiler.shapes.triangles import surface_area
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
@@ -37,10 +40,10 @@ class SoftLowering:
     """Contact model of the scene."""
     scales: Scales
     meshes: MeshFiles
-    acted_on: frozenset[str] = frozenset()
+    acted_on: frozenset[str]
     """Bodies that controls name."""
 
-    def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, tuple[Vec, float]]:
+    def entity(self, model: Any, copy: Copy) -> tuple[EntityPlan, Ball]:
         """Return the entity for one copy, and a ball [m] around it at the start, in the world.
 
         Raises:
@@ -159,10 +162,5 @@ def area(shape: Any, folder: Path) -> float:
     """
     if shape.kind == "sheet":
         return shape.size[0] * shape.size[1]
-    import numpy as np
-
-    from text2sim.compiler.shapes.casemesh import load_mesh
-
     mesh = load_mesh(shape.file, folder)
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2) * shape.scale**2
+    return surface_area(mesh.vertices, mesh.faces) * shape.scale**2

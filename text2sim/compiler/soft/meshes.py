@@ -9,7 +9,7 @@ from text2sim.compiler.files import Files
 from text2sim.compiler.shapes.part_looks import part_looks
 from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, picture_path, thumbnail
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion
-from text2sim.compiler.shapes.softmesh import soft_surface, write_obj
+from text2sim.compiler.shapes.softmesh import SoftMesh, soft_surface, write_obj
 
 
 class MeshFiles:
@@ -22,7 +22,7 @@ class MeshFiles:
 
     def __init__(self, folder: Path, files: Files) -> None:
         self.folder, self.files = folder, files
-        self._texts: dict[tuple[int, Quaternion], tuple[Any, bytes]] = {}
+        self._texts: dict[tuple[SoftMesh, Quaternion], bytes] = {}
         self._parted: dict[str, tuple[Any, float, bool]] = {}
 
     def write(self, body: str, shape: Any, edge: float, quat: Quaternion = IDENTITY, *, coarsen: bool = True) -> str:
@@ -39,10 +39,9 @@ class MeshFiles:
             AssetError: if its file cannot be used, or there would be too many triangles.
         """
         mesh = soft_surface(shape, self.folder, edge, coarsen=coarsen)
-        # Copies share meshes. The mesh is kept beside its text, so that nothing else gets its id.
-        if (id(mesh), quat) not in self._texts:
-            self._texts[id(mesh), quat] = mesh, write_obj(mesh, quat)
-        content = self._texts[id(mesh), quat][1]
+        if (mesh, quat) not in self._texts:  # copies share meshes
+            self._texts[mesh, quat] = write_obj(mesh, quat)
+        content = self._texts[mesh, quat]
         path = f"models/{body}.obj"
         if self.files.get(path, content) != content:
             path = f"models/{body}_{sha256(content).hexdigest()[:8]}.obj"

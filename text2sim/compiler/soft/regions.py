@@ -8,7 +8,7 @@ from typing import Any
 
 from text2sim.compiler.literal import Code, literal
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.regions import FLATNESS, RegionError, empty_region_message
+from text2sim.compiler.shapes.regions import RegionError, check_sides, empty_region_message
 from text2sim.compiler.shapes.rotation import IDENTITY, Vec
 from text2sim.compiler.shapes.sagging import end_region
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
@@ -38,7 +38,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     if region.sides:
         if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)
-        _check_flat(region, low, high)
+        check_sides(region, [b - a for a, b in zip(low, high, strict=True)])
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)
         return Code(f"sides({sides}, within={literal(SIDE_LAYER[solver] * spacing)})")
     if region.box is not None:
@@ -50,14 +50,6 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
         return Code(f"ball({literal(tuple(middle))}, {literal(radius)})")
     assert region.nearest is not None
     return Code(f"nearest({literal(tuple(region.nearest))})")
-
-
-def _check_flat(region: BodyRegion, low: Vec, high: Vec) -> None:
-    size = [b - a for a, b in zip(low, high, strict=True)]
-    for side in region.sides:
-        if region.face is None and size[SIDES[side][0]] <= FLATNESS * max(size):
-            there = [name for name, (k, _) in SIDES.items() if size[k] > FLATNESS * max(size)]
-            raise RegionError(f"it is flat, and has no {side}; it has {', '.join(there)}")
 
 
 def _check_reach(first: Vec, last: Vec, radius: float, low: Vec, high: Vec) -> None:

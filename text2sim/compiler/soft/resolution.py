@@ -7,7 +7,6 @@ from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.files import Files
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Group
-from text2sim.compiler.selection import split
 from text2sim.compiler.soft.lowering import SoftLowering
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import scales
@@ -18,6 +17,7 @@ from text2sim.compiler.soft.speeds import speed_limit
 from text2sim.compiler.soft.travel import travel
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.names.selectors import body_of
 
 
 def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: Files) -> SoftLowering | None:
@@ -40,7 +40,7 @@ def soft_lowering(loaded: LoadedCase, placed: dict[str, list[Copy]], files: File
         raise SpecError([loaded.problem(("bodies",), str(error), rule="asset")]) from error
     model = contact_model(case.bodies.values(), case.scene)
     names = (getattr(control, "body", None) for control in case.actions.controls.values())
-    acted_on = frozenset(split(name)[0] for name in names if name is not None)
+    acted_on = frozenset(body_of(name) for name in names if name is not None)
     return SoftLowering(case.scene, model, fine, MeshFiles(loaded.folder, files), acted_on)
 
 

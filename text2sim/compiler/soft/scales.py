@@ -1,6 +1,6 @@
 """Resolution of deformable bodies: one grid cell and one particle size for the scene, edges for each body."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
@@ -29,15 +30,15 @@ STROKE_SHARE = 1 / 6
 class Scales:
     """Resolution of all deformable bodies."""
 
-    mpm_cell: float | None = None
+    mpm_cell: float | None
     """Cell of the grid [m]; None without mpm bodies."""
-    reach: float = 0.0
+    reach: float
     """Distance [m] from rigid bodies at which mpm bodies feel them, unless their material has a `soft_reach`."""
-    pbd_size: float | None = None
+    pbd_size: float | None
     """Distance of particles [m]; None without pbd bodies."""
-    edges: dict[str, float] = field(default_factory=dict)
+    edges: dict[str, float]
     """Edge [m] of the elements of fem and ipc bodies, by body."""
-    why: dict[str, str] = field(default_factory=dict)
+    why: dict[str, str]
     """A sentence for each value that was derived."""
 
     def spacing(self, body: str, solver: str) -> float:
@@ -117,7 +118,7 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """
     if shape.kind == "sheet":
         return min(shape.size), max(shape.size)
-    low, high = extents(shape, (1.0, 0.0, 0.0, 0.0), folder)
+    low, high = extents(shape, IDENTITY, folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
     return short, long
 

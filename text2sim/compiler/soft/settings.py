@@ -1,5 +1,6 @@
 """Settings of the solvers of deformable bodies, derived from the scene, each with its reason."""
 
+from collections.abc import Callable
 from math import ceil, exp, floor, sqrt
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales, copies_by_solver
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
-from text2sim.compiler.soft.solver_domain import Surroundings, domain_box, find_surroundings, floor_height
+from text2sim.compiler.soft.solver_domain import domain_box, find_surroundings, floor_height
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
 from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
@@ -24,9 +25,10 @@ MAX_STEP_PER_CELL = 0.02
 MAX_MPM_CELLS, MAX_PBD_CELLS = 3_000_000, 1_000_000
 """Most cells of the grid, which every substep visits at about 5 ns a cell, and of the space of cloth."""
 HASH_CELL_DISTANCES, HASH_CELLS_PER_AXIS = 1.25, 32
-"""Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis. The hash
-repeats in space, and every substep clears all of it: `python -m benchmarks.cloth_hash` measures 5.1 ms a substep, and
-13.8 ms with the engine's default, which covers the whole space."""
+"""Cell of the spatial hash of cloth in particle distances, as the engine has it, and cells along each axis; rounding
+may make the engine add one. The hash repeats in space, and every substep clears all of it: `python -m
+benchmarks.cloth_hash` measures 5.1 ms a substep, and 13.8 ms with the engine's default, which covers the whole space.
+"""
 SNOW_HARDENING = exp(10 * 0.1)
 """Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
 MAX_PBD_STEP = 0.0005
@@ -67,13 +69,18 @@ def derive_soft(
             "ipc": "cloth with solver ipc needs it",
         }[model]
     around = find_surroundings(placed, travel, folder)
+
+    def domain(solver: str, margin: float, volume: float, cell: float) -> Bounds:
+        box = domain_box(by_solver[solver], around, scene, travel, folder, margin, volume)
+        return _to_whole_cells(box, cell)
+
     substeps: list[tuple[float, str]] = []
     mpm = pbd = fem = sap = coupler = None
     if "mpm" in by_solver:
-        mpm = _mpm(scene, scales, by_solver["mpm"], around, travel, folder, why)
+        mpm = _mpm(scene, scales, domain, why)
         substeps += _mpm_steps(mpm.cell, by_solver["mpm"])
     if "pbd" in by_solver:
-        pbd = _pbd(scene, scales, by_solver["pbd"], around, travel, folder, why)
+        pbd = _pbd(scene, scales, domain, why)
         substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
@@ -104,23 +111,17 @@ def wave_speed(material: Any, model: Any) -> float:
 # --- the solvers ------------------------------------------------------------------------------------------------
 
 
-def _mpm(
-    scene: Scene,
-    scales: Scales,
-    copies: list[Copy],
-    around: Surroundings,
-    travel: Travel,
-    folder: Path,
-    why: dict[str, str],
-) -> MpmSettings:
+Domain = Callable[[str, float, float, float], Bounds]
+"""Returns the box [m] that bodies of a solver stay in, from a margin [m], the most volume [m3] and a cell [m]."""
+
+
+def _mpm(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> MpmSettings:
     cell = scales.mpm_cell
     assert cell is not None
     if scene.mpm.bounds is not None:
         low, high = scene.mpm.bounds.min, scene.mpm.bounds.max
     else:
-        margin = (PADDING_CELLS + 1) * cell
-        most = MAX_MPM_CELLS * cell**3
-        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, margin, most), cell)
+        low, high = domain("mpm", (PADDING_CELLS + 1) * cell, MAX_MPM_CELLS * cell**3, cell)
         why["mpm_bounds"] = (
             f"where its bodies can come to, and {PADDING_CELLS + 1} cells more: three of them are a wall of the grid"
         )
@@ -138,22 +139,13 @@ def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
     ]
 
 
-def _pbd(
-    scene: Scene,
-    scales: Scales,
-    copies: list[Copy],
-    around: Surroundings,
-    travel: Travel,
-    folder: Path,
-    why: dict[str, str],
-) -> PbdSettings:
+def _pbd(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> PbdSettings:
     size = scales.pbd_size
     assert size is not None
     if scene.pbd.bounds is not None:
         low, high = scene.pbd.bounds.min, scene.pbd.bounds.max
     else:
-        most = MAX_PBD_CELLS * (HASH_CELL_DISTANCES * size) ** 3
-        low, high = _to_whole_cells(domain_box(copies, around, scene, travel, folder, 4 * size, most), size)
+        low, high = domain("pbd", 4 * size, MAX_PBD_CELLS * (HASH_CELL_DISTANCES * size) ** 3, size)
         why["pbd_bounds"] = "where its bodies can come to; its sides are walls"
     stretch, bending = scene.pbd.stretch_iterations, scene.pbd.bending_iterations
     if stretch is None:

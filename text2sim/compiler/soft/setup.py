@@ -1,6 +1,6 @@
 """Settings of the solvers of deformable bodies, as templates print them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from text2sim.compiler.shapes.rotation import Vec
 
@@ -78,8 +78,8 @@ class SoftSettings:
     sap: SapSettings | None
     substeps: tuple[tuple[float, str], ...]
     """Longest substeps [s] that are stable, each with a reason."""
-    why: dict[str, str] = field(default_factory=dict)
-    ipc: IpcSettings | None = None
+    why: dict[str, str]
+    ipc: IpcSettings | None
     max_speed: float = MAX_SPEED
     """Speed [m/s] of a point or a link at which the run has diverged."""
 

@@ -4,13 +4,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from math import dist, prod, sqrt
+from math import dist, hypot, prod, sqrt
 from pathlib import Path
 
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, moved, swept
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate
+from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
@@ -35,7 +35,7 @@ class Surroundings:
     """Bounds [m] of statics and bodies of links, in the world, with the space through which motors move them."""
     floors: tuple[float, ...]
     """Heights [m] of horizontal planes."""
-    moved: tuple[tuple[Bounds, Bounds], ...] = ()
+    moved: tuple[tuple[Bounds, Bounds], ...]
     """Solids that motors or prescribed motions move: bounds [m] at the start, and displacements."""
 
 
@@ -56,7 +56,7 @@ def floor_height(copy: Copy) -> float | None:
     """Return the height [m] of a horizontal plane; None for everything else."""
     if copy.shape is None or copy.shape.kind != "plane":
         return None
-    return copy.pos[2] if quat_rotate(copy.quat, (0.0, 0.0, 1.0))[2] > MIN_UPRIGHT_COSINE else None
+    return copy.pos[2] if quat_rotate(copy.quat, Z_AXIS)[2] > MIN_UPRIGHT_COSINE else None
 
 
 def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Path) -> Surroundings:
@@ -115,8 +115,8 @@ def domain_box(
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    own = [swept(extents_of(copy, folder), travel.holds.get(copy.name, NOWHERE)) for copy in copies]
     boxes = [extents_of(copy, folder) for copy in copies]
+    own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
     reach = max(
         _sideways_reach(c.model.kind, box, _fall(*box, surroundings, scene)[2])
         for c, box in zip(copies, boxes, strict=True)
@@ -187,7 +187,7 @@ def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds
 
 def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> Vec | None:
     """Return how far [m] a start velocity takes a body: through the air, and then until friction stops it."""
-    size = dist(scene.gravity, (0.0, 0.0, 0.0))
+    size = hypot(*scene.gravity)
     if velocity is None:
         return None
     x, y, z = velocity
@@ -197,14 +197,14 @@ def _thrown(velocity: Vec | None, fall: Vec, scene: Scene, farthest: float) -> V
         up = min(z * z / (2 * size), z * scene.duration)
         time = z / size + sqrt(2 * (abs(fall[2]) + up) / size)
     else:
-        up, time = 0.0, sqrt(2 * dist(fall, (0.0, 0.0, 0.0)) / size)
+        up, time = 0.0, sqrt(2 * hypot(*fall) / size)
     # With a friction of 0.5 it then slides for v^2 / g.
-    time = min(time + dist((x, y), (0.0, 0.0)) / size, scene.duration)
+    time = min(time + hypot(x, y) / size, scene.duration)
     return _limit_length((x * time, y * time, up if scene.gravity[2] < 0.0 else z * time), farthest)
 
 
 def _limit_length(way: Vec, farthest: float) -> Vec:
-    part = min(1.0, farthest / max(dist(way, (0.0, 0.0, 0.0)), 1e-12))
+    part = min(1.0, farthest / max(hypot(*way), 1e-12))
     return way[0] * part, way[1] * part, way[2] * part
 
 
@@ -215,9 +215,8 @@ def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
         return FLUID_SPREAD * (tall + abs(fall))
     if kind in ("granular", "snow"):
         radius = max(x, y) / 2
-        return (RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)) + RUNOUT_IMPACT * abs(
-            fall
-        )
+        runout = RUNOUT_FLAT * tall if tall < 1.7 * radius else RUNOUT_TALL * sqrt(tall * radius)
+        return runout + RUNOUT_IMPACT * abs(fall)
     # A cloth swings out to half its length.
     return max(x, y, tall) / 2 + 0.5 * (tall + abs(fall))
 

@@ -66,9 +66,8 @@ def speed_limit(
     if most >= MAX_SPEED:
         return MAX_SPEED, "as in every scene"
     listed = ", ".join(f"{what} {speed:.2g}" for what, speed in given.items() if speed >= 0.05)
-    return float(
-        f"{most:.2g}"
-    ), f"{SPEED_FACTOR:g} times what the scene gives ({listed or 'nothing'} m/s), and {SPEED_MARGIN:g} m/s"
+    why = f"{SPEED_FACTOR:g} times what the scene gives ({listed or 'nothing'} m/s), and {SPEED_MARGIN:g} m/s"
+    return float(f"{most:.2g}"), why
 
 
 def _fall(scene: Scene, placed: dict[str, list[Copy]], folder: Path) -> float:

@@ -1,24 +1,22 @@
 """How far motors, prescribed motion, start velocities, forces and fields move bodies."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
-from math import dist
+from math import hypot
 
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.prescribed import displacements
-from text2sim.compiler.schedules import largest, value_at
+from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
-from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_unit
+from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_plus, vector_times, vector_unit
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
 
-SCHEDULE_SAMPLES = 200
-"""Times at which a schedule is sampled."""
 MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""
 
@@ -27,15 +25,15 @@ MAX_FOLLOWED_DISTANCE = 2.0
 class Travel:
     """Displacements from the start, as boxes [m], by copy; whatever is missing stays where it is."""
 
-    motors: dict[str, Bounds] = field(default_factory=dict)
+    motors: dict[str, Bounds]
     """Displacements of bodies of links."""
-    spins: frozenset[str] = frozenset()
+    spins: frozenset[str]
     """Bodies with prescribed rotation."""
-    holds: dict[str, Bounds] = field(default_factory=dict)
+    holds: dict[str, Bounds]
     """Displacements of deformable bodies by what holds them."""
-    flights: dict[str, Vec] = field(default_factory=dict)
+    flights: dict[str, Vec]
     """Displacements of deformable bodies by forces and fields."""
-    starts: dict[str, Vec] = field(default_factory=dict)
+    starts: dict[str, Vec]
     """Velocities [m/s] of deformable bodies at the start."""
 
 
@@ -68,7 +66,7 @@ def travel(
             continue
         asked = [*targets, *rows.later_targets.get((name, joint), [])]  # an event may come at the very start
         low, high = _reach([(mode, schedule) for _, mode, schedule, *_ in asked], duration)
-        ends = [(axis[0] * s, axis[1] * s, axis[2] * s) for s in (low, high)]
+        ends = [vector_times(axis, s) for s in (low, high)]
         motors[name] = around([*motors.get(name, NOWHERE), *ends])
     holds: dict[str, Bounds] = {}
     for hold in rows.holds:
@@ -78,7 +76,7 @@ def travel(
     flights: dict[str, Vec] = {}
     starts = {row.entity: row.linear for row in rows.velocities if row.entity in masses}
     for push in rows.pushes:
-        force, mass = dist(push.force, (0.0, 0.0, 0.0)), masses.get(push.entity, 1.0)
+        force, mass = hypot(*push.force), masses.get(push.entity, 1.0)
         if not force:
             continue
         span = min(push.end, duration) - push.start
@@ -96,8 +94,7 @@ def travel(
 
 
 def _fly(flights: dict[str, Vec], name: str, way: Vec, times: float) -> None:
-    x, y, z = flights.get(name, (0.0, 0.0, 0.0))
-    flights[name] = (x + way[0] * times, y + way[1] * times, z + way[2] * times)
+    flights[name] = vector_plus(flights.get(name, (0.0, 0.0, 0.0)), vector_times(way, times))
 
 
 def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float) -> None:
@@ -107,31 +104,22 @@ def _carry(flights: dict[str, Vec], field: Control, copy: Copy, duration: float)
     start, end = span_of(field.during, duration)
     square = largest(field.scale, duration) * max(min(end, duration) - start, 0.0) ** 2 / 2
     if isinstance(field, Wind):
-        _fly(
-            flights,
-            copy.name,
-            vector_unit(field.direction),
-            min(field.acceleration * square, MAX_FOLLOWED_DISTANCE / 2),
-        )
+        far = min(field.acceleration * square, MAX_FOLLOWED_DISTANCE / 2)
+        _fly(flights, copy.name, vector_unit(field.direction), far)
         return
     x, y, z = (c - p for c, p in zip(field.center, copy.pos, strict=True))
     if isinstance(field, Attraction):
-        size = dist((x, y, z), (0.0, 0.0, 0.0))
-        way = (
-            min(field.strength * square, 2 * size)
-            if field.strength > 0
-            else -min(-field.strength * square, MAX_FOLLOWED_DISTANCE)
-        )
-        _fly(flights, copy.name, (x, y, z), way / size if size else 0.0)
+        size = hypot(x, y, z)
+        if field.strength > 0:
+            far = min(field.strength * square, 2 * size)
+        else:
+            far = -min(-field.strength * square, MAX_FOLLOWED_DISTANCE)
+        _fly(flights, copy.name, (x, y, z), far / size if size else 0.0)
         return
-    size = dist((x, y), (0.0, 0.0))
+    size = hypot(x, y)
     sign = 1.0 if field.swirl > 0 else -1.0
-    _fly(
-        flights,
-        copy.name,
-        (y * sign, -x * sign, 0.0),
-        min(abs(field.swirl) * square, MAX_FOLLOWED_DISTANCE) / size if size else 0,
-    )
+    far = min(abs(field.swirl) * square, MAX_FOLLOWED_DISTANCE)
+    _fly(flights, copy.name, (y * sign, -x * sign, 0.0), far / size if size else 0.0)
 
 
 def _slider(copy: Copy, joint: str) -> Vec | None:

@@ -3,13 +3,7 @@
 import math
 from typing import NamedTuple
 
-from text2sim.compiler.shapes.rotation import (
-    IDENTITY,
-    Quaternion,
-    Vec,
-    frame_apply,
-    quat_multiply,
-)
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec, frame_apply, quat_multiply
 from text2sim.compiler.trees.tree import Tree, TreeLink
 
 
@@ -17,8 +11,6 @@ class CarriedLink(NamedTuple):
     """A link with all that hangs on it."""
 
     link: TreeLink
-    pivot: Vec
-    """Its joint [m], in the frame of the tree; the middle of a link that is free."""
     mass: float
     """Its own [kg]."""
     load: float
@@ -42,7 +34,7 @@ def carried_links(tree: Tree) -> list[CarriedLink]:
     """Return the links of a tree, as it stands at the start, with what hangs on each."""
     found: list[CarriedLink] = []
     for root in tree.roots:
-        _walk(root, (0.0, 0.0, 0.0), IDENTITY, found)
+        _walk(root, ORIGIN, IDENTITY, found)
     return found
 
 
@@ -64,7 +56,7 @@ def _walk(link: TreeLink, pos: Vec, quat: Quaternion, found: list[CarriedLink]) 
         armature = max(joint.armature for joint in joints)
         found.append(
             CarriedLink(
-                link, pivot, sum(lump.mass for lump in own), sum(lump.mass for lump in lumps),
+                link, sum(lump.mass for lump in own), sum(lump.mass for lump in lumps),
                 _inertia_about(own, pivot) + armature, _inertia_about(lumps, pivot) + armature,
                 0.0 if reach == math.inf else reach,
             )

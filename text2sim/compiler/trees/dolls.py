@@ -2,7 +2,7 @@
 
 import math
 
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import ORIGIN, Y_AXIS, Z_AXIS, Vec
 from text2sim.compiler.trees.generators import Rgba, ball_joint, capsule_bar, capsule_mass, density_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeJoint, TreeLink
 from text2sim.spec_schema.models.bodies import Ragdoll
@@ -10,8 +10,8 @@ from text2sim.spec_schema.models.bodies import Ragdoll
 # Segments of the doll as parts of its height: (name, parent, joint in parent frame, direction, length, radius, kind).
 # Lengths follow Winter, Biomechanics and Motor Control of Human Movement (2009), figure 4.1, rounded.
 _LIMBS = (
-    ("chest", "pelvis", (0.0, 0.0, 0.06), (0.0, 0.0, 1.0), 0.20, 0.075, "ball"),
-    ("head", "chest", (0.0, 0.0, 0.29), (0.0, 0.0, 1.0), 0.06, 0.062, "ball"),
+    ("chest", "pelvis", (0.0, 0.0, 0.06), Z_AXIS, 0.20, 0.075, "ball"),
+    ("head", "chest", (0.0, 0.0, 0.29), Z_AXIS, 0.06, 0.062, "ball"),
     ("arm_l", "chest", (0.0, 0.115, 0.19), "arm", 0.16, 0.030, "ball"),
     ("forearm_l", "arm_l", None, "arm", 0.16, 0.025, "elbow"),
     ("arm_r", "chest", (0.0, -0.115, 0.19), "arm", 0.16, 0.030, "ball"),
@@ -39,7 +39,7 @@ def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
         if name == "pelvis":
             start, end = (0.0, -length / 2, 0.0), (0.0, length / 2, 0.0)
         else:
-            start, end = (0.0, 0.0, 0.0), tuple(length * d for d in direction)
+            start, end = ORIGIN, tuple(length * d for d in direction)
         rgba = colors.get(name, colors.get(""))
         return capsule_bar(length, radius, density, doll.material.friction, rgba, start, end)  # type: ignore[arg-type]
 
@@ -59,17 +59,13 @@ def ragdoll_tree(doll: Ragdoll, colors: dict[str, Rgba]) -> Tree:
             if kind != "ball":
                 # Elbows bend forwards, knees backwards; both a little at the start, off their limit.
                 bend = (0.0, math.radians(140)) if kind == "knee" else (math.radians(-140), 0.0)
-                joint = TreeJoint(
-                    "hinge", axis=(0.0, 1.0, 0.0), range=bend, damping=joint.damping, armature=joint.armature
-                )
+                joint = TreeJoint("hinge", axis=Y_AXIS, range=bend, damping=joint.damping, armature=joint.armature)
             found.append(
                 TreeLink(child, pos=pos, joint=joint, geoms=(geom(child, direction),), children=limb(child))  # type: ignore[arg-type]
             )
         return tuple(found)
 
-    root = TreeLink(
-        "pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", (0.0, 1.0, 0.0)),), children=limb("pelvis")
-    )
+    root = TreeLink("pelvis", joint=TreeJoint("free"), geoms=(geom("pelvis", Y_AXIS),), children=limb("pelvis"))
     return Tree((root,))
 
 

@@ -7,6 +7,8 @@ from itertools import pairwise
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
+    Z_AXIS,
     Quaternion,
     Vec,
     quat_between,
@@ -81,7 +83,7 @@ def capsule_bar(
     """
     middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, (start[2] + end[2]) / 2)
     axis = tuple(b - a for a, b in zip(start, end, strict=True))
-    piece = Piece(kind="capsule", pos=middle, quat=quat_between((0.0, 0.0, 1.0), axis), size=(radius, length))
+    piece = Piece(kind="capsule", pos=middle, quat=quat_between(Z_AXIS, axis), size=(radius, length))
     return TreeGeom(piece, density, friction, rgba)
 
 
@@ -126,7 +128,7 @@ def chain_tree(chain: Chain, direction: Vec, rgba: Rgba, payload: tuple[tuple[Tr
         first = index == 0
         link = TreeLink(
             f"link_{index}",
-            pos=(0.0, 0.0, 0.0) if first else (0.0, 0.0, -length),
+            pos=ORIGIN if first else (0.0, 0.0, -length),
             quat=quat_between((0.0, 0.0, -1.0), direction) if first else IDENTITY,
             joint=TreeJoint("free") if first and not chain.anchored else joint,
             geoms=(geom,),
@@ -168,7 +170,7 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
     if rope.damping is None and spring > 0.0:
         inertia = mass * length**2 / 3 + joint.armature
         joint = replace(joint, damping=max(joint.damping, 2 * BEND_DAMPING * math.sqrt(spring * inertia)))
-    bar = capsule_bar(length, radius, density, rope.material.friction, rgba, (0.0, 0.0, 0.0), (0.0, 0.0, -length))
+    bar = capsule_bar(length, radius, density, rope.material.friction, rgba, ORIGIN, (0.0, 0.0, -length))
     start, turns = _rope_poses(rope, direction)
     link: TreeLink | None = None
     for index in reversed(range(rope.segments)):
@@ -186,9 +188,9 @@ def rope_tree(rope: Rope, direction: Vec, rgba: Rgba) -> Tree:
 
 
 def _rope_poses(rope: Rope, direction: Vec) -> tuple[Vec, list[Quaternion]]:
-    """Where a rope begins [m], and how each link is turned: the first in the body's frame, others in the one before."""
+    """Return where a rope begins [m], and the turn of each link from the one before, or from the body's frame."""
     if rope.along is None:
-        return (0.0, 0.0, 0.0), [quat_between((0.0, 0.0, -1.0), direction), *[IDENTITY] * (rope.segments - 1)]
+        return ORIGIN, [quat_between((0.0, 0.0, -1.0), direction), *[IDENTITY] * (rope.segments - 1)]
     nodes: list[Vec] = list(rope.along)  # type: ignore[arg-type]  # laid: the places of its joints
     turns, before = [], IDENTITY
     for a, b in pairwise(nodes):
@@ -204,7 +206,7 @@ def _link_length(rope: Rope) -> float:
 
 
 def _rope_link(rope: Rope) -> tuple[float, float]:
-    """Mass [kg] of a link of a rope, and stiffness [N m/rad] of the spring at its joint."""
+    """Return the mass [kg] of a link of a rope, and the stiffness [N m/rad] of the spring at its joint."""
     length, section = _link_length(rope), math.pi * rope.radius**2
     mass = density_of(rope.material, section * length * rope.segments) * section * length
     return mass, rope.youngs_modulus * section * rope.radius**2 / 4 / length
@@ -271,15 +273,13 @@ def _strand(name: str, spans: list[tuple[Vec, Vec]], net: Net, density: float, r
         # Bodies far heavier than a strand fall into a net: with the armature of a chain it flew apart under dolls of
         # a hundred times a link's mass.
         joint = ball_joint(net.joint, capsule_mass(net.radius, length, density), length, damping=8.0, armature=0.4)
-        previous = spans[index - 1][0] if index else (0.0, 0.0, 0.0)
+        previous = spans[index - 1][0] if index else ORIGIN
         link = TreeLink(
             f"{name}_{index}",
             pos=tuple(a - b for a, b in zip(start, previous, strict=True)),  # type: ignore[arg-type]
             joint=joint,
             geoms=(
-                capsule_bar(
-                    length, net.radius, density, net.material.friction, rgba, (0.0, 0.0, 0.0), _local_end((start, end))
-                ),
+                capsule_bar(length, net.radius, density, net.material.friction, rgba, ORIGIN, _local_end((start, end))),
             ),
             children=() if link is None else (link,),
         )

@@ -1,16 +1,17 @@
 """Bodies of links before they are placed: their parts and their bounds."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 from text2sim.assets.mechanism import Mechanism, Mechanisms, load_mechanism
 from text2sim.compiler.lower import Lowering
+from text2sim.compiler.memory import Memory, ObjectKey
 from text2sim.compiler.placing.patterns import SINGLE
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.selection import SELECTOR
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec
+from text2sim.compiler.shapes.rotation import IDENTITY, ORIGIN, Quaternion, Vec
 from text2sim.compiler.trees.file_bodies import mechanism_parts
 from text2sim.compiler.trees.joints import joint_model
 from text2sim.compiler.trees.tree import Tree, tree_bounds, tree_pieces
@@ -19,9 +20,11 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Rope
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.name_table import Parts
+from text2sim.spec_schema.names.selectors import strings_in
 
-MAX_RECENT_TREES = 16
-_RECENT: list[tuple[Any, Path, Tree]] = []
+SELECTOR = re.compile(r"(?P<body>\w+)(?:\[[^\]]+\])?\.(?P<part>[\w*]+)\Z")
+"""A link or joint of a body; an expression may stand in the brackets."""
+_TREES: Memory[Tree] = Memory(16)
 """Recent trees, since placing asks for the same ones repeatedly. Every load makes new models, so none is stale."""
 
 
@@ -31,14 +34,13 @@ def tree_of(model: Any, folder: Path) -> Tree:
     Raises:
         AssetError: if one of its files cannot be used.
     """
-    for known, place, tree in _RECENT:
-        if known is model and place == folder:
-            return tree
-    lowering = Lowering(folder)
-    lowering.entity(model, Copy("body", "body", None, SINGLE, model, (0.0, 0.0, 0.0), IDENTITY, None, 1))
-    _RECENT.append((model, folder, lowering.trees["body"]))
-    del _RECENT[:-MAX_RECENT_TREES]
-    return lowering.trees["body"]
+
+    def make() -> Tree:
+        lowering = Lowering(folder)
+        lowering.entity(model, Copy("body", "body", None, SINGLE, model, ORIGIN, IDENTITY, None, 1))
+        return lowering.trees["body"]
+
+    return _TREES.recall((ObjectKey(model), folder), make)
 
 
 def tree_extents(model: Any, quat: Quaternion, folder: Path) -> Bounds:
@@ -61,7 +63,7 @@ def tree_standing(model: Any, folder: Path) -> list[tuple[Piece, Vec, Quaternion
     Raises:
         AssetError: if one of its files cannot be used.
     """
-    return [(one.piece, one.pos, one.quat) for one in tree_pieces(tree_of(model, folder))]
+    return [standing[:3] for standing in tree_pieces(tree_of(model, folder))]
 
 
 def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, Parts], list[Problem]]:
@@ -92,22 +94,17 @@ def known_parts(loaded: LoadedCase, mechanisms: Mechanisms) -> tuple[dict[str, P
                 tree = tree_of(body, loaded.folder)
             except AssetError:
                 continue  # reported where the body is lowered
-            joints = {name: joint for link in tree.links() for name, joint in link.all_joints() if joint.kind != "free"}
-            models = {key: joint_model(joint.kind, joint.range) for key, joint in joints.items()}
-            parts[name] = Parts(tuple(link.name for link in tree.links()), models)
+            joints = {key: joint_model(one.kind, one.range) for key, one in tree.joints() if one.kind != "free"}
+            parts[name] = Parts(tuple(link.name for link in tree.links()), joints)
     return parts, problems
 
 
 def named_parts(loaded: LoadedCase) -> dict[str, set[str]]:
     """Return the links and joints that the case names, by body: whatever looks like a selector counts."""
     found: dict[str, set[str]] = {}
-    waiting: list[Any] = [loaded.data.get("actions"), loaded.data.get("render")]
-    while waiting:
-        value = waiting.pop()
-        if isinstance(value, str) and "." in value and (match := SELECTOR.match(value)) and match["part"]:
+    for text in strings_in([loaded.data.get("actions"), loaded.data.get("render")]):
+        if match := SELECTOR.match(text):
             found.setdefault(match["body"], set()).add(match["part"])
-        elif isinstance(value, dict | list):
-            waiting += value.values() if isinstance(value, dict) else value
     return found
 
 

@@ -12,15 +12,12 @@ from text2sim.compiler.files import Files
 from text2sim.compiler.looks import Rgba
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.distance_field import LEAST_NODES, DistanceField
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.sculpting import DIGEST_PREFIX, sculpted_obj
 from text2sim.compiler.shapes.surface import learn_digests
 from text2sim.compiler.trees.mjcf import write_mjcf
 from text2sim.compiler.trees.tree import Tree, link_colors, tree_balls, uncolored
 from text2sim.spec_schema.errors import AssetError
-
-Ball = tuple[Vec, float]
-"""Centre and radius [m]."""
 
 PIECES_OF_A_MESH = 16
 """Assumed number of convex pieces of a decomposed mesh; only the engine knows the true one."""
@@ -50,8 +47,7 @@ class Written:
 
 def count_pieces(tree: Tree) -> int:
     """Return how many convex pieces a tree has."""
-    geoms = [geom for link in tree.links() for geom in link.geoms] + list(tree.fixtures)
-    return sum(PIECES_OF_A_MESH if geom.piece.collision == "decompose" else 1 for geom in geoms)
+    return sum(PIECES_OF_A_MESH if g.piece.collision == "decompose" else 1 for g in (*tree.geoms(), *tree.fixtures))
 
 
 def _exact(fields: dict[str, DistanceField | None]) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -116,7 +112,7 @@ class ModelFiles:
         options: dict[str, Any] = {"file": path}
         if collisions:
             options["contact"] = collisions.pop()
-        fields = {str(geom.piece.file): geom.piece.field for link in tree.links() for geom in link.geoms}
+        fields = {str(geom.piece.file): geom.piece.field for geom in tree.geoms()}
         return Written(tree, options, color, tree_balls(tree), count_pieces(tree), *_exact(fields))
 
     def add_mechanism(self, body: str, mechanism: Mechanism) -> str:

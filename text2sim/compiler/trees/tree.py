@@ -7,10 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.inertials import Inertial, combined_inertial, piece_inertial
-from text2sim.compiler.shapes.piece import Piece, piece_reach
+from text2sim.compiler.shapes.piece import Ball, Piece, piece_reach
 from text2sim.compiler.shapes.rotation import (
     IDENTITY,
+    ORIGIN,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
     Quaternion,
     Vec,
     frame_apply,
@@ -54,8 +59,8 @@ class TreeJoint:
 
     kind: str
     """free, hinge, slider or ball."""
-    axis: Vec = (0.0, 0.0, 1.0)
-    anchor: Vec = (0.0, 0.0, 0.0)
+    axis: Vec = Z_AXIS
+    anchor: Vec = ORIGIN
     range: tuple[float, float] | None = None
     """[rad] or [m]"""
     damping: float = 0.0
@@ -69,7 +74,7 @@ class TreeLink:
     """A link; without a joint it is fixed to its parent, or to the world."""
 
     name: str
-    pos: Vec = (0.0, 0.0, 0.0)
+    pos: Vec = ORIGIN
     quat: Quaternion = IDENTITY
     joint: TreeJoint | None = None
     joints: tuple[tuple[str, TreeJoint], ...] = ()
@@ -125,6 +130,14 @@ class Tree:
             queue[:0] = link.children
         return found
 
+    def joints(self) -> list[tuple[str, TreeJoint]]:
+        """Return name and joint for each joint of every link."""
+        return [row for link in self.links() for row in link.all_joints()]
+
+    def geoms(self) -> list[TreeGeom]:
+        """Return the pieces of every link; those of the world are `fixtures`."""
+        return [geom for link in self.links() for geom in link.geoms]
+
 
 class StandingPiece(NamedTuple):
     """A piece with the pose of its link."""
@@ -146,7 +159,7 @@ class StandingLink(NamedTuple):
     """False for what is fixed to the world."""
 
 
-def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY) -> list[StandingLink]:
+def tree_links(tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY) -> list[StandingLink]:
     """Return every link of a tree that stands at (`pos`, `quat`), all joints at their start positions.
 
     Args:
@@ -166,7 +179,7 @@ def tree_links(tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTI
 
 
 def tree_pieces(
-    tree: Tree, pos: Vec = (0.0, 0.0, 0.0), quat: Quaternion = IDENTITY, *, drawn: bool = False
+    tree: Tree, pos: Vec = ORIGIN, quat: Quaternion = IDENTITY, *, drawn: bool = False
 ) -> list[StandingPiece]:
     """Return every piece of a tree that stands at (`pos`, `quat`), all joints at their start positions.
 
@@ -205,7 +218,7 @@ def moved_frame(link: TreeLink, positions: Mapping[str, float], pos: Vec, quat: 
     return pos, quat
 
 
-def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
+def tree_balls(tree: Tree) -> list[Ball]:
     """Return centre [m] and radius [m] of a ball around every piece at the start, in the tree's frame."""
     found = []
     for piece, pos, quat, _ in tree_pieces(tree, drawn=True):
@@ -214,13 +227,13 @@ def tree_balls(tree: Tree) -> list[tuple[Vec, float]]:
     return found
 
 
-def tree_bounds(tree: Tree, quat: Quaternion) -> tuple[Vec, Vec]:
+def tree_bounds(tree: Tree, quat: Quaternion) -> Bounds:
     """Return the lowest and highest corner [m] of all pieces at the start, about the origin, turned by `quat`."""
     placed = tree_pieces(tree, quat=quat, drawn=True)
     low, high = [0.0] * 3, [0.0] * 3
-    for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+    for k, axis in enumerate((X_AXIS, Y_AXIS, Z_AXIS)):
         back = (-axis[0], -axis[1], -axis[2])
-        turned = [(one.piece, one.pos[k], quat_conjugate(one.quat)) for one in placed]
+        turned = [(piece, pos[k], quat_conjugate(q)) for piece, pos, q, _ in placed]
         high[k] = max((at + piece_reach(piece, quat_rotate(q, axis)) for piece, at, q in turned), default=0.0)
         low[k] = min((at - piece_reach(piece, quat_rotate(q, back)) for piece, at, q in turned), default=0.0)
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
@@ -253,7 +266,7 @@ def with_torques(tree: Tree, torques: tuple[float, float]) -> Tree:
     def laid(geoms: tuple[TreeGeom, ...]) -> tuple[TreeGeom, ...]:
         return tuple(geom if any(geom.torques) else replace(geom, torques=torques) for geom in geoms)
 
-    def link(one: TreeLink) -> TreeLink:
-        return replace(one, geoms=laid(one.geoms), children=tuple(link(child) for child in one.children))
+    def with_own(link: TreeLink) -> TreeLink:
+        return replace(link, geoms=laid(link.geoms), children=tuple(map(with_own, link.children)))
 
-    return replace(tree, roots=tuple(link(root) for root in tree.roots), fixtures=laid(tree.fixtures))
+    return replace(tree, roots=tuple(map(with_own, tree.roots)), fixtures=laid(tree.fixtures))

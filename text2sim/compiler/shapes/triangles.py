@@ -1,10 +1,15 @@
-"""The limit on triangles of a surface, checked before any is made."""
+"""Triangles of a surface: their area, and the limit on their number, checked before any is made."""
 
 import math
+from typing import TYPE_CHECKING
 
 from text2sim.compiler.shapes.distance_field import rounded_up
 from text2sim.compiler.shapes.rings import ROW_HEIGHT
 from text2sim.spec_schema.errors import AssetError
+
+# Imported where it is used: a check of a plain case needs no arrays, and must be quick.
+if TYPE_CHECKING:
+    import numpy as np
 
 MAX_TRIANGLES = 400_000
 """Most triangles of a surface. More would need more particles or tetrahedra than any solver here can handle."""
@@ -28,3 +33,11 @@ def refuse_many(area: float, edge: float, along: float = 0.0) -> None:
             f"with elements of {edge:g} m its surface would have about {expected:,.0f} triangles; at most "
             f"{MAX_TRIANGLES:,} are possible: take a `cell` of {rounded_up(least):g} m or more"
         )
+
+
+def surface_area(vertices: "np.ndarray", faces: "np.ndarray") -> float:
+    """Return the area [m2] of triangles (m, 3) between vertices (n, 3) [m]."""
+    import numpy as np
+
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
