@@ -49,6 +49,9 @@ def test_any_other_content_is_another_question(cache: Path, monkeypatch: pytest.
     monkeypatch.setattr(memory, "_version", lambda name: "99")
     cached_answer([b"ab"], MEMBERS, ask)
     assert ask.times == 5, "another version of MuJoCo may say something else"
+    monkeypatch.setattr(memory, "_source_of", lambda module: b"changed")
+    cached_answer([b"ab"], MEMBERS, ask)
+    assert ask.times == 6, "and so may other code of ours"
 
 
 @pytest.mark.parametrize(

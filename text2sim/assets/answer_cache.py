@@ -44,11 +44,17 @@ def cached_answer(
     """Return the answer to a question, from the cache if possible.
 
     Args:
-        question: All that the answer depends on, except versions of packages.
+        question: All that the answer depends on, except versions of packages and the source of the module that asks.
         members: Names and types of the members of an answer.
         ask: Computes the answer. Exceptions are not cached.
     """
-    key = _key_of(question)
+    return _cached(question, members, ask, _source_of(ask.__module__))
+
+
+def _cached(
+    question: Iterable[bytes], members: Mapping[str, type], ask: Callable[[], dict[str, Any]], source: bytes
+) -> dict[str, Any]:
+    key = _key_of([*question, source])
     found = _recall(key, members)
     if found is None:
         found = ask()
@@ -63,7 +69,7 @@ def cached_net(
     """Return vertices (n, 3) float64 and triangles (m, 3) int64, from the cache if possible.
 
     Args:
-        question: All that they depend on, except versions of packages.
+        question: All that they depend on, except versions of packages and the source of the module that asks.
         make: Computes them. Exceptions are not cached.
     """
     import numpy as np
@@ -74,7 +80,7 @@ def cached_net(
         made.append(make())
         return dict(zip(("vertices", "faces"), map(packed, made[0]), strict=True))
 
-    found = cached_answer(question, {"vertices": str, "faces": str}, ask)
+    found = _cached(question, {"vertices": str, "faces": str}, ask, _source_of(make.__module__))
     vertices, faces = unpacked(found["vertices"], "f8", 3), unpacked(found["faces"], "i8", 3)
     if vertices is None or faces is None or not are_valid_rows(faces, vertices):  # the entry is damaged
         vertices, faces = made[0] if made else make()
@@ -158,6 +164,13 @@ def _delete_old_entries(where: Path) -> None:
     if len(rows) > MAX_ANSWERS:
         for path in sorted(rows, key=lambda path: path.stat().st_mtime)[: len(rows) - MAX_ANSWERS]:
             path.unlink(missing_ok=True)
+
+
+@lru_cache
+def _source_of(module: str) -> bytes:
+    """Return the source of a module: another program may give another answer."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return Path(file).read_bytes() if file else b""
 
 
 @lru_cache

@@ -71,9 +71,7 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
     def ask() -> dict[str, Any]:
         return _packed(call_confined(trace, path, large=pixels_of(path) > MAX_LOCAL_PIXELS))
 
-    found = _unpacked(
-        cached_answer((b"strokes", Path(__file__).read_bytes(), digest), dict.fromkeys(CACHED_FIELDS, str), ask)
-    )
+    found = _unpacked(cached_answer((b"strokes", digest), dict.fromkeys(CACHED_FIELDS, str), ask))
     if found is None:  # the cache is damaged
         found = _unpacked(ask())
     assert found is not None
