@@ -1,5 +1,6 @@
 """What is done with a judgement: marks for requirements, slips of form, what follows from the marks."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +26,16 @@ PLAN = CasePlan(name="lid", event="The lid opens.", meets={"opens": ["open"]})
 
 
 def judged(
-    tmp_path: Path, *replies: str, missed: tuple[str, ...] = (), facts: tuple[Fact, ...] = ()
+    tmp_path: Path,
+    *replies: str,
+    missed: tuple[str, ...] = (),
+    facts: tuple[Fact, ...] = (),
+    request: Request = REQUEST,
 ) -> tuple[Critique, Scripted]:
     model = Scripted({"critic": [fenced(reply) for reply in replies]})
     exhibit = Exhibit(1, "", "the evidence", frozenset({"run", "frame:1", "expect:open"}), (), missed, facts)
     contract = Contract((), {"expect": {}, "measures": {}, "events": {}}, frozenset())
-    return criticise(chat(tmp_path, model), REQUEST, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
+    return criticise(chat(tmp_path, model), request, PLAN, exhibit, contract, [], Path("c/case.yaml")), model
 
 
 def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
@@ -42,6 +47,16 @@ def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
     whole, model = judged(tmp_path / "whole", reply % "1")
     assert (whole.verdict, whole.score, whole.failures) == ("pass", 100, [])
     assert "- `opens` (3): the lid opens by itself [expect:open]" in model.questions("critic")[0]
+
+
+def test_what_is_wished_only_if_possible_may_be_half_met(tmp_path: Path) -> None:
+    optional = Requirement(what="if possible, it shines", importance=1, optional=True)
+    request = replace(REQUEST, requirements=REQUIRED | {"shines": optional})
+    reply = "seen: It opens.\nverdict: pass\nrequirements: {red: 1, opens: 1, shines: [%s, 'frame:1', hardly]}"
+    half, model = judged(tmp_path / "half", reply % "1/2", request=request)
+    assert (half.verdict, half.score, half.failures) == ("pass", 90, [])
+    assert "- `shines` (1, optional): if possible, it shines" in model.questions("critic")[0]
+    assert judged(tmp_path / "none", reply % "0", request=request)[0].verdict == "repair"
 
 
 def test_a_pass_with_something_that_did_not_come_true_is_none(tmp_path: Path) -> None:

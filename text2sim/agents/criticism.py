@@ -168,7 +168,8 @@ def _critique_as_data(critique: Critique) -> dict[str, object]:
 
 def _short_of(critique: Critique, request: Request) -> list[str]:
     """Names of the requirements that are marked as not met."""
-    return [name for name, row in critique.requirements.items() if name in request.requirements and row.mark < 1]
+    known = request.requirements
+    return [name for name, row in critique.requirements.items() if name in known and row.mark < known[name].needed]
 
 
 def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
@@ -211,7 +212,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
             what = f"not marked: {request.requirements[name].what}"
             failures.append(Failure(what=what, cites=["run"], section=section))
     marks = {name: row.mark for name, row in critique.requirements.items()}
-    whole = all(marks.get(name) == 1 for name in request.requirements)
+    whole = all(marks.get(name, 0.0) >= one.needed for name, one in request.requirements.items())
     passed = critique.verdict == "pass" and not exhibit.missed and whole
     verdict = "repair" if critique.verdict == "pass" and not passed else critique.verdict
     found = weighted_score(request.requirements, marks) if request.requirements else critique.score

@@ -26,6 +26,13 @@ class Requirement(Answer):
     """In the words of the request."""
     sort: Sort = "other"
     importance: Annotated[int, Field(ge=1, le=5)] = 3
+    optional: bool = False
+    """Whether it is wished only if it is possible."""
+
+    @property
+    def needed(self) -> float:
+        """Smallest mark of an accepted case."""
+        return 0.5 if self.optional else 1.0
 
 
 class Apart(Answer):
@@ -86,7 +93,10 @@ def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str,
 
 def requirement_rows(requirements: Requirements) -> str:
     """Return one line for each requirement."""
-    return "\n".join(f"- `{name}` ({one.importance}): {one.what}" for name, one in requirements.items())
+    return "\n".join(
+        f"- `{name}` ({one.importance}{', optional' if one.optional else ''}): {one.what}"
+        for name, one in requirements.items()
+    )
 
 
 def weighted_score(requirements: Requirements, marks: Mapping[str, Any]) -> float:
