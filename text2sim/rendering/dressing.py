@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.rendering.dots import dot_picture, dotted
 from text2sim.rendering.meshes import RenderMesh
 from text2sim.templates.painting import painted, places
 from text2sim.templates.patterns import DEPTH, PLAIN, Dress, fitted, size_for, tile
@@ -50,7 +51,7 @@ class Layer:
 
 
 def dressed(
-    mesh: RenderMesh, dress: Dress, own: tuple[float, float, float], turn: Array
+    mesh: RenderMesh, dress: Dress, own: tuple[float, float, float], turn: Array, *, textured: bool = False
 ) -> tuple[RenderMesh, Layer, NDArray[np.integer]]:
     """Lay a pattern on a mesh.
 
@@ -59,6 +60,7 @@ def dressed(
         dress: The pattern.
         own: Colour of the body, sRGB.
         turn: Rotation from the mesh's frame to the link's, shape (3, 3).
+        textured: Whether the finish below has a texture, which uses the same texture coordinates.
 
     Returns:
         The mesh with texture coordinates in metres, the layer, and the original vertex of each of its vertices.
@@ -75,6 +77,10 @@ def dressed(
     if dress.repeats:
         extents = np.ptp(vertices, axis=0)
         size = dress.size or size_for(dress.kind, extents, is_round=turned)
+        if dress.kind == "dots" and mesh.uvs is None and not textured:
+            if (found := dotted(mesh.vertices, mesh.faces, size)) is not None:
+                worn, layer = found.vertices, _dot_layer(dress.color, own, size)
+                return RenderMesh(mesh.vertices[worn], found.faces, mesh.normals[worn], found.uvs), layer, worn
         factors = np.array([fitted(dress.kind, size, sheet.width, sheet.height) for sheet in flat.sheets])
         uvs = flat.uvs * factors[flat.sheet]
         uvs = uvs[:, ::-1] if dress.turned else uvs
@@ -107,6 +113,11 @@ def _tiled(kind: str, color: tuple[float, ...] | None, own: tuple[float, ...], j
     made = tile(kind, color, own, joints=joints)
     width, height = (size * period for period in made.period)
     return Layer(made.picture, (width, height), made.relief, DEPTH.get(kind, 0.0) * size, size)
+
+
+@lru_cache(maxsize=64)
+def _dot_layer(color: tuple[float, ...] | None, own: tuple[float, ...], size: float) -> Layer:
+    return Layer(dot_picture(color, own), (2 * size, 2 * size), unit=2 * size)
 
 
 @lru_cache(maxsize=64)

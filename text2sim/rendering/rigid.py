@@ -116,7 +116,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
                 if part.mesh not in read:
                     read[part.mesh] = read_mesh(part.mesh)
                 plain = replace(read[part.mesh], uvs=None)
-                laid[own] = dressed(plain, look.dress, look.color, matrices(np.array([part.quat]))[0])[:2]
+                turn = matrices(np.array([part.quat]))[0]
+                laid[own] = dressed(plain, look.dress, look.color, turn, textured=needs_uvs(finish))[:2]
             mesh, layer = laid[own]
             if look.dress.repeats:
                 mesh = shifted(mesh, part.body, layer.unit)

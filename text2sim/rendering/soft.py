@@ -88,7 +88,7 @@ class SoftSurface:
         """
         assert look.dress is not None
         whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
-        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3))
+        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3), textured=needs_uvs(look.finish))
         self._faces, self._own = laid.faces, self._own[self._corners]
         assert laid.uvs is not None
         return laid.uvs, layer
