@@ -83,7 +83,7 @@ FINISHES = {
     "marble": Finish(0.12, 0.55, clearcoat=0.8, texture="veins", shade=0.42, tile=0.7),
     "jelly": Finish(0.08, 0.55, clearcoat=1.0, kind="gel"),
     "peel": Finish(0.38, 0.5, clearcoat=0.35, texture="dimples", shade=0.82, tile=0.07, bump=0.035),
-    "foliage": Finish(0.6, 0.3, sheen=0.3, texture="leaves", shade=0.4, tile=0.7, bump=0.03),
+    "foliage": Finish(0.6, 0.3, sheen=0.5, texture="leaves", shade=0.5, tile=0.7, bump=0.02),
 }
 PLAIN = "rough"
 DEEP = 0.65
@@ -284,7 +284,7 @@ def _pores(chance: np.random.Generator, many: int, *, hollow: bool) -> Array:
 def _leaves(chance: np.random.Generator, count: int) -> Array:
     """Return leaves of random size and direction, each above the earlier ones and brighter, with a bright midrib."""
     made = np.zeros((TEXELS, TEXELS))
-    for level in np.linspace(0.15, 1.0, count):
+    for level in np.linspace(0.4, 1.0, count):
         half = int(TEXELS * chance.uniform(0.022, 0.045))
         y, x = np.mgrid[-half : half + 1, -half : half + 1] / half
         angle, center = chance.uniform(0, 2 * np.pi), chance.integers(0, TEXELS, 2)
