@@ -272,6 +272,7 @@ def test_a_loop_that_goes_on_tells_the_minutes_that_it_told(tmp_path: Path) -> N
 def test_a_loop_ends_when_no_run_fits_into_the_minutes_left(tmp_path: Path) -> None:
     ran, attempts = Attempt(1, "text", "x", wall=200.0), Attempts(tmp_path)
     assert [attempts.too_late(ran, now) for now in (1.6, 1.7, None)] == [True, False, False]
+    assert [attempts.too_late(ran, now, reserve=4.0) for now in (3.9, 4.1, None)] == [True, False, False]
     attempts.minutes_left(ran, 30.0)
     assert not Attempts(tmp_path).too_late(ran, 1.0), "in a loop that goes on it was answered already"
     assert attempts.too_late(ran, 1.0)

@@ -107,6 +107,24 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted(monkeypatc
     assert styled == [1]
 
 
+@pytest.mark.parametrize(("state", "filmed"), [("finished", [1]), ("diverged", [])])
+def test_the_best_version_is_filmed_well_when_attempts_run_out(state: str, filmed: list[int], tmp_path: Path) -> None:
+    styled: list[int] = []
+
+    def try_attempt(attempt: Attempt) -> None:
+        attempt.state = state
+
+    loop: Any = SimpleNamespace(
+        made=[], chat=SimpleNamespace(attempt=0), limits=LoopLimits(attempts=1), only_if_accepted=False, style=True,
+        _try_attempt=try_attempt, _styled=lambda attempt: styled.append(attempt.number),
+        agreement=SimpleNamespace(names=()), attempts=Attempts(tmp_path),
+        outcome=lambda state, why: LoopOutcome(state, why),
+    )  # fmt: skip
+    ended = AgentLoop.work(loop, "name: a\n", "first version")
+    assert (ended.state, ended.why) == ("spent", "1 attempts were made")
+    assert styled == filmed
+
+
 @pytest.mark.parametrize(
     ("runs", "ended"),
     [

@@ -95,17 +95,18 @@ class Attempts:
         self._asked[attempt.number] += 1
         return estimates[asked]
 
-    def too_late(self, attempt: Attempt, now: float | None) -> bool:
-        """Whether the time left is less than half of the wall time of an attempt's run.
+    def too_late(self, attempt: Attempt, now: float | None, reserve: float = 0.0) -> bool:
+        """Whether the time left is less than half of the wall time of an attempt's run, or than a reserve.
 
         False if a resumed loop repeats a question, since its answer is stored.
 
         Args:
             attempt: The attempt.
             now: Minutes left by the clock; None without a limit.
+            reserve: Minutes that are kept for something else.
         """
         asked_before = len(self._told_minutes(attempt.number)) > self._asked[attempt.number]
-        return now is not None and not asked_before and 60 * now < attempt.wall / 2
+        return now is not None and not asked_before and 60 * now < max(attempt.wall / 2, 60 * reserve)
 
     def _told_minutes(self, number: int) -> list[float | None]:
         if number not in self._minutes:

@@ -30,6 +30,8 @@ from text2sim.agents.writer_team import Workshop
 
 RECENT_RUNS = 3
 """Number of the latest attempts whose longest run says what the next will take."""
+STYLE_MINUTES = 4.0
+"""Minutes that are kept for the search for the best film once all expectations are true."""
 JUDGING_OVERTIME = 5.0
 """Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
 MAX_UNASKED_SHARE = 0.25
@@ -136,10 +138,16 @@ class AgentLoop:
                 if not self.only_if_accepted:
                     self._styled(best)
                 return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
-            if attempt.number >= self.limits.attempts:
-                return self.outcome("spent", f"{attempt.number} attempts were made")
-            if self.attempts.too_late(attempt, left := self.limits.minutes_left()):
-                return self.outcome("spent", f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s")
+            best = best_of(self.made, self.agreement.names)
+            filmed = best.sound(self.agreement.names) and not self.only_if_accepted
+            left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0
+            why = f"{attempt.number} attempts were made" if attempt.number >= self.limits.attempts else ""
+            if self.attempts.too_late(attempt, left, reserve):
+                why = f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s"
+            if why:
+                if filmed:
+                    self._styled(best)
+                return self.outcome("spent", why)
             decision = self._decide(attempt, report)
             before = attempt.text
             if decision.action == "plan_anew":
