@@ -49,6 +49,15 @@ def test_a_case_passes_only_with_every_requirement_met(tmp_path: Path) -> None:
     assert "- `opens` (3): the lid opens by itself [expect:open]" in model.questions("critic")[0]
 
 
+def test_what_is_half_met_belongs_to_the_section_that_is_patched(tmp_path: Path) -> None:
+    reply = "seen: It opens.\nverdict: repair\nrequirements: {red: [1/2, 'frame:1', hidden], opens: 1}\npatches: "
+    patch = "[{section: render, why: from the left, operations: [{op: add, path: /render/fps, value: 30}]}]"
+    found, _ = judged(tmp_path / "patched", reply + patch)
+    assert [failure.section for failure in found.failures] == ["render"]
+    found, _ = judged(tmp_path / "not", reply + "[]")
+    assert [failure.section for failure in found.failures] == ["plan"]
+
+
 def test_what_is_wished_only_if_possible_may_be_half_met(tmp_path: Path) -> None:
     optional = Requirement(what="if possible, it shines", importance=1, optional=True)
     request = replace(REQUEST, requirements=REQUIRED | {"shines": optional})

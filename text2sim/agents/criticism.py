@@ -11,7 +11,7 @@ from text2sim.agents.conversation import Conversation, RoleFailed, typed_parser
 from text2sim.agents.facts import Fact, false_facts
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch
+from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
 from text2sim.agents.revising import with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
@@ -197,6 +197,8 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
     failure_text = " ".join(failure.what for failure in failures)
     cited = {cite for failure in failures for cite in failure.cites}
     section = critique.responsible or "plan"
+    sections: set[Where] = {patch.section for patch in critique.patches}
+    patched: Where = critique.responsible or (sections.pop() if len(sections) == 1 else "plan")
     for name in exhibit.missed:
         if f"expect:{name}" not in cited and (exhibit.finished or not failures):
             what = f"the expectation `{name}` did not come true"
@@ -206,7 +208,7 @@ def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: C
         if name not in failure_text and not set(row.cites) & cited:
             half = "only half met" if row.mark else "not met"
             what = f"{half}: {request.requirements[name].what}{f' ({row.why})' if row.why else ''}"
-            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=section))
+            failures.append(Failure(what=what, cites=_known_cites(row.cites, exhibit) or ["run"], section=patched))
     for name in request.requirements:
         if name not in critique.requirements:
             what = f"not marked: {request.requirements[name].what}"
