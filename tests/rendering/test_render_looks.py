@@ -82,7 +82,7 @@ def test_ground_without_an_end_fades_before_it_ends() -> None:
 def test_ground_without_an_end_ends_where_it_is_not_seen_any_more() -> None:
     backdrop = {"kind": "horizon", "level": 0.0, "center": (1.0, 2.0, 0.0), "radius": 5.0}
     eyes = [np.array([1.0, -4.0, 1.5]), np.array([9.0, 2.0, 3.0])]
-    haze = haze_distance(backdrop, eyes, np.zeros((0, 3)))
+    haze = haze_distance(backdrop, eyes[0], np.zeros((0, 3)))
     ground = backdrop_mesh(backdrop, eyes, haze=haze)
     assert ground is not None
     rim = np.hypot(*(ground.vertices[:, :2] - backdrop["center"][:2]).T)
@@ -93,12 +93,12 @@ def test_ground_without_an_end_ends_where_it_is_not_seen_any_more() -> None:
 
 
 def test_bodies_far_from_the_camera_are_not_lost_in_haze() -> None:
-    backdrop, eyes = {"kind": "horizon", "radius": 3.0}, [np.array([0.0, -8.0, 1.0])]
-    assert haze_distance(backdrop, eyes, np.array([[0.0, -5.0, 0.0]])) == pytest.approx(2.5 * 10**0.5)
-    haze = haze_distance(backdrop, eyes, np.array([[0.0, 2.0, 1.0]]))
+    backdrop, eye = {"kind": "horizon", "radius": 3.0}, np.array([0.0, -8.0, 1.0])
+    assert haze_distance(backdrop, eye, np.array([[0.0, -5.0, 0.0]])) == pytest.approx(2.5 * 10**0.5)
+    haze = haze_distance(backdrop, eye, np.array([[0.0, 2.0, 1.0]]))
     assert clearness(haze, np.array([[10.0]]), np.ones((1, 1))).min() > 0.95
-    assert haze_distance(backdrop, eyes, np.array([[0.0, 1000.0, 1.0]])) == pytest.approx(6 * 1.2 * 3.0)
-    assert haze_distance(backdrop | {"kind": "wall"}, eyes, np.zeros((1, 3))) == 0.0
+    assert haze_distance(backdrop, eye, np.array([[0.0, 1000.0, 1.0]])) == pytest.approx(6 * 1.2 * 3.0)
+    assert haze_distance(backdrop | {"kind": "wall"}, eye, np.zeros((1, 3))) == 0.0
 
 
 def test_the_wall_stands_behind_cameras_that_others_look_at() -> None:

@@ -23,7 +23,7 @@ def trace_films(
     report: "Callable[[FilmProgress], None]",
     stop: "Stop",
     minutes: float = inf,
-    part: "Callable[[Reel], str]" = lambda reel: "",
+    suffix: "Callable[[Reel], str]" = lambda reel: "",
 ) -> dict[Path, int]:
     """Trace and encode films; from the finished frames if stopped or out of time.
 
@@ -32,7 +32,7 @@ def trace_films(
         report: Called after each frame.
         stop: Counter of stop signals.
         minutes: Approximate time after which no further frame is begun [min].
-        part: Returns the suffix of a film's file name.
+        suffix: Returns the suffix of a film's file name.
 
     Returns:
         The number of missing frames of each film.
@@ -49,7 +49,7 @@ def trace_films(
     except KeyboardInterrupt:
         stop.request()
     with stop.gently():
-        made = encode_films(fit.filming, fit.reels, part)
+        made = encode_films(fit.filming, fit.reels, suffix)
     if not made:
         raise KeyboardInterrupt
     return made

@@ -197,7 +197,7 @@ def backdrop_mesh(
         eyes: Sampled positions of the cameras [m].
         rays: `edge_rays` of each camera.
         reach: Smallest radius of a floor with a wall [m].
-        haze: Distance at which endless ground fades, see `haze_distance` [m].
+        haze: Largest distance at which endless ground fades, see `haze_distance` [m].
     """
     kind, eyes = backdrop["kind"], list(eyes)
     if kind == "none" or backdrop["level"] is None:
@@ -215,17 +215,17 @@ def backdrop_mesh(
     return RenderMesh(made.vertices + (x, y, backdrop["level"] - SUNK), made.faces, made.normals)
 
 
-def haze_distance(backdrop: dict[str, Any], eyes: Sequence[Array], places: Array) -> float:
+def haze_distance(backdrop: dict[str, Any], eye: Array, places: Array) -> float:
     """Return the distance from the camera [m] at which endless ground fades into haze; 0 without any.
 
     Args:
         backdrop: The resolved backdrop of the film section.
-        eyes: Sampled positions of the cameras [m].
+        eye: Position of the camera [m].
         places: Extreme points of everything visible [m], shape (n, 3).
     """
     usual = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
-    away = [float(np.percentile(np.linalg.norm(places - eye, axis=1), PERCENTILE)) for eye in eyes if len(places)]
-    return min(max(usual, CLEAR * max(away, default=0.0)), MAX_CLEARING * usual)
+    away = np.percentile(np.linalg.norm(places - eye, axis=1), PERCENTILE) if usual and len(places) else 0.0
+    return min(max(usual, CLEAR * float(away)), MAX_CLEARING * usual)
 
 
 def clearness(haze: float, depth: Array, alpha: Array) -> Array:

@@ -171,13 +171,14 @@ class Filming:
         made.seconds["update"] = update
         film = self.recording.film
         made.behind = sky(film["backdrop"], film["background"], view, self.size)
+        made.haze = 0.0 if view is None else stage.haze(view.pos)
         return made
 
     def develop(self, traced: Traced) -> Any:
         """Return a traced frame as displayed, uint8."""
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
-        alpha = traced.alpha * clearness(self.stage.haze, traced.depth, traced.alpha)
+        alpha = traced.alpha * clearness(traced.haze, traced.depth, traced.alpha)
         behind = film["background"] if traced.behind is None else traced.behind
         return tone.bytes_of(tone.over(shown, alpha, behind))
 

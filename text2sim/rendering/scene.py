@@ -6,6 +6,7 @@ for deformable, liquid and rigid bodies alike.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import floor, log10
 from typing import Any
 
@@ -36,6 +37,8 @@ ROOM_RADIUS = 2.0
 SMALLEST_TEXTURE_SCALE = 0.2
 LENS = ("aperture_radius", "focus_distance")
 """Parameters of a sensor that the renderer would compile as constants; it treats the others as variable by itself."""
+MAX_HAZE_POINTS = 5000
+"""Largest number of extreme points that decide where haze begins."""
 EYES = 60
 """Number of moments of the films at which camera positions are sampled."""
 
@@ -163,14 +166,13 @@ class FilmStage:
         """Return for the floor and the wall a factory that takes a material, and the default material."""
         views, backdrop, (wide, tall) = self._views(), self.backdrop, self.recording.film["resolution"]
         eyes, rays, reach = [view.pos for view in views], [edge_rays(view, wide / tall) for view in views], 0.0
-        wall, places = None, self._places()
-        self.haze = haze_distance(backdrop, eyes, places)
+        wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
-            wall = wall_mesh(backdrop, eyes, places, self._stage, rays)
+            wall = wall_mesh(backdrop, eyes, self._places, self._stage, rays)
             reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
             if blocks_light(wall[0], np.array(backdrop["center"]), self._stage, self.recording.film["lights"].values()):
                 wall, reach = None, 0.0  # it would shade the scene; the background has its colour
-        mesh = backdrop_mesh(backdrop, eyes, rays, reach, self.haze)
+        mesh = backdrop_mesh(backdrop, eyes, rays, reach, max(map(self.haze, eyes), default=0.0))
         if mesh is None:
             return {}
         floor = backdrop.get("floor")
@@ -183,6 +185,12 @@ class FilmStage:
             made["wall"] = (_painted("wall", wall[0], color), material(BACKDROP_FINISH, two_sided=True))
         return made
 
+    def haze(self, eye: Any) -> float:
+        """Return the distance [m] at which endless ground fades for a camera at a position [m]."""
+        # A frame's haze depends on its own camera alone, as its digest does.
+        return haze_distance(self.backdrop, eye, self._places[:: 1 + len(self._places) // MAX_HAZE_POINTS])
+
+    @cached_property
     def _places(self) -> Any:
         """Return the extreme points of everything visible, over the whole time [m], shape (n, 3)."""
         states, planes = self.recording.states, self.backdrop["planes"]

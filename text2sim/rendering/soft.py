@@ -58,11 +58,11 @@ class SoftSurface:
         self._own: NDArray[np.integer] = shell.worn
         self._faces = shell.faces.astype(np.int64)
         self._corners: NDArray[np.integer] = np.arange(len(shell.worn))
-        layer = None
+        layer, textured = None, any(needs_uvs(worn.finish) for worn in (look, *filter(None, part.parts)))
         if picture is None and look.dress is not None:
-            flat = uvs if part.kind == "cloth" else None
-            uvs, layer = self._dressed(at_rest, None if flat is None else self._metric(at_rest, flat), look)
-        elif picture is None and any(needs_uvs(worn.finish) for worn in (look, *filter(None, part.parts))):
+            flat = self._metric(at_rest, uvs) if part.kind == "cloth" and uvs is not None else None
+            uvs, layer = self._dressed(at_rest, flat, look, textured=textured)
+        elif picture is None and textured:
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
         rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
@@ -78,17 +78,18 @@ class SoftSurface:
                 if one is not None and (worn == k).any()
             ]
 
-    def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook) -> tuple[Array, Layer]:
+    def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook, *, textured: bool) -> tuple[Array, Layer]:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
 
         Args:
             at_rest: Vertices at rest [m].
             flat: Their positions in the flat cloth [m].
             look: The look, with the pattern.
+            textured: Whether a finish of the body has a texture, which uses the same texture coordinates.
         """
         assert look.dress is not None
         whole = RenderMesh(at_rest[self._own], self._faces, self._shell.normals(at_rest), flat)
-        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3), textured=needs_uvs(look.finish))
+        laid, layer, self._corners = dressed(whole, look.dress, look.color, np.eye(3), textured=textured)
         self._faces, self._own = laid.faces, self._own[self._corners]
         assert laid.uvs is not None
         return laid.uvs, layer

@@ -75,6 +75,8 @@ class Traced:
     """Time [s] by step."""
     behind: Array | None = None
     """Picture behind all surfaces, in sRGB; the background if None."""
+    haze: float = 0.0
+    """Distance from the camera at which endless ground fades [m]; 0 without haze."""
 
 
 def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: float, *, denoise: bool = True) -> Traced:
