@@ -224,7 +224,7 @@ def test_who_films_it_knows_where_and_when_and_what_was_tried(make_run: MakeRun,
     first, second = studio.model.questions("render")
     assert "- event `slid`: first at 0.21 s" in first
     assert "- `box`: [-0.3, -0.3, 0] to [0.3, 0.3, 0.6]; at the end [0.5, -0.3, 0] to [1.1, 0.3, 0.6]" in first
-    assert re.search(r"- light `\w+`: softbox, strength 3.4, direction \[.*\]: it stands \d\d deg high", first)
+    assert re.search(r"- light `\w+`: softbox, strength 3.8, direction \[.*\]: it stands \d\d deg high", first)
     assert "4 spread over the film" in first
     assert "A wider lens." in second
     assert "Not so dark." in second, "what did not raise the marks is not tried again"

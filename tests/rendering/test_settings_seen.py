@@ -63,7 +63,7 @@ def test_a_texture_keeps_the_colour_and_has_no_seam(pattern):
 
 def test_a_wall_is_known_to_stand_in_the_light() -> None:
     things, middle = np.array([(-0.3, -0.3, 0.0), (0.3, 0.3, 0.6)]), np.array([0.0, 0.0, 0.3])
-    wall, _ = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)  # it stands on the +y side
+    wall = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0).mesh  # it stands on the +y side
     weak = {"direction": (0.0, -1.0, -0.3), "strength": 1.0}
     assert blocks_light(wall, middle, 1.0, [weak]), "the sun is low behind it"
     assert blocks_light(wall, middle, 1.0, [{"direction": (0.6, -0.6, -0.2), "strength": 1.0}])
@@ -77,14 +77,16 @@ def test_a_wall_is_known_to_stand_in_the_light() -> None:
 
 def test_the_wall_is_straight_and_behind_the_scene_but_round_about_a_camera_that_goes_round():
     things = np.array([(0.0, 1.0, 0.5)])
-    wall, bright = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)
+    made = wall_mesh(BACKDROP, [np.array([0.0, -4.0, 1.0])], things, 1.0)
+    wall = made.mesh
     assert wall.vertices[:, 1].min() > 1.5
     assert np.ptp(wall.vertices[wall.vertices[:, 2] > 1][:, 1]) < 1e-9
-    assert bright.max() == pytest.approx(1.0, abs=0.01)
+    assert made.uvs is not None
+    assert made.uvs[wall.vertices[:, 2].argmin(), 1] == 0, "textures stand on the floor"
     assert (wall.normals @ (0.0, -1.0, 0.3) > 0).all()
     turns = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     round_about = [np.array([4 * np.cos(a), 4 * np.sin(a), 1.0]) for a in turns]
-    assert np.ptp(wall_mesh(BACKDROP, round_about, things, 1.0)[0].vertices[:, 1]) > 8
+    assert np.ptp(wall_mesh(BACKDROP, round_about, things, 1.0).mesh.vertices[:, 1]) > 8
 
 
 def looking(azimuth: float, away: float, aside: float = 0.0) -> View:
@@ -105,7 +107,7 @@ def looking(azimuth: float, away: float, aside: float = 0.0) -> View:
 def test_no_camera_sees_where_the_wall_or_the_floor_ends(cameras, straight):
     views = [looking(*camera) for camera in cameras]
     eyes, rays = [view.pos for view in views], [edge_rays(view, 16 / 9) for view in views]
-    wall, _ = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays)
+    wall = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays).mesh
     assert (np.ptp(wall.vertices[wall.vertices[:, 2] > 1][:, :2] @ (0, 1)) < 3) == straight
     reach = float(np.hypot(*wall.vertices[:, :2].T).max())
     floor = backdrop_mesh(BACKDROP, eyes, rays, reach)
@@ -131,7 +133,7 @@ def test_no_wall_comes_before_a_camera_that_follows_something_far_away(turned):
         views += following([0.5], (0.0, -3.0))
     things = np.array([(x, 0.0, 0.2) for x in (0.0, 1.1, 2.2, 3.6, 4.6)])
     small = BACKDROP | {"radius": 3.3}
-    wall, _ = wall_mesh(small, [view.pos for view in views], things, 1.0, [edge_rays(view, 16 / 9) for view in views])
+    wall = wall_mesh(small, [view.pos for view in views], things, 1.0, [edge_rays(view, 16 / 9) for view in views]).mesh
     room = trimesh.Trimesh(wall.vertices, wall.faces, process=False)
     for view, thing in zip(views, things, strict=False):
         hits, _, _ = room.ray.intersects_location([view.pos], [view.look_at - view.pos])
@@ -142,7 +144,7 @@ def test_no_wall_comes_before_a_camera_that_follows_something_far_away(turned):
 def test_the_wall_meets_the_floor_in_a_level_line_for_the_camera_that_films_most():
     views = [looking(-100, 4, 0.4), looking(-100, 4, 0.4), looking(-120, 5)]
     eyes, rays = [view.pos for view in views], [edge_rays(view, 16 / 9) for view in views]
-    wall, _ = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays)
+    wall = wall_mesh(BACKDROP, eyes, np.array([(0.0, 1.0, 0.5)]), 1.0, rays).mesh
     foot = wall.vertices[wall.vertices[:, 2] == wall.vertices[:, 2].min()]
     right = np.cross(views[0].look_at - views[0].pos, (0, 0, 1.0))
     along = foot[-1] - foot[0]

@@ -28,6 +28,8 @@ class Studio(NamedTuple):
     """For the preview, which has no indirect light."""
     stops: float = 0.0
     """How many stops brighter than the exposure that makes a white sheet white."""
+    softbox_side: float = SOFTBOX_SIDE
+    """Side of its softboxes, in units of their distance: the smaller, the crisper are shadows."""
 
 
 def _softbox(direction: Vec, strength: float, color: str) -> Softbox:
@@ -57,21 +59,23 @@ STUDIOS = {
         ambient=0.35,
         stops=0.25,
     ),
-    # For places that have a wall: a large window beside the camera, a bright room, a light edge from behind.
+    # For places that have a wall: a window beside the camera, a light edge from behind, and so little else that
+    # shadows give form.
     "daylight": Studio(
         {
-            "key": _softbox((0.75, 0.5, -1.15), 3.4, "#fff7ee"),
-            "rim": _softbox((-0.7, -0.7, -1.5), 1.0, "#e3ecff"),
-            "front": _sun((-0.25, 1.0, -0.3), 0.6, 35.0),
-            "fill": _fill("#f4f6fa", "#eeeae4", 0.1),
+            "key": _softbox((0.95, 0.2, -0.85), 3.8, "#fff4e6"),
+            "rim": _softbox((-0.7, -0.7, -1.5), 0.9, "#dfe9ff"),
+            "front": _sun((-0.25, 1.0, -0.3), 0.28, 35.0),
+            "fill": _fill("#f0f4fb", "#e6e6e4", 0.06),
         },
         backdrop="wall",
         background="#e8e0d2",
         ambient=0.45,
-        stops=0.1,
+        stops=0.4,
+        softbox_side=0.12,
     ),
     "sunlight": Studio(
-        {"sun": _sun((0.75, 0.5, -1.1), 2.9, 3.0, "#fff1dc"), "sky": _fill("#a9c6e8", "#e6edf2", 0.32)},
+        {"sun": _sun((0.8, 0.4, -0.82), 2.9, 3.0, "#fff1dc"), "sky": _fill("#a9c6e8", "#e6edf2", 0.32)},
         backdrop="horizon",
         background="#dbe4ea",
         ambient=0.45,
@@ -120,7 +124,8 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     elif not any(isinstance(light, Environment | Sky) for light in given.values()):
         strength = render.ambient if render.ambient is not None else 0.16
         given["ambient"] = Environment.model_construct(kind="environment", strength=strength)
-    lights = {name: _light(light, scene, center, radius) for name, light in given.items()}
+    side = SOFTBOX_SIDE if render.lights else studio.softbox_side
+    lights = {name: _light(light, scene, center, radius, side) for name, light in given.items()}
     if render.ambient is not None:
         for light in lights.values():
             if light["kind"] == "environment":
@@ -142,14 +147,23 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
             "center": center,
             "radius": round(CYCLORAMA_RADIUS * radius, 3),
             "planes": [plane.name for plane in ground if plane.model.look.color in (None, STATIC_COLOR)],
-            **({"floor": floor} if floor else {}),
-            **({"sky": rounded_rgb(place.sky)} if place and place.sky and not render.background else {}),
+            **({"floor": floor, "wall": place.wall} if floor and place else {}),
+            **(
+                {"window": True}
+                if place and place.wall != "plain" and not render.lights and studio is STUDIOS["daylight"]
+                else {}
+            ),
+            **(
+                {"sky": rounded_rgb(place.sky), "skyline": place.skyline}
+                if place and place.sky and not render.background
+                else {}
+            ),
             "supports": render.supports == "posts",
         },
     }
 
 
-def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict[str, Any]:
+def _light(light: Light, scene: FilmedScene, center: Vec, radius: float, side: float) -> dict[str, Any]:
     plain: dict[str, Any] = {"kind": light.kind, "strength": light.strength}
     if isinstance(light, Sky):
         return plain | {"direction": light.direction, "turbidity": light.turbidity}
@@ -164,7 +178,7 @@ def _light(light: Light, scene: FilmedScene, center: Vec, radius: float) -> dict
             "direction": light.direction,
             "at": center if light.at is None else resolve_target(light.at, scene),
             "distance": distance,
-            "size": light.size or round(SOFTBOX_SIDE * distance, 3),
+            "size": light.size or round(side * distance, 3),
         }
     if isinstance(light, Lamp):
         return plain | {"pos": light.pos, "radius": light.radius or round(0.05 * radius, 4)}

@@ -25,19 +25,23 @@ class FilmPlace(NamedTuple):
     floor: str
     behind: str
     """Colour of its wall, or of the sky at the horizon."""
+    wall: str = "plain"
+    """What its wall is made of, one of `rendering/walls.py`."""
     sky: str = ""
     """Colour of the sky overhead."""
+    skyline: str = ""
+    """What stands at the horizon, one of `rendering/skyline.py`."""
 
 
 PLACES = {
     "studio": FilmPlace("daylight", "wall", "polished", "#b4b7ba", "#e3e6e8"),
-    "workshop": FilmPlace("daylight", "wall", "slabs", "#9c9a96", "#e8e0d2"),
-    "warehouse": FilmPlace("daylight", "wall", "slabs", "#858a8e", "#c3ccd3"),
-    "room": FilmPlace("daylight", "wall", "boards", "#a98762", "#ece6da"),
-    "kitchen": FilmPlace("daylight", "wall", "tiles", "#b9b4ac", "#d6e2df"),
-    "tabletop": FilmPlace("daylight", "wall", "boards", "#b98f62", "#e2e6e8"),
-    "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", "#8fb4d9"),
-    "meadow": FilmPlace("sunlight", "horizon", "grass", "#74804f", "#dde8ec", "#86b1de"),
+    "workshop": FilmPlace("daylight", "wall", "slabs", "#8a857f", "#a87f6b", "bricks"),
+    "warehouse": FilmPlace("daylight", "wall", "slabs", "#767d83", "#b4bfc7", "concrete"),
+    "room": FilmPlace("daylight", "wall", "boards", "#a07a54", "#b3c3c6", "plaster"),
+    "kitchen": FilmPlace("daylight", "wall", "tiles", "#a89f93", "#c4d6d2", "tiles"),
+    "tabletop": FilmPlace("daylight", "wall", "boards", "#a97c50", "#c9d2d6"),
+    "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", sky="#8fb4d9", skyline="town"),
+    "meadow": FilmPlace("sunlight", "horizon", "grass", "#5f6d3d", "#dde8ec", sky="#86b1de", skyline="wood"),
 }
 PLACE_AND_LIGHT_FIELDS = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
 """Fields of `render` that decide about light or background."""
@@ -95,7 +99,7 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
     pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _contrast(k, colors))]
     if extent(scene)[1] < MAX_TABLE_RADIUS:
         pattern = "polished"
-    return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind)
+    return PLACES["workshop"]._replace(pattern=pattern, floor=color, behind=behind, wall="plaster")
 
 
 def adapted(floor: dict[str, Any]) -> float:

@@ -6,13 +6,14 @@ cheaper: in a closed room every light path reaches its maximum length.
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from text2sim.rendering.meshes import RenderMesh, joined, revolved
+from text2sim.rendering.skyline import blurred, skyline
 from text2sim.templates.cameras import basis
 
 Array = NDArray[np.floating]
@@ -34,6 +35,8 @@ BEYOND_EDGE = np.radians(6.0)
 """Angle [rad] that the wall extends beyond the field of view of cameras."""
 HAZY = {"ground": 0.8, "horizon": 1.2}
 """Distance from the camera at which endless ground fades into haze, in radii of the stage."""
+OPEN, NEAREST_WOOD = 4.0, 30.0
+"""That distance before a skyline, in radii of the stage, and its least [m]: it meets the ground at a thin line."""
 CLEAR, MAX_CLEARING = 2.5, 6.0
 """That distance is at least this many distances of the farthest body, and grows by this factor at most."""
 LOST = 1.5
@@ -58,8 +61,18 @@ the light as a pale band."""
 WIDEST, TALLEST, MARGIN = 30.0, 12.0, 1.05
 """Largest width and height of a straight wall, in its distances; beyond them the wall is round. Its extent relative to
 the visible part."""
-FALLOFF = 0.3
-"""Relative drop in brightness of a wall from its middle, behind the subject, to its far ends."""
+
+
+class Wall(NamedTuple):
+    """A wall behind the scene."""
+
+    mesh: RenderMesh
+    uvs: Array | None = None
+    """Texture coordinates from 0 to 1 along and up, shape (n, 2); None for a round wall."""
+    size: tuple[float, float] = (0.0, 0.0)
+    """Width and height of a straight wall [m]."""
+    away: float = 0.0
+    """Distance of a straight wall behind the middle of the scene [m]."""
 
 
 def edge_rays(view: Any, aspect: float) -> Array:
@@ -77,8 +90,8 @@ def edge_rays(view: Any, aspect: float) -> Array:
 
 def wall_mesh(
     backdrop: dict[str, Any], eyes: Iterable[Array], things: Array, stage: float, rays: Sequence[Array] = ()
-) -> tuple[RenderMesh, Array]:
-    """Return a wall behind the scene and its brightness at each vertex, 0 to 1.
+) -> Wall:
+    """Return a wall behind the scene.
 
     The wall is straight, or round if cameras look along it or in too many directions for a straight one. No camera sees
     its ends.
@@ -109,7 +122,7 @@ def wall_mesh(
         made = _round_wall(backdrop, eyes, radius, rays)
         x, y = backdrop["center"][:2]
         placed = made.vertices + (x, y, backdrop["level"] - SUNK)
-        return RenderMesh(placed, made.faces, made.normals), np.ones(len(placed))
+        return Wall(RenderMesh(placed, made.faces, made.normals))
     width, height = extent
     side, rise = np.linspace(-width / 2, width / 2, 49), np.linspace(0, height, 25)
     foot = away * ahead + side[:, None] * np.array([ahead[1], -ahead[0]])
@@ -120,11 +133,10 @@ def wall_mesh(
     k = np.arange(len(side) * len(rise)).reshape(len(side), len(rise))
     corners = [k[:-1, :-1].ravel(), k[1:, :-1].ravel(), k[1:, 1:].ravel(), k[:-1, 1:].ravel()]
     faces = np.concatenate([np.stack([corners[i] for i in row], axis=1) for row in ((0, 2, 1), (0, 3, 2))])
-    far = (side[:, None] / (2.2 * away)) ** 2 + (rise[None] / (1.6 * away)) ** 2
-    bright = 1 - FALLOFF * (1 - np.exp(-far))
+    uvs = np.stack(np.meshgrid(side / width + 0.5, rise / height, indexing="ij"), axis=-1).reshape(-1, 2)
     x, y = backdrop["center"][:2]
     placed = vertices.reshape(-1, 3) + (x, y, backdrop["level"] - SUNK)
-    return RenderMesh(placed, faces, normals.reshape(-1, 3)), bright.ravel()
+    return Wall(RenderMesh(placed, faces, normals.reshape(-1, 3)), uvs, (width, height), away)
 
 
 def blocks_light(wall: RenderMesh, center: Array, stage: float, lights: Iterable[Mapping[str, Any]]) -> bool:
@@ -224,6 +236,8 @@ def haze_distance(backdrop: dict[str, Any], eye: Array, places: Array) -> float:
         places: Extreme points of everything visible [m], shape (n, 3).
     """
     usual = HAZY.get(backdrop["kind"], 0.0) * float(backdrop["radius"])
+    if usual and "skyline" in backdrop:
+        usual = max(OPEN * float(backdrop["radius"]), NEAREST_WOOD)
     away = np.percentile(np.linalg.norm(places - eye, axis=1), PERCENTILE) if usual and len(places) else 0.0
     return min(max(usual, CLEAR * float(away)), MAX_CLEARING * usual)
 
@@ -260,8 +274,14 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     y = tall * (1 - 2 * (np.arange(height) + 0.5) / height)[:, None, None]
     x = tall * width / height * (2 * (np.arange(width) + 0.5) / width - 1)[None, :, None]
     rays = ahead + x * right + y * up
-    rise = np.clip(rays[..., 2:] / np.linalg.norm(rays, axis=-1, keepdims=True), 0.0, 1.0)
-    return background + (np.asarray(backdrop["sky"]) - background) * np.clip(rise / OVERHEAD, 0.0, 1.0) ** 0.7
+    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    overhead = np.clip(rays[..., 2:] / OVERHEAD, 0.0, 1.0) ** 0.7
+    made = background + (np.asarray(backdrop["sky"]) - background) * overhead
+    if "skyline" not in backdrop:
+        return made
+    pixel = 2 * tall / height
+    made = skyline(backdrop["skyline"], rays, np.asarray(background, float), pixel, made)
+    return blurred(made, view.aperture / max(view.focus, 1e-6) / pixel)
 
 
 def _round_wall(backdrop: dict[str, Any], eyes: Sequence[Array], radius: float, rays: Sequence[Array]) -> RenderMesh:

@@ -10,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from text2sim.rendering.noise import fractal_noise
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.tone import linear
 
 Array = NDArray[np.floating]
 
 TEXELS = 1024
+PATCH_TEXELS, PATCH_LENGTH, PATCH_TINT = 256, 7.3, (1.15, 1.0, 0.9)
+"""Texels of the map of patches, the length after which it repeats in lengths of the texture, and how much the patches
+vary in red, green and blue."""
 
 
 class FloorPattern(NamedTuple):
@@ -27,6 +31,8 @@ class FloorPattern(NamedTuple):
     specular: float
     contrast: float
     """Standard deviation of its brightness, relative to the mean."""
+    patches: float = 0.0
+    """Range of its brightness from patch to patch, relative to the mean; a patch is larger than the texture."""
 
 
 SURFACES = {
@@ -34,9 +40,9 @@ SURFACES = {
     "slabs": FloorPattern(4, 0.5, 0.3, 0.045),
     "boards": FloorPattern(8, 0.42, 0.35, 0.06),
     "tiles": FloorPattern(8, 0.3, 0.4, 0.02),
-    "asphalt": FloorPattern(2, 0.85, 0.2, 0.10),
-    "grass": FloorPattern(2, 0.95, 0.1, 0.22),
-    "sand": FloorPattern(4, 0.95, 0.1, 0.07),
+    "asphalt": FloorPattern(2, 0.85, 0.2, 0.10, 0.22),
+    "grass": FloorPattern(2, 0.95, 0.1, 0.22, 0.55),
+    "sand": FloorPattern(4, 0.95, 0.1, 0.07, 0.12),
 }
 PLAIN = "polished"
 
@@ -49,21 +55,41 @@ def floor_material(pattern: str, color: tuple[float, float, float], tile: float)
         color: Colour, sRGB from 0 to 1.
         tile: Spacing of joints [m].
     """
-    mi, surface = mitsuba(), SURFACES.get(pattern, SURFACES[PLAIN])
-    values = np.clip(texture(pattern) * linear(np.asarray(color, float)), 0.0, 0.95)
+    surface = SURFACES.get(pattern, SURFACES[PLAIN])
     length = surface.tiles * tile
-    return mi.load_dict({
+    values = texture(pattern) * linear(np.asarray(color, float))
+    if not surface.patches:
+        return mitsuba().load_dict({"type": "twosided", "bsdf": _coat(surface, values, length)})
+    # Light patches are drier: a little redder.
+    light, dark = (1 + sign * surface.patches / 2 * np.array(PATCH_TINT) for sign in (1, -1))
+    where = 0.5 + 0.22 * fractal_noise(np.random.default_rng(5), 1.5, PATCH_TEXELS)[..., None]
+    return mitsuba().load_dict({
         "type": "twosided",
         "bsdf": {
-            "type": "principled",
-            "base_color": {
-                "type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(values, np.float32)), "raw": True,
-                "to_uv": mi.ScalarTransform3f().scale([1 / length, 1 / length]),
-            },
-            "roughness": surface.roughness,
-            "specular": surface.specular,
+            "type": "blendbsdf",
+            "weight": _bitmap(np.clip(where, 0.0, 1.0), PATCH_LENGTH * length),
+            "light": _coat(surface, values * light, length),
+            "dark": _coat(surface, values * dark, length),
         },
     })  # fmt: skip
+
+
+def _coat(surface: FloorPattern, values: Array, length: float) -> dict[str, Any]:
+    return {
+        "type": "principled",
+        "base_color": _bitmap(np.clip(values, 0.0, 0.95), length),
+        "roughness": surface.roughness,
+        "specular": surface.specular,
+    }
+
+
+def _bitmap(values: Array, length: float) -> dict[str, Any]:
+    """Return a texture that repeats after a length [m]."""
+    mi = mitsuba()
+    return {
+        "type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(values, np.float32)), "raw": True,
+        "to_uv": mi.ScalarTransform3f().scale([1 / length, 1 / length]),
+    }  # fmt: skip
 
 
 @cache
@@ -76,7 +102,7 @@ def texture(pattern: str) -> Array:
     tint = np.ones(3)
     if pattern in ("slabs", "tiles"):
         each = chance.normal(0, 0.035 if pattern == "slabs" else 0.012, (surface.tiles, surface.tiles))
-        made = 1 + surface.contrast * _clouds(chance, 1.6) + each[along // size, across // size]
+        made = 1 + surface.contrast * fractal_noise(chance, 1.6, TEXELS) + each[along // size, across // size]
         edge = np.minimum(*(np.minimum(c % size, size - 1 - c % size) for c in (across, along)))
         wide = 1.0 if pattern == "slabs" else 1.6
         made *= 1 - (0.5 if pattern == "slabs" else 0.3) * np.exp(-((edge / wide) ** 2))
@@ -93,21 +119,12 @@ def texture(pattern: str) -> Array:
         tint = np.array([0.92, 1.0, 1.12])  # darker areas are warmer
     elif pattern == "grass":
         blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
-        made = 1 + surface.contrast * (0.2 * _clouds(chance, 1.5) + 0.95 * blades / blades.std())
+        made = 1 + surface.contrast * (0.2 * fractal_noise(chance, 1.5, TEXELS) + 0.95 * blades / blades.std())
         tint = np.array([1.1, 1.0, 1.2])
     elif pattern in ("asphalt", "sand"):
         grit = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.0, mode="wrap")
-        made = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * _clouds(chance, 1.6))
+        made = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * fractal_noise(chance, 1.6, TEXELS))
     else:
-        made = 1 + surface.contrast * _clouds(chance, 1.8)
+        made = 1 + surface.contrast * fractal_noise(chance, 1.8, TEXELS)
     made = np.clip(made, 0.15, 2.0)[..., None] ** tint
     return made / made.mean(axis=(0, 1))
-
-
-def _clouds(chance: np.random.Generator, slope: float) -> Array:
-    """Return noise with a spectrum of 1 / f^slope, standard deviation 1."""
-    f = np.fft.fftfreq(TEXELS) * TEXELS
-    size = np.maximum(np.hypot(f[None], f[:, None]), 2.0)
-    made = np.fft.ifft2(np.fft.fft2(chance.standard_normal((TEXELS, TEXELS))) / size**slope).real
-    made -= made.mean()
-    return made / made.std()

@@ -26,6 +26,7 @@ from text2sim.rendering.soft import SoftBodies
 from text2sim.rendering.supports import COLOR as POSTS
 from text2sim.rendering.supports import supports
 from text2sim.rendering.tone import linear
+from text2sim.rendering.walls import wall_material
 from text2sim.templates.cadence import frames, reels
 from text2sim.templates.cameras import Cameras, View, basis
 
@@ -169,8 +170,10 @@ class FilmStage:
         wall = None
         if backdrop["kind"] == "wall" and backdrop["level"] is not None:
             wall = wall_mesh(backdrop, eyes, self._places, self._stage, rays)
-            reach = float(np.hypot(*(wall[0].vertices[:, :2] - backdrop["center"][:2]).T).max())
-            if blocks_light(wall[0], np.array(backdrop["center"]), self._stage, self.recording.film["lights"].values()):
+            reach = float(np.hypot(*(wall.mesh.vertices[:, :2] - backdrop["center"][:2]).T).max())
+            if blocks_light(
+                wall.mesh, np.array(backdrop["center"]), self._stage, self.recording.film["lights"].values()
+            ):
                 wall, reach = None, 0.0  # it would shade the scene; the background has its colour
         mesh = backdrop_mesh(backdrop, eyes, rays, reach, max(map(self.haze, eyes), default=0.0))
         if mesh is None:
@@ -181,8 +184,16 @@ class FilmStage:
         color, _ = shaded(self._floor.color, self._floor.finish)
         made = {"backdrop": (_painted("backdrop", mesh, np.broadcast_to(color, mesh.vertices.shape)), laid)}
         if wall is not None:
-            color = linear(np.asarray(self.recording.film["background"])) * wall[1][:, None]
-            made["wall"] = (_painted("wall", wall[0], color), material(BACKDROP_FINISH, two_sided=True))
+            painted = self.recording.film["background"]
+            color = np.broadcast_to(linear(np.asarray(painted)), wall.mesh.vertices.shape)
+            bsdf = (
+                material(BACKDROP_FINISH, two_sided=True)
+                if wall.uvs is None
+                else wall_material(
+                    backdrop.get("wall", "plain"), painted, wall, self._stage, window=backdrop.get("window", False)
+                )
+            )
+            made["wall"] = _painted("wall", wall.mesh, color, wall.uvs), bsdf
         return made
 
     def haze(self, eye: Any) -> float:
@@ -201,8 +212,8 @@ class FilmStage:
         return points[np.isfinite(points).all(axis=1)]
 
 
-def _painted(name: str, mesh: RenderMesh, colors: Any) -> Callable[[Any], Any]:
-    uvs = mesh.vertices[:, :2]
+def _painted(name: str, mesh: RenderMesh, colors: Any, uvs: Any = None) -> Callable[[Any], Any]:
+    uvs = mesh.vertices[:, :2] if uvs is None else uvs
     return lambda bsdf: mesh_shape(name, bsdf, mesh.vertices, mesh.faces, mesh.normals, colors=colors, uvs=uvs)
 
 

@@ -36,34 +36,34 @@ AMBIENT = 0.45  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.4,
-        "color": (1.0, 0.9686, 0.9333),
-        "direction": (0.4406, 0.7864, -1.15),
+        "strength": 3.8,
+        "color": (1.0, 0.9569, 0.902),
+        "direction": (0.7551, 0.6102, -0.85),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
-        "size": 2.729,
+        "size": 1.364,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.0,
-        "color": (0.8902, 0.9255, 1.0),
+        "strength": 0.9,
+        "color": (0.8745, 0.9137, 1.0),
         "direction": (-0.3051, -0.9418, -1.5),
         "at": (0.0, 0.0, 1.6884),
         "distance": 11.37,
-        "size": 2.729,
+        "size": 1.364,
     },
     "front": {
         "kind": "sun",
-        "strength": 0.6,
+        "strength": 0.28,
         "color": (1.0, 1.0, 1.0),
         "direction": (-0.6774, 0.7769, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.1,
-        "color": (0.9569, 0.9647, 0.9804),
-        "horizon": (0.9333, 0.9176, 0.8941),
+        "strength": 0.06,
+        "color": (0.9412, 0.9569, 0.9843),
+        "horizon": (0.902, 0.902, 0.8941),
     },
 }
 BACKDROP = {
@@ -73,8 +73,10 @@ BACKDROP = {
     "radius": 22.739,
     "planes": [],
     "floor": {"pattern": "slabs", "color": (0.7255, 0.749, 0.7686), "tile": 1.0},
+    "wall": "plaster",
+    "window": True,
     "supports": True,
 }
-GAIN = 0.7265  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 0.8321  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}

@@ -46,34 +46,34 @@ AMBIENT = 0.45  # ambient light of the preview, which has no indirect light
 LIGHTS = {
     "key": {
         "kind": "softbox",
-        "strength": 3.4,
-        "color": (1.0, 0.9686, 0.9333),
-        "direction": (-0.4162, -0.7995, -1.15),
+        "strength": 3.8,
+        "color": (1.0, 0.9569, 0.902),
+        "direction": (-0.736, -0.6331, -0.85),
         "at": (0.0206, 0.0, 0.3106),
         "distance": 2.382,
-        "size": 0.572,
+        "size": 0.286,
     },
     "rim": {
         "kind": "softbox",
-        "strength": 1.0,
-        "color": (0.8902, 0.9255, 1.0),
+        "strength": 0.9,
+        "color": (0.8745, 0.9137, 1.0),
         "direction": (0.276, 0.9507, -1.5),
         "at": (0.0206, 0.0, 0.3106),
         "distance": 2.382,
-        "size": 0.572,
+        "size": 0.286,
     },
     "front": {
         "kind": "sun",
-        "strength": 0.6,
+        "strength": 0.28,
         "color": (1.0, 1.0, 1.0),
         "direction": (0.701, -0.7557, -0.3),
         "angle": 0.61087,
     },
     "fill": {
         "kind": "environment",
-        "strength": 0.1,
-        "color": (0.9569, 0.9647, 0.9804),
-        "horizon": (0.9333, 0.9176, 0.8941),
+        "strength": 0.06,
+        "color": (0.9412, 0.9569, 0.9843),
+        "horizon": (0.902, 0.902, 0.8941),
     },
 }
 BACKDROP = {
@@ -83,8 +83,10 @@ BACKDROP = {
     "radius": 4.764,
     "planes": ["floor"],
     "floor": {"pattern": "slabs", "color": (0.5529, 0.5137, 0.4745), "tile": 0.5},
+    "wall": "plaster",
+    "window": True,
     "supports": True,
 }
-GAIN = 1.0813  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 1.2385  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
