@@ -96,7 +96,7 @@ class Studio:
 
 @pytest.mark.usefixtures("tracer")
 def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run: MakeRun, tmp_path: Path) -> None:
-    low, better = marks(70, 40, 60, 50), marks(85, 84, 80, 80)
+    low, better = marks(70, 40, 60, 50), marks(88, 87, 85, 85)
     studio = Studio(make_run, tmp_path, {"viewer": [low, low, better], "render": [HEAVY, GOLDEN]})
     before = studio.states()
     text = studio.shoot()
@@ -108,7 +108,7 @@ def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run:
     refused = studio.model.questions("render")[1]
     assert "`/bodies/box/material` is neither below /render nor a look" in refused
     viewed = [what["total"] for event, what in studio.events if event == "viewed"]
-    assert viewed == [pytest.approx(55.5), pytest.approx(55.5), pytest.approx(82.7)]
+    assert viewed == [pytest.approx(55.5), pytest.approx(55.5), pytest.approx(86.5)]
     (shown,) = studio.model.asked[0].messages[-1].images
     with Image.open(BytesIO(shown.data)) as sheet:
         assert sheet.width > 2 * 64
@@ -120,7 +120,7 @@ def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run:
 
 @pytest.mark.usefixtures("tracer")
 def test_a_film_that_is_excellent_costs_one_question(make_run: MakeRun, tmp_path: Path) -> None:
-    studio = Studio(make_run, tmp_path, {"viewer": [marks(92, 90, 86, 86)]})
+    studio = Studio(make_run, tmp_path, {"viewer": [marks(94, 92, 90, 88)]})
     assert studio.shoot() == CASE
     assert studio.asked == ["viewer"]
     assert not studio.refilmed
@@ -128,7 +128,7 @@ def test_a_film_that_is_excellent_costs_one_question(make_run: MakeRun, tmp_path
 
 @pytest.mark.usefixtures("untraced")
 def test_a_film_that_is_good_gets_one_more_treatment(make_run: MakeRun, tmp_path: Path) -> None:
-    good, less = marks(84, 82, 80, 80), marks(80, 80, 80, 80)
+    good, less = marks(88, 86, 85, 86), marks(80, 80, 80, 80)
     studio = Studio(make_run, tmp_path, {"viewer": [good, less], "render": [light("golden_hour")]})
     assert studio.shoot() == CASE
     assert studio.asked == ["viewer", "render", "viewer"]
@@ -225,7 +225,7 @@ def test_who_films_it_knows_where_and_when_and_what_was_tried(make_run: MakeRun,
     assert "- event `slid`: first at 0.21 s" in first
     assert "- `box`: [-0.3, -0.3, 0] to [0.3, 0.3, 0.6]; at the end [0.5, -0.3, 0] to [1.1, 0.3, 0.6]" in first
     assert re.search(r"- light `\w+`: softbox, strength 3.8, direction \[.*\]: it stands \d\d deg high", first)
-    assert "4 spread over the film" in first
+    assert "6 spread over the film" in first
     assert "A wider lens." in second
     assert "Not so dark." in second, "what did not raise the marks is not tried again"
     asked = [request for request in studio.model.asked if request.role == "render"]

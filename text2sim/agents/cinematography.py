@@ -32,7 +32,7 @@ from text2sim.spec_schema.errors import SpecError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
 
-GOOD_ENOUGH_MARK, EXCELLENT_MARK = 80.0, 88.0
+GOOD_ENOUGH_MARK, EXCELLENT_MARK = 85.0, 90.0
 """Total marks (0 to 100): from the first, only one more treatment is tried; from the second, none."""
 MAX_ROUNDS = 3
 """Number of rounds of proposals and judgements."""
@@ -44,7 +44,7 @@ STILL_WIDTH = 480
 """Width of a still [pixels]."""
 MAX_LISTED = 30
 """Largest number of events, and of bodies, in the Render Writer's prompt."""
-MAX_EVENT_STILLS, EVEN_STILLS = 4, 4
+MAX_EVENT_STILLS, EVEN_STILLS = 3, 6
 """Largest number of stills of events, and number of evenly spaced stills."""
 MARK_WEIGHTS = {"content": 0.30, "clarity": 0.30, "polish": 0.25, "appeal": 0.15}
 """Weights of the marks."""

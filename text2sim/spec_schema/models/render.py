@@ -91,19 +91,19 @@ class Render(Model):
     `text2sim render` makes of a run (`final`)."""
     setting: Literal["studio", "workshop", "warehouse", "room", "kitchen", "tabletop", "street", "meadow"] | None = None
     """Location: floor, background and matching light, each of which can be overridden below. `studio`: a pale polished
-    floor and wall. `workshop`: concrete slabs, a warm wall. `warehouse`: the same, cooler and darker. `room`: floor
-    boards. `kitchen`: tiles. `tabletop`: fine boards, for scenes that fit on a table. `street`: asphalt, sun and sky.
-    `meadow`: grass, sun and sky. If neither light nor backdrop is given, it is by default derived from the case; then a
-    ground with a given colour or finish keeps it."""
+    floor and wall. `workshop`: slabs, bricks. `warehouse`: slabs and concrete, cooler. `room`: boards, plaster.
+    `kitchen`: tiles. `tabletop`: fine boards, for scenes that fit on a table. `street`: asphalt, a town far off, sun.
+    `meadow`: grass, a wood far off, sun. If neither light nor backdrop is given, it is by default derived from the
+    case; then a ground with a given colour or finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
     """`posts`: bodies and statics that float and never move get thin posts down to the floor, where nothing moves past.
     Path traced only."""
     lighting: Literal["studio", "daylight", "sunlight", "overcast", "golden_hour", "dark_stage"] = "studio"
     """Preset of lights, backdrop and background, each of which can be overridden below. `studio`: a large soft lamp
-    beside the camera, a cool rim light and little else, on a seamless grey cyclorama. `daylight`: a large window beside
-    the camera, a bright room, a wall. `sunlight`: sky, and a sun of 2.9, 51 deg high, behind the camera on the left.
-    `overcast`: shadowless, under a bright cloud. `golden_hour`: a warm sun of 3.4, 19 deg high, at the same place.
-    `dark_stage`: a spot from above, on black."""
+    beside the camera, a cool rim light and little else, on a seamless grey cyclorama. `daylight`: a window beside the
+    camera, a room, a wall. `sunlight`: sky, and a sun of 2.9, 43 deg high, behind the camera on the left. `overcast`:
+    shadowless, under a bright cloud. `golden_hour`: a warm sun of 3.4, 19 deg high, at the same place. `dark_stage`: a
+    spot from above, on black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """Lights by name, instead of those of `lighting`."""
     backdrop: Literal["wall", "cyclorama", "ground", "horizon", "none"] | None = None
