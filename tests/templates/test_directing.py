@@ -198,3 +198,27 @@ def test_a_camera_that_goes_along_leaves_out_what_is_lost():
     assert made["kind"] == "keyframed"
     assert np.isfinite(made["positions"]).all()
     assert np.isfinite(made["look_at"]).all()
+
+
+def test_the_camera_goes_along_with_what_moves_and_not_with_what_waits_for_it():
+    def rolls(t):
+        return np.array([-3.0 + 6.0 * min(t / 4, 1.0), 0, 0.15])
+
+    def is_hit(t):
+        return np.array([3.4 + 0.3 * max(min(t, 4.6) - 4, 0.0), 0, 0.1])
+
+    def drops(t):
+        return np.array([-3.5, 0, 0.4 - 0.3 * min(t / 0.3, 1.0)])
+
+    ways = Ways({"cart": ((0.3, 0.2, 0.15), rolls), "cone": ((0.1, 0.1, 0.2), is_hit), "peg": ((0.05,) * 3, drops)})
+    made = directed(film(["cart", "cone", "peg"], overlay={}), ways)
+    camera = made["cameras"]["main"]
+    assert camera["kind"] == "keyframed"
+    away = np.linalg.norm(np.subtract(camera["positions"], camera["look_at"]), axis=1)
+    whole = away[0]
+    assert away.min() < 0.6 * whole, "it comes nearer than all three together allow"
+    view = Cameras(made, None).view("main", float(camera["times"][-1]))
+    last = camera["times"][-1]
+    for way, half, seen in ((rolls, 0.3, True), (is_hit, 0.1, True), (drops, 0.05, False)):
+        places = project(view, way(last) + CORNERS * half, 16 / 9)[:, :2]
+        assert (np.abs(places) < 1).all() == seen, "the peg has lain there long since"

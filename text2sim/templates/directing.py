@@ -26,13 +26,21 @@ else:  # in a program, where it lies beside this module
 
 MOMENTS = 160
 """Number of moments of the recording at which motion is sampled."""
-SMALL = 0.4
-"""Share of the picture's width or height below which subjects are so small that the camera tracks them."""
+SMALL, SMALL_ACTIVE = 0.4, 0.22
+"""Share of the picture's width or height below which subjects are so small that the camera tracks them: all of them,
+and those that move at the time."""
+ACTIVE = 0.03
+"""Distance [picture heights] that a body moves within `WINDOW` to count as moving at the time."""
 WINDOW, CALM = 0.7, 0.9
 """Time [s of film]: how far before and after a moment its motion has to be in the picture, and over which the path of a
 tracking camera is smoothed."""
 STEP = 0.2
 """Time between two keyframes of a tracking camera [s of film]."""
+WHOLE, PAST = 0.5, 0.33
+"""Time at both ends for which a tracking camera shows all that moves [s of film]; in the end without what came to rest
+in this first part of the film."""
+CONTEXT = 0.25
+"""How much of statics beside it a tracking camera shows on each side, in sizes of what moves."""
 NEAREST = 0.3
 """Smallest distance of a tracking camera, as a fraction of the distance at which everything is in the picture."""
 
@@ -83,14 +91,18 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     aspect, view = film["resolution"][0] / film["resolution"][1], view_of(camera)
     shots = film["shots"] or [{"from": film["start"], "to": film["end"], "speed": film["speed"]}]
     shown, times = _film_times(shots)
-    clouds = [states.bounds(film["auto"]["moving"], float(t)) for t in times]
-    clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
-    if not all(map(len, clouds)):  # there is nothing to track
-        return still
-    spans = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
-    if np.median(spans) >= SMALL:
-        return still
     full = float(np.linalg.norm(view.pos - view.look_at))
+    height = 2 * full * math.tan(math.radians(view.fov) / 2)
+    moving, spans = film["auto"]["moving"], []
+    for subjects in ([moving] * len(times), _active(moving, states, shown, times, ACTIVE * height)):
+        clouds = [states.bounds(names, float(t)) for names, t in zip(subjects, times, strict=True)]
+        clouds = [within(cloud[np.isfinite(cloud).all(axis=1)], frame["within"]) for cloud in clouds]
+        if not all(map(len, clouds)):  # there is nothing to track
+            return still
+        wide = [np.ptp(np.clip(project(view, cloud, aspect)[:, :2], -1, 1), axis=0).max() / 2 for cloud in clouds]
+        spans.append(float(np.median(wide)))
+    if spans[0] >= SMALL and spans[1] >= SMALL_ACTIVE:
+        return still
     standing = [states.bounds([name], float(times[0])) for name in film["auto"]["statics"]]
     way, kept = (view.pos - view.look_at) / full, []
     for t in shown:
@@ -114,6 +126,32 @@ def _along(camera: dict, film: dict, states: Any) -> dict:
     }
 
 
+def _active(names: list[str], states: Any, shown: np.ndarray, times: np.ndarray, far: float) -> list[list[str]]:
+    """Return the bodies to show at each time: those that move or moved last; first all, and in the end nearly all.
+
+    Args:
+        names: Bodies that ever move.
+        states: Recorded states.
+        shown: Times of the film [s], shape (n,).
+        times: Simulated times shown then [s], shape (n,).
+        far: Distance [m] that a body moves within `WINDOW` to count.
+    """
+    found: list[list[str]] = [[] for _ in times]
+    for name in names:
+        track = np.nan_to_num(np.array([states.tracks([name], float(t)) for t in times]))
+        for k, t in enumerate(shown):
+            near = track[np.abs(shown - t) <= WINDOW]
+            if track.shape[1] and np.linalg.norm(np.ptp(near, axis=0), axis=1).max() > far:
+                found[k].append(name)
+    late = {name for row, t in zip(found, shown, strict=True) if t > PAST * shown[-1] for name in row}
+    early = {name for row in found for name in row} - late
+    ending, last = [name for name in names if name not in early], names
+    for k, t in enumerate(shown):
+        last = found[k] or last
+        found[k] = names if t < WHOLE else ending if t > shown[-1] - WHOLE else last
+    return found
+
+
 def _film_times(shots: list[dict]) -> tuple[np.ndarray, np.ndarray]:
     """Times of the film [s], at most STEP apart, and the simulated times [s] shown then, shape (n,) each."""
     shown, times, begin = [0.0], [shots[0]["from"]], 0.0
@@ -131,7 +169,7 @@ def _beside(cloud: np.ndarray, static: np.ndarray) -> np.ndarray:
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     room = float((high - low).max())
     apart = np.maximum(static.min(axis=0) - high, low - static.max(axis=0)).max() if len(static) else np.inf
-    return np.clip(static, low - room, high + room) if apart < room / 2 else np.zeros((0, 3))
+    return np.clip(static, low - CONTEXT * room, high + CONTEXT * room) if apart < room / 2 else np.zeros((0, 3))
 
 
 def _turned_lights(lights: dict, before: dict, after: dict) -> dict:
