@@ -1,10 +1,19 @@
-"""A model that answers from a script: role by role, in order."""
+"""A model that answers from a script, role by role, in order; and a loop of which nothing is heard."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from threading import Lock
+from typing import Any
 
+from text2sim.agents.conversation import Conversation
+from text2sim.agents.dealt_cards import DealtCards
+from text2sim.agents.journal import Journal
+from text2sim.agents.loop import AgentLoop
+from text2sim.agents.loop_result import LoopLimits
+from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import ModelError, ModelRequest, Reply
+from text2sim.agents.planning import Request
 
 
 class Scripted:
@@ -33,3 +42,18 @@ class Scripted:
 
 def fenced(text: str) -> str:
     return f"```yaml\n{text.strip()}\n```\n"
+
+
+def chat(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
+    journal = Journal(tmp_path / "journal.jsonl")
+    return Conversation({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
+
+
+def quiet(event: str, /, *, live: bool = False, **what: Any) -> None:
+    """A callback for journal events that tells nobody."""
+
+
+def quiet_loop(folder: Path, **limits: Any) -> AgentLoop:
+    """A loop whose models have no answers; `limits` are those of `LoopLimits`."""
+    model, dealt = chat(folder, Scripted({})), DealtCards(None, quiet)
+    return AgentLoop(folder, Request("A ball falls."), model, dealt, quiet, LoopLimits(**limits))

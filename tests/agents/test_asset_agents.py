@@ -11,7 +11,7 @@ import trimesh
 from PIL import Image as Picture
 from PIL import ImageDraw
 
-from tests.agents.scripted import Scripted, fenced
+from tests.agents.scripted import Scripted, fenced, quiet
 from text2sim.agents import session as sessions
 from text2sim.agents.asset_agents import Supplies, make_asset
 from text2sim.agents.conversation import Conversation, RoleFailed
@@ -127,9 +127,7 @@ def supplied(tmp_path: Path, kind: str, body: str, *replies: str) -> tuple[Suppl
     case = tmp_path / "case"
     case.mkdir(exist_ok=True)
     endpoints: Any = {"": model}
-    chat = Conversation(
-        endpoints, CallLog(case / "calls"), Account(), Budget(), lambda event, /, *, live=False, **what: None
-    )
+    chat = Conversation(endpoints, CallLog(case / "calls"), Account(), Budget(), quiet)
     asset = Asset.model_validate({"kind": kind, "body": body, "what": "something"})
     return make_asset(chat, asset, PLAN, Request("Make it."), case), model
 

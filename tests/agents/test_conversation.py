@@ -7,20 +7,15 @@ from typing import Any
 
 import pytest
 
-from tests.agents.scripted import Scripted, fenced
+from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import language
-from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
-from text2sim.agents.models.calls import Account, Budget, CallLog
+from text2sim.agents.models.calls import Account, Budget
 from text2sim.agents.models.exchange import Message, ModelRequest, Reply
 from text2sim.agents.models.tokens import Beginnings, common_prefix_length
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.replies import CasePlan, Critique
-
-
-def chat(tmp_path: Path, model: Scripted, budget: Budget | None = None) -> Conversation:
-    journal = Journal(tmp_path / "journal.jsonl")
-    return Conversation({"": model}, CallLog(tmp_path / "calls"), Account(), budget or Budget(), journal)
 
 
 def number(data: Any) -> int:

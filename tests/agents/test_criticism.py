@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_conversation import chat
+from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import typed_parser
 from text2sim.agents.criticism import Exhibit, criticise, decision_to_film

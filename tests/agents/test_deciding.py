@@ -5,8 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.agents.scripted import Scripted
-from tests.agents.test_conversation import chat
+from tests.agents.scripted import Scripted, quiet_loop
 from tests.agents.test_decision_faults import CASE, agreed, data
 from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
@@ -14,10 +13,6 @@ from text2sim.agents import session as sessions
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.attempts import DURATION_RULE, Attempts
-from text2sim.agents.dealt_cards import DealtCards
-from text2sim.agents.loop import AgentLoop
-from text2sim.agents.loop_result import LoopLimits
-from text2sim.agents.planning import Request
 from text2sim.agents.replies import Decision
 from text2sim.agents.session import Session, SessionWish
 from text2sim.lint.rules import RULES
@@ -29,16 +24,12 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     needed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """`needed`: the new expectation is about a body that only the Writer, whose text is wrong, would have added."""
-    body, model = "post" if needed else "ball", Scripted({})
+    body = "post" if needed else "ball"
     answer = f"{{plan: {{says: {{fast: s}}, checks: {{measures: {{v: {{kind: speed, of: {body}}}}}, expect: {{fast: {{measure: v, during: [0, 1], stat: max, above: 1}}}}}}}}}}"
     decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
-    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
-    made = AgentLoop(
-        tmp_path, Request("A ball falls."), chat(tmp_path, model), DealtCards(None, quiet), quiet, LoopLimits()
-    )
-    made.path, made.agreement = path, agreed()[0]
-    made.mending.agreement = made.agreement
-    monkeypatch.setattr(made, "_decide", lambda *given, **more: decision)
+    made, path = quiet_loop(tmp_path), tmp_path / "case.yaml"
+    made.workshop.agreement = agreed()[0]
+    monkeypatch.setattr(made.deciding, "decide", lambda *given, **more: decision)
     monkeypatch.setattr(
         made.workshop, "follow_routes", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")
     )
@@ -54,12 +45,8 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
 
 def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path: Path) -> None:
     asked: list[Any] = []
-    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
-    made = AgentLoop(
-        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet, LoopLimits()
-    )
-    made.path, made.agreement = path, agreed()[0]
-    made.mending.agreement = made.agreement
+    made, path = quiet_loop(tmp_path), tmp_path / "case.yaml"
+    made.workshop.agreement = agreed()[0]
     made.agreement.plan.keeps = ["low"]
     made.workshop.fix_sections = lambda text, owners, instruction: (asked.append(owners), (text, {}))[1]  # type: ignore
     assert DURATION_RULE in {rule.id for rule in RULES}
@@ -67,23 +54,18 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     for pace in (0.0, 2.5):
         made._known_warnings.clear()
         made.mending._warned.clear()
-        made.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
+        made.history.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
         examined = examine(CASE, path)
         examined.warnings = [guess]
         made._considered(Attempt(2, CASE, "x"), examined)
     assert len(asked) == 1, "a guess is not told when it is known"
-    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made.left()
+    assert "took 31 s of wall time, of which 2.5 s per simulated second" in made.history.left()
 
 
 def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called(tmp_path: Path) -> None:
     letters: list[str] = []
-    quiet, path = lambda event, /, *, live=False, **what: None, tmp_path / "case.yaml"
-    made = AgentLoop(
-        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
-        LoopLimits(minutes_left=lambda: 12.0),
-    )  # fmt: skip
-    made.path, made.agreement = path, agreed()[0]
-    made.mending.agreement = made.agreement
+    made, path = quiet_loop(tmp_path, minutes_left=lambda: 12.0), tmp_path / "case.yaml"
+    made.workshop.agreement = agreed()[0]
 
     def fixed(text: str, owners: Any, instruction: str) -> Any:
         letters.extend([*owners["render"], instruction])
@@ -116,17 +98,13 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
 def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
     tmp_path: Path, left: float | None, pace: float, asked: bool
 ) -> None:
-    quiet = lambda event, /, *, live=False, **what: None  # noqa: E731
-    made = AgentLoop(
-        tmp_path, Request("A ball."), chat(tmp_path, Scripted({})), DealtCards(None, quiet), quiet,
-        LoopLimits(minutes_left=lambda: left),
-    )  # fmt: skip
-    made.path, made.agreement = tmp_path / "case.yaml", agreed()[0]
+    made = quiet_loop(tmp_path, minutes_left=lambda: left)
+    made.workshop.agreement = agreed()[0]
     made.agreement.plan.keeps = ["low"]
-    made.made = [Attempt(1, CASE, "first version", pace=pace)]
+    made.history.made = [Attempt(1, CASE, "first version", pace=pace)]
     told: list[list[str]] = []
     give_up = Decision(action="give_up", why="x")
-    made._decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
+    made.deciding.decide = lambda attempt, report, **more: (told.append(list(report.doubts)), give_up)[1]  # type: ignore
     examined = examine(CASE, made.path)
     examined.seconds = 300.0
     for _ in range(2):

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tests.agents.scripted import quiet
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
 from text2sim.agents.attempt_report import AttemptReport, Choices
@@ -59,7 +60,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
 
 def faults(answer: str, *, anew: bool = True, trials: int = 0, **report: Any) -> list[str]:
     decision = Decision.model_validate({"action": "repair", "why": "x"} | data(answer))
-    dealt = DealtCards(None, lambda event, /, *, live=False, **what: None)
+    dealt = DealtCards(None, quiet)
     agreement = agreed()[0]
     choices = Choices(anew, trials, {1: (CASE.replace("height: 1.0", "height: 1.5"), agreement)})
     return decision_faults(decision, agreement, CASE, AttemptReport(**report), dealt, Path("case.yaml"), choices)

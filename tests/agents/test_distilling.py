@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_conversation import chat
+from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents.distilling import distill
 from text2sim.card_library.library import load_library
 from text2sim.spec_schema.errors import RunError

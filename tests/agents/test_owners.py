@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests.agents.scripted import quiet
 from tests.lint.lint_support import data_of
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
@@ -28,12 +29,12 @@ from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.text.canonical import format_text
 from text2sim.spec_schema.text.document import pointer
 
-DECK = DealtCards(None, lambda event, /, *, live=False, **what: None)
+DECK = DealtCards(None, quiet)
 WHY = "it is meant, for a test"
 
 
 def agreed(plan: CasePlan) -> Agreement:
-    agreement = Agreement(plan, lambda event, /, *, live=False, **what: None)
+    agreement = Agreement(plan, quiet)
     agreement.expect(plan, plan.checks.expect)
     return agreement
 

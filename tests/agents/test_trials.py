@@ -10,8 +10,10 @@ import pytest
 from tests.agents.test_decision_faults import CASE, agreed
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.attempt_report import AttemptReport, Choices
-from text2sim.agents.deciding import _sound_part
-from text2sim.agents.loop import AgentLoop
+from text2sim.agents.attempts import Attempts
+from text2sim.agents.deciding import Deciding, _sound_part
+from text2sim.agents.history import History
+from text2sim.agents.loop_result import LoopLimits
 from text2sim.agents.replies import Decision
 from text2sim.agents.trials import MAX_TRIALS, Outcome, affordable, trials_text
 from text2sim.spec_schema.errors import RunError
@@ -62,7 +64,7 @@ def test_trials_take_a_share_of_the_time_left(wall: float, minutes: float | None
     assert affordable(wall, minutes) == count
 
 
-def test_after_two_rounds_of_trials_the_planner_has_to_decide(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_after_two_rounds_of_trials_the_planner_has_to_decide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answers = [
         Decision(action="try", why="how high", trials=[{"height": 2}]),
         Decision(action="try", why="closer", trials=[{"height": 1.8}]),
@@ -70,23 +72,22 @@ def test_after_two_rounds_of_trials_the_planner_has_to_decide(monkeypatch: pytes
     ]
     asked: list[tuple[str, int]] = []
 
-    def decide(*given: Any) -> Decision:
-        report, choices = given[5], given[-1]
+    def ask(attempt: Attempt, report: AttemptReport, offer: str, choices: Choices) -> Decision:
         asked.append((report.trials, choices.trials))
         return answers.pop(0)
 
-    monkeypatch.setattr("text2sim.agents.loop.decide", decide)
     attempt = Attempt(1, CASE, "first version", state="finished", wall=10.0)
-    loop: Any = SimpleNamespace(
-        agreement=agreed()[0], workshop=SimpleNamespace(referred=[]), only_if_accepted=False, _time_left=lambda: ("", 1.0),
-        dealt=SimpleNamespace(offer=lambda *given: ""), left=lambda: "", emit=lambda *given, **what: None, made=[attempt],
-        chat=None, request=None, path=Path("case.yaml"), _history=lambda: "", _earlier=lambda attempt: {},
-        attempts=SimpleNamespace(trials=lambda attempt, text, trials, *more: f"- {trials[0]}: finished"),
-        limits=SimpleNamespace(timeout=lambda: 60.0), progress=None,
+    workshop: Any = SimpleNamespace(
+        agreement=agreed()[0], referred=[], dealt=SimpleNamespace(offer=lambda *given: ""), path=Path("case.yaml"),
+        emit=lambda *given, **what: None,
     )  # fmt: skip
-    for name in ("_ask_planner", "_emit_decision", "_run_trials"):
-        setattr(loop, name, getattr(AgentLoop, name).__get__(loop))
-    decision = AgentLoop._decide(loop, attempt, AttemptReport())
+    attempts, limits = Attempts(tmp_path), LoopLimits(minutes_left=lambda: 1.0)
+    monkeypatch.setattr(attempts, "trials", lambda attempt, text, trials, *more: f"- {trials[0]}: finished")
+    history = History(attempts, limits)
+    history.made.append(attempt)
+    deciding = Deciding(workshop, history, attempts, limits, lambda now: None)
+    monkeypatch.setattr(deciding, "_ask_planner", ask)
+    decision = deciding.decide(attempt, AttemptReport())
     assert decision.params == {"height": 2}
     first, second = "- {'height': 2}: finished", "- {'height': 1.8}: finished"
     assert asked == [("", 1), (first, 1), (f"{first}\n{second}", 0)]
@@ -105,11 +106,13 @@ def test_an_earlier_attempt_is_changed_with_its_own_parameters() -> None:
 
 
 def test_only_attempts_with_the_same_checks_can_be_gone_back_to() -> None:
-    made = [Attempt(number, f"name: {number}\n", "") for number in (1, 2, 3)]
+    history = History(Attempts(Path("none")), LoopLimits())
+    made = [history.begin(f"name: {number}\n", "") for number in (1, 2, 3)]
     same, other = agreed()[0], agreed()[0]
     other.names = ("low", "further")
-    loop: Any = SimpleNamespace(made=made, agreement=same, _agreed={1: agreed()[0], 2: other, 3: same})
-    assert list(AgentLoop._earlier(loop, made[2])) == [1]
+    for attempt, agreement in zip(made, (agreed()[0], other, same), strict=True):
+        history.record_agreement(attempt, agreement)
+    assert list(history.earlier(made[2], same)) == [1]
     assert Choices().earlier == {}
 
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.agents.scripted import Scripted, fenced
-from tests.agents.test_conversation import chat
+from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import language
 from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed

@@ -23,7 +23,7 @@ def amend(loop: AgentLoop, text: str, *, run_first: bool) -> LoopOutcome:
     Raises:
         RunError: If the text is not a case at all.
     """
-    loop.only_if_accepted, loop.base = True, text
+    loop.history.base = text
     loop.agreement.plan = plan_of_case(text, loop.case.name)
     return loop.ending(lambda: _amended(loop, text, run_first))
 
@@ -33,7 +33,7 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> LoopOutcome:
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
     opening = open_case(
-        loop.chat, loop.request, loop.agreement, text, shown, loop.path, keep=run_first, left=loop.left()
+        loop.chat, loop.request, loop.agreement, text, shown, loop.path, keep=run_first, left=loop.history.left()
     )
     loop.emit(
         "planned", goal=opening.event, possible=opening.possible, why=opening.why, assumptions=[], says=opening.says

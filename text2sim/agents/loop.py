@@ -4,32 +4,31 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, case_text
 from text2sim.agents.attempt import Attempt, best_of, unbettered
-from text2sim.agents.attempt_report import AttemptReport, Choices
+from text2sim.agents.attempt_report import AttemptReport
 from text2sim.agents.attempts import DURATION_RULE, Attempts
 from text2sim.agents.cinematography import Cinematography, best_treatment
+from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import BudgetSpent, Conversation, RoleFailed
-from text2sim.agents.critic_view import critic_exhibit, what_holds, with_effects
-from text2sim.agents.criticism import criticise, decision_to_film
-from text2sim.agents.dealt_cards import DealtCards, failure_signatures
-from text2sim.agents.deciding import decide
+from text2sim.agents.critic_view import critic_exhibit, with_effects
+from text2sim.agents.criticism import criticise
+from text2sim.agents.dealt_cards import DealtCards
+from text2sim.agents.deciding import Deciding
+from text2sim.agents.history import History
 from text2sim.agents.journal import Emit
 from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
 from text2sim.agents.mending import Mending
 from text2sim.agents.models.exchange import ModelError, StoppedError
-from text2sim.agents.planning import Request, TriedPlan, make_plan, plan_text
+from text2sim.agents.planning import Request, TriedPlan, make_plan
 from text2sim.agents.rehearsal import held_at_start
-from text2sim.agents.replies import CasePlan, Decision, Fragments, Route
+from text2sim.agents.replies import CasePlan, Fragments
 from text2sim.agents.requirements import Requirement, take_apart
-from text2sim.agents.trials import MAX_TRIAL_ROUNDS, TRIALS_SHARE, affordable
 from text2sim.agents.writer_team import Workshop
 
-RECENT_RUNS = 3
-"""Number of the latest attempts whose longest run says what the next will take."""
 STYLE_MINUTES = 4.0
 """Minutes that are kept for the search for the best film once all expectations are true."""
 JUDGING_OVERTIME = 5.0
@@ -53,27 +52,31 @@ class AgentLoop:
     def __init__(
         self, case: Path, request: Request, chat: Conversation, dealt: DealtCards, emit: Emit, limits: LoopLimits
     ) -> None:
-        self.case, self.path, self.request = case, case / "case.yaml", request
+        self.case, self.path = case, case / "case.yaml"
         self.chat, self.dealt, self.emit, self.limits = chat, dealt, emit, limits
+        self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
         self.attempts = Attempts(case)
-        self.made: list[Attempt] = []
-        self.agreement = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
-        self.workshop = Workshop(chat, dealt, self.agreement, request, self.path, emit)
-        self.workshop.left = self.left
-        self.mending = Mending(self.workshop, self.agreement, self.path, emit)
-        self.only_if_accepted = False
-        """Whether the case existed before, so that only an accepted version may replace it."""
+        self.history = History(self.attempts, limits)
+        nothing_yet = Agreement(CasePlan.model_construct(name=case.name, event="", checks=Fragments()), emit)
+        self.workshop = Workshop(chat, dealt, nothing_yet, request, self.path, emit, left=self.history.left)
+        self.mending = Mending(self.workshop)
+        self.deciding = Deciding(self.workshop, self.history, self.attempts, limits, self.progress)
         self.style = False
         """Whether the best film of the final version is searched for."""
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
-        self.base = ""
-        """Text of the existing case that is to be changed."""
-        self._agreed: dict[int, Agreement] = {}
-        """The agreement at each attempt that ran, by number."""
         self._known_warnings: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
-        self.progress = lambda now: emit("progress", live=True, phase=now.phase, t=now.t, duration=now.duration)
+
+    @property
+    def request(self) -> Request:
+        """The request, with its requirements once they are known."""
+        return self.workshop.request
+
+    @property
+    def agreement(self) -> Agreement:
+        """The plan and its binding expectations."""
+        return self.workshop.agreement
 
     # --- entry points -----------------------------------------------------------------------------------------
 
@@ -95,7 +98,7 @@ class AgentLoop:
 
     def require(self, requirements: dict[str, Requirement]) -> None:
         """Record the requirements, before anything is built."""
-        self.request = replace(self.request, requirements=requirements)
+        self.workshop.request = replace(self.request, requirements=requirements)
         self.emit("requirements", rows={name: one.what for name, one in requirements.items()})
 
     def ending(self, way: Callable[[], LoopOutcome]) -> LoopOutcome:
@@ -124,39 +127,20 @@ class AgentLoop:
             text: The first version.
             cause: Why it was made.
         """
-        before = self.made[-1].text if self.made else None
         while True:
-            attempt = Attempt(len([one for one in self.made if one.number]) + 1, text, cause)
-            attempt.changes = revising.change_lines(before, text) if before is not None else []
-            self.made.append(attempt)
+            attempt = self.history.begin(text, cause)
             self.chat.attempt = attempt.number
             report = self._try_attempt(attempt)
-            if attempt.accepted:
-                self._styled(attempt)
-                return self.outcome("accepted", "the Critic passed it and everything expected came true")
-            if (best := unbettered(self.made, self.agreement.names)) is not None:
-                if not self.only_if_accepted:
-                    self._styled(best)
-                return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
-            best = best_of(self.made, self.agreement.names)
-            filmed = best.sound(self.agreement.names) and not self.only_if_accepted
-            left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0
-            why = f"{attempt.number} attempts were made" if attempt.number >= self.limits.attempts else ""
-            if self.attempts.too_late(attempt, left, reserve):
-                why = f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s"
-            if why:
-                if filmed:
-                    self._styled(best)
-                return self.outcome("spent", why)
-            decision = self._decide(attempt, report)
-            before = attempt.text
+            if (ended := self._ended_with(attempt)) is not None:
+                return ended
+            decision = self.deciding.decide(attempt, report)
             if decision.action == "plan_anew":
                 try:
                     plan = self._planned_anew(decision.why)
                 except RoleFailed as failed:  # keep the present plan
                     self.agreement.planned_anew = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
-                    decision = self._decide(attempt, report)
+                    decision = self.deciding.decide(attempt, report)
                 else:
                     if plan.possible == "no":
                         return self.outcome("gave_up", plan.why)
@@ -164,10 +148,32 @@ class AgentLoop:
                     continue
             if decision.action == "give_up":
                 return self.outcome("gave_up", decision.why)
-            text, left_out = self._revised(attempt, decision)
+            text, left_out = self.deciding.carry_out(attempt, decision)
             cause = "; ".join([decision.why, *left_out])
             if decision.back_to is not None:
                 cause = f"attempt {decision.back_to} again, changed: {cause}"
+
+    def _ended_with(self, attempt: Attempt) -> LoopOutcome | None:
+        """Return the outcome if the loop ends with an attempt, after filming the best one well; None if it goes on."""
+        if attempt.accepted:
+            self._styled(attempt)
+            return self.outcome("accepted", "the Critic passed it and everything expected came true")
+        made, names = self.history.made, self.agreement.names
+        if (best := unbettered(made, names)) is not None:
+            if not self.history.base:
+                self._styled(best)
+            return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
+        best = best_of(made, names)
+        filmed = best.sound(names) and not self.history.base
+        left, reserve = self.limits.minutes_left(), STYLE_MINUTES if filmed and self.style else 0.0
+        why = f"{attempt.number} attempts were made" if attempt.number >= self.limits.attempts else ""
+        if self.attempts.too_late(attempt, left, reserve):
+            why = f"{left:.0f} minutes are left, and a run took {attempt.wall:.0f} s"
+        if not why:
+            return None
+        if filmed:
+            self._styled(best)
+        return self.outcome("spent", why)
 
     def _styled(self, attempt: Attempt) -> None:
         """Film the final attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
@@ -180,7 +186,7 @@ class AgentLoop:
     def _planned_anew(self, why: str) -> CasePlan:
         """Have a new plan made, once; the expectations stay."""
         self.emit("stage", name="plan")
-        tried = TriedPlan(why, self._history(), self.agreement.plan, self.agreement.first, self.left())
+        tried = TriedPlan(why, self.history.rows(), self.agreement.plan, self.agreement.first, self.history.left())
         plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
@@ -227,9 +233,9 @@ class AgentLoop:
         assert examined.loaded is not None
         self.agreement.see(attempt.text)
         contract = self.agreement.record_examined(examined)
-        self._agreed[attempt.number] = copy(self.agreement)
+        self.history.record_agreement(attempt, self.agreement)
         if not self.attempts.recall(attempt):
-            guess = 0.0 if any(one.pace for one in self.made) else examined.seconds
+            guess = 0.0 if self.history.timed else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
             examined.intended = self.mending.intended(examined.warnings)
             self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
@@ -244,28 +250,31 @@ class AgentLoop:
         if attempt.sound(()):
             now = self.limits.minutes_left()
             self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
-        report = AttemptReport(evidence=with_effects(self.made, attempt), rules=rules)
+        report = AttemptReport(evidence=with_effects(self.history.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
-            images = self.attempts.images(attempt)
-            evidence = f"{report.evidence}\n\n## Left\n\n{self.left()}"
-            shown = critic_exhibit(self.made, attempt, evidence, images, self.base, self.path)
-            with self.chat.overtime(JUDGING_OVERTIME if attempt.sound(self.agreement.names) else 0.0):
-                critique = criticise(
-                    self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
-                )  # fmt: skip
-            attempt.critique = report.critique = critique.model_dump(mode="json")
-            attempt.accepted = (
-                critique.verdict == "pass" and not critique.unfaithful and attempt.sound(self.agreement.names)
-            )
-            judgement = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
-            failures = [failure.what for failure in critique.failures]
-            self.emit("judged", number=attempt.number, **judgement, failures=failures, accepted=attempt.accepted)
+            report.critique = self._judge(attempt, report.evidence, contract)
         self.attempts.keep(attempt)
         return report
 
+    def _judge(self, attempt: Attempt, evidence: str, contract: Contract) -> dict[str, Any]:
+        """Have the Critic judge a run, and accept the attempt if nothing speaks against it; return the judgement."""
+        images, sound = self.attempts.images(attempt), attempt.sound(self.agreement.names)
+        evidence = f"{evidence}\n\n## Left\n\n{self.history.left()}"
+        shown = critic_exhibit(self.history.made, attempt, evidence, images, self.history.base, self.path)
+        with self.chat.overtime(JUDGING_OVERTIME if sound else 0.0):
+            critique = criticise(
+                self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path
+            )
+        attempt.critique = critique.model_dump(mode="json")
+        attempt.accepted = critique.verdict == "pass" and not critique.unfaithful and sound
+        judgement = {"verdict": critique.verdict, "score": critique.score, "summary": critique.summary}
+        failures = [failure.what for failure in critique.failures]
+        self.emit("judged", number=attempt.number, **judgement, failures=failures, accepted=attempt.accepted)
+        return attempt.critique
+
     def _considered(self, attempt: Attempt, examined: Examination) -> Examination:
         """Have warnings fixed and doubts resolved; estimates of the duration are ignored after a first run."""
-        known = {DURATION_RULE} if any(one.pace for one in self.made) else set()
+        known = {DURATION_RULE} if self.history.timed else set()
         return self._settle_doubts(attempt, *self.mending.consider_warnings(attempt, examined, known))
 
     def _settle_doubts(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
@@ -280,11 +289,11 @@ class AgentLoop:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
         rules = frozenset(problem.rule for problem in examined.warnings)
-        decision = self._decide(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
+        decision = self.deciding.decide(attempt, AttemptReport(doubts=doubts, rules=rules), before_run=True)
         if decision.action == "give_up":
             return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
-        text, _ = self._revised(attempt, decision)
+        text, _ = self.deciding.carry_out(attempt, decision)
         for version in (text, alone):  # contract and case change together
             if (adopted := self.mending.adopt(attempt, version, examined)) is not examined:
                 return adopted
@@ -295,7 +304,7 @@ class AgentLoop:
     def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
         """Report once, before the first run, that it may take too much of the time left."""
         now = self.limits.minutes_left()
-        if now is None or "dear" in {rule for rule, _ in self._known_warnings} or any(one.pace for one in self.made):
+        if now is None or "dear" in {rule for rule, _ in self._known_warnings} or self.history.timed:
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
         if left is None or needed <= MAX_UNASKED_SHARE * left:
@@ -306,122 +315,15 @@ class AgentLoop:
         )
         return [f"{estimate}, and several may be needed: shorten it, coarsen the cells, or take a cheaper solver"]
 
-    # --- decisions --------------------------------------------------------------------------------------------
-
-    def _decide(self, attempt: Attempt, report: AttemptReport, *, before_run: bool = False) -> Decision:
-        failures = [failure["what"] for failure in (report.critique or {}).get("failures", ())]
-        text = " ".join([*report.problems, *failures, (report.critique or {}).get("summary", ""), attempt.state])
-        plan = self.agreement.plan
-        shows = {*report.rules, attempt.state, *failure_signatures(plan.checks, attempt.expect, attempt.evidence)}
-        offer = self.dealt.offer(text, plan.mode, shows, plan_text(plan))
-        report.referred, self.workshop.referred = self.workshop.referred, []
-        report.left, minutes = self._time_left()
-        tryable = not before_run and not report.problems
-        choices = Choices(
-            anew=not (before_run or self.agreement.planned_anew or self.only_if_accepted),
-            trials=affordable(max(one.wall for one in self.made), minutes) if tryable else 0,
-            earlier={} if before_run else self._earlier(attempt),
-        )
-        if attempt.sound(self.agreement.names) and not report.referred:
-            decision = decision_to_film(report.critique)
-            if decision is not None:
-                return self._emit_decision(attempt, decision)
-        decision = self._ask_planner(attempt, report, offer, choices)
-        for rounds_left in reversed(range(MAX_TRIAL_ROUNDS)):
-            if decision.action != "try":
-                break
-            outcomes = self._run_trials(attempt, decision, choices, minutes)
-            report.trials = f"{report.trials}\n{outcomes}".strip()
-            report.left, minutes = self._time_left()
-            choices.trials = affordable(max(one.wall for one in self.made), minutes) if rounds_left else 0
-            decision = self._ask_planner(attempt, report, offer, choices)
-        return decision
-
-    def _ask_planner(self, attempt: Attempt, report: AttemptReport, offer: str, choices: Choices) -> Decision:
-        decision = decide(
-            self.chat, self.request, self.agreement, attempt.text, self._history(), report, offer, self.dealt,
-            self.path, choices,
-        )  # fmt: skip
-        return self._emit_decision(attempt, decision)
-
-    def _emit_decision(self, attempt: Attempt, decision: Decision) -> Decision:
-        self.emit("decided", number=attempt.number, action=decision.action, why=decision.why, take=decision.take,
-                  routes={route.section: route.instruction for route in decision.routes})  # fmt: skip
-        return decision
-
-    def _earlier(self, attempt: Attempt) -> dict[int, tuple[str, Agreement]]:
-        """Return the text and agreement of the earlier attempts that can be changed instead of the latest."""
-        return {
-            one.number: (one.text, copy(self._agreed[one.number]))
-            for one in self.made
-            if one is not attempt
-            and one.number in self._agreed
-            and self._agreed[one.number].same_checks(self.agreement)
-        }
-
-    def _run_trials(self, attempt: Attempt, decision: Decision, choices: Choices, minutes: float | None) -> str:
-        """Run the trials of a decision, and describe their outcomes."""
-        text = attempt.text if decision.back_to is None else choices.earlier[decision.back_to][0]
-        patches = [attempt.critique["patches"][k - 1] for k in decision.take] if attempt.critique else []
-        text, _ = revising.with_patches(text, patches, self.path, None)
-        seconds = self.limits.timeout() if minutes is None else TRIALS_SHARE * 60 * minutes
-        outcomes = self.attempts.trials(attempt, text, decision.trials, seconds, self.progress)
-        self.emit("trials", number=attempt.number, rows=outcomes.splitlines())
-        return outcomes
-
-    def left(self) -> str:
-        """Return a sentence with the attempts and time left; a resumed loop gets the same one again."""
-        return self._time_left()[0]
-
-    def _time_left(self) -> tuple[str, float | None]:
-        """Return that sentence, and the minutes left in it; None without a limit."""
-        attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
-        minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
-        words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
-        if minutes is not None:
-            words.append(f"{minutes:.0f} minutes are left for everything")
-        # The run of an attempt that was a trial before takes no time.
-        longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.wall, default=attempt)
-        if longest.wall:
-            took = f"took {longest.wall:.0f} s of wall time, of which {longest.pace:.3g} s per simulated second"
-            words.append(f"the run of attempt {longest.number} {took}, the rest for start, judging and film")
-        return "; ".join(words) + ".", minutes
-
-    def _history(self) -> str:
-        return "\n".join(one.history_row() for one in self.made)
-
-    def _revised(self, attempt: Attempt, decision: Decision) -> tuple[str, list[str]]:
-        """Carry out a decision; return the new text, and the reasons for refused patches."""
-        text, routes, base = attempt.text, list(decision.routes), attempt
-        if decision.back_to is not None:
-            text, agreed = self._earlier(attempt)[decision.back_to]
-            base = next(one for one in self.made if one.number == decision.back_to)
-            self.agreement.go_back_to(agreed)
-        text = self.agreement.apply(text, decision)
-        patches = dict(enumerate((attempt.critique or {}).get("patches", ()), 1))
-        taken = [k for k in patches if k in decision.take]
-        text, reasons = revising.with_patches(
-            text, [patches[k] for k in taken], self.path, self.agreement.contract
-        )  # fmt: skip
-        fates = {k: f"refused: {reason}" if reason else "taken" for k, reason in zip(taken, reasons, strict=True)}
-        attempt.fates += [fates.get(k, f"not taken: {decision.why}") for k in patches]
-        left_out = [*filter(None, reasons)]
-        self.attempts.keep(attempt)
-        if decision.plan is not None:
-            briefs = decision.plan.briefs.items()
-            routes += [Route(section=section, instruction=brief) for section, brief in briefs]
-            text, instructions = self.workshop.add_assets(text, decision.plan.assets)
-            routes += instructions
-        return self.workshop.follow_routes(text, routes, what_holds(base)), left_out
-
     # --- outcome ----------------------------------------------------------------------------------------------
 
     def outcome(self, state: State, why: str) -> LoopOutcome:
         """Publish the best attempt, and return the outcome."""
-        best = best_of(self.made, self.agreement.names) if self.made else None
+        made = self.history.made
+        best = best_of(made, self.agreement.names) if made else None
         unresolved: list[str] = []
         if best is not None:
-            if best.accepted or not self.only_if_accepted:
+            if best.accepted or not self.history.base:  # only an accepted version may replace an existing case
                 self.attempts.publish(best)
             missed = best.missed(self.agreement.names)
             unresolved = [f"{name}: {self.agreement.plan.says.get(name, '')}" for name in missed]

@@ -2,12 +2,10 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, examine, format_problem, owner_of
 from text2sim.agents.attempt import Attempt
-from text2sim.agents.journal import Emit
 from text2sim.agents.writer_team import Workshop
 from text2sim.spec_schema.errors import Problem
 
@@ -27,18 +25,20 @@ class Mending:
     """Sends the findings of the check to the owners of the sections concerned.
 
     Args:
-        workshop: The owners.
-        agreement: The plan and its contract.
-        path: Path of the case file.
-        emit: Callback for journal events.
+        workshop: The owners, with the plan and its contract.
     """
 
-    def __init__(self, workshop: Workshop, agreement: Agreement, path: Path, emit: Emit) -> None:
-        self.workshop, self.agreement, self.path, self.emit = workshop, agreement, path, emit
+    def __init__(self, workshop: Workshop) -> None:
+        self.workshop, self.path, self.emit = workshop, workshop.path, workshop.emit
         self._warned: set[WarningKey] = set()
         """Warnings that owners were told of."""
         self._meant: dict[WarningKey, str] = {}
         """Owners' reasons for intended warnings."""
+
+    @property
+    def agreement(self) -> Agreement:
+        """The plan and its contract."""
+        return self.workshop.agreement
 
     def inherit(self, warnings: Sequence[Problem]) -> None:
         """Accept the warnings that an existing case has before any change."""

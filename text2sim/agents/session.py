@@ -205,7 +205,7 @@ class Session:
                     "score": (one.critique or {}).get("score"),
                     "run": one.run,
                 }
-                for one in loop.made
+                for one in loop.history.made
             ],
             "cards": {role: sorted(cards) for role, cards in dealt.dealt.items()},
             "models": self.wish.models,

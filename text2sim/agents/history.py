@@ -1,0 +1,86 @@
+"""History of a loop: the versions that it has made, and what is left of its attempts and time."""
+
+from copy import copy
+
+from text2sim.agents import revising
+from text2sim.agents.agreement import Agreement
+from text2sim.agents.attempt import Attempt
+from text2sim.agents.attempts import Attempts
+from text2sim.agents.loop_result import LoopLimits
+
+RECENT_RUNS = 3
+"""Number of the latest attempts whose longest run says what the next will take."""
+
+
+class History:
+    """Attempts of a loop, in the order in which they were made.
+
+    Args:
+        attempts: Their folder.
+        limits: Bounds of attempts and time.
+    """
+
+    def __init__(self, attempts: Attempts, limits: LoopLimits) -> None:
+        self.attempts, self.limits = attempts, limits
+        self.made: list[Attempt] = []
+        self.base = ""
+        """Text of the existing case that is to be changed; empty for a new case."""
+        self._agreed: dict[int, Agreement] = {}
+        """The agreement at each attempt that ran, by number."""
+
+    def begin(self, text: str, cause: str) -> Attempt:
+        """Begin an attempt.
+
+        Args:
+            text: Text of the case.
+            cause: Why it was made.
+        """
+        attempt = Attempt(len(self.made) + 1, text, cause)
+        if self.made:
+            attempt.changes = revising.change_lines(self.made[-1].text, text)
+        self.made.append(attempt)
+        return attempt
+
+    def record_agreement(self, attempt: Attempt, agreement: Agreement) -> None:
+        """Record the agreement of an attempt that is about to run, so that a later one can go back to it."""
+        self._agreed[attempt.number] = copy(agreement)
+
+    @property
+    def timed(self) -> bool:
+        """Whether a run was timed, so that estimates of its duration are of no more use."""
+        return any(one.pace for one in self.made)
+
+    def rows(self) -> str:
+        """Return one line for each attempt."""
+        return "\n".join(one.history_row() for one in self.made)
+
+    def earlier(self, attempt: Attempt, agreement: Agreement) -> dict[int, tuple[str, Agreement]]:
+        """Return the text and agreement of the attempts that can be changed instead of the latest, by number.
+
+        Args:
+            attempt: The latest attempt.
+            agreement: The present agreement; that of an earlier attempt must have the same checks.
+        """
+        return {
+            one.number: (one.text, copy(self._agreed[one.number]))
+            for one in self.made
+            if one is not attempt and one.number in self._agreed and self._agreed[one.number].same_checks(agreement)
+        }
+
+    def left(self) -> str:
+        """Return a sentence with the attempts and time left; a resumed loop gets the same one again."""
+        return self.time_left()[0]
+
+    def time_left(self) -> tuple[str, float | None]:
+        """Return that sentence, and the minutes left in it; None without a limit."""
+        attempt = self.made[-1] if self.made else Attempt(0, "", "before the first")
+        minutes = self.attempts.minutes_left(attempt, self.limits.minutes_left())
+        words = [f"{self.limits.attempts - attempt.number} of {self.limits.attempts} attempts are left"]
+        if minutes is not None:
+            words.append(f"{minutes:.0f} minutes are left for everything")
+        # The run of an attempt that was a trial before takes no time.
+        longest = max(self.made[-RECENT_RUNS:], key=lambda one: one.wall, default=attempt)
+        if longest.wall:
+            took = f"took {longest.wall:.0f} s of wall time, of which {longest.pace:.3g} s per simulated second"
+            words.append(f"the run of attempt {longest.number} {took}, the rest for start, judging and film")
+        return "; ".join(words) + ".", minutes
