@@ -15,9 +15,9 @@ from typing import Any
 
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import examine
-from text2sim.agents.deciding import open_case
 from text2sim.agents.existing_case import plan_of_case
 from text2sim.agents.models.tokens import text_tokens
+from text2sim.agents.opening import open_case
 from text2sim.agents.planning import Request
 from text2sim.agents.revising import data_of
 from text2sim.agents.section_writer import change_section

@@ -1,5 +1,6 @@
 """The layers of the package: who may import whom, and that nobody imports in a circle."""
 
+import ast
 import re
 import tomllib
 from collections import Counter
@@ -37,3 +38,16 @@ def test_the_documented_layers_are_those_of_the_contract() -> None:
     assert Counter(rows) == Counter(name for layer in layers for name in layer)
     depth = [next(i for i, layer in enumerate(layers) if row in layer) for row in rows]
     assert depth == sorted(depth), "rows stand in the order of the layers"
+
+
+def test_benchmarks_import_what_is_there() -> None:
+    """Nothing else notices one that no longer starts: they are run by hand, for the figures in the docs."""
+    wrong = []
+    for file in sorted((ROOT / "benchmarks").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("text2sim"):
+                try:
+                    exec(ast.unparse(node), {})
+                except ImportError as error:
+                    wrong.append(f"{file.relative_to(ROOT)}:{node.lineno}: {error}")
+    assert wrong == []
