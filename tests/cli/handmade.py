@@ -10,7 +10,9 @@ import numpy as np
 
 from text2sim.compiler.build import compile_case
 from text2sim.harness.run import run_case
+from text2sim.spec_schema.changes.edit import edit_text
 from text2sim.spec_schema.load import load_case
+from text2sim.spec_schema.reuse.migration import LATEST
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
 
 CASE = """\
@@ -32,6 +34,8 @@ actions:
     starts_high: {measure: height, at: 0.1, above: 4}
     falls: {measure: height, at: end, below: 1}
 """
+LATEST_CASE = edit_text(CASE, [{"op": "replace", "path": "/text2sim", "value": LATEST}])
+"""The same in the latest version of the language."""
 
 STAND_IN = """
 import json, shutil, sys

@@ -4,72 +4,11 @@ import math
 import time
 
 import pytest
+from place_words import BALL, CUBE, FIRST_LINE, HEAD, RING, apart, placed, pos_of, start
 
 from text2sim.compiler.placing.placement import place_all
-from text2sim.compiler.shapes.geometry import pieces
 from text2sim.compiler.shapes.rotation import quat_rotate
-from text2sim.compiler.shapes.solid import solids
-from text2sim.compiler.shapes.sweep import least_distance
-from text2sim.compiler.trees.link_trees import tree_extents, tree_standing
 from text2sim.spec_schema.load import load_text
-
-HEAD = """\
-text2sim: 1
-name: test
-scene:
-  duration: 1
-  statics:
-    floor: {shape: {kind: plane}}
-    table: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [5, 0, 0.7]}}
-    tray: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [0, 5, 0.7], euler_deg: [0, 0, 90]}}
-    cup: {shape: {kind: cup, radius: 0.3, height: 0.4, thickness: 0.03}, pose: {pos: [-3, 0, 0.2]}}
-    pole: {shape: {kind: cylinder, radius: 0.05, height: 2}, pose: {pos: [1, 1, 1]}}
-    rod: {shape: {kind: cylinder, radius: 0.05, height: 2}, pose: {pos: [1, -5, 1], euler_deg: [0, 90, 30]}}
-    beam: {shape: {kind: box, size: [0.1, 2, 0.1]}, pose: {pos: [9, 9, 1]}}
-    ramp: {shape: {kind: box, size: [2, 1, 0.1]}, pose: {pos: [-9, 0, 1], euler_deg: [0, 30, 0]}}
-    hill: {shape: {kind: plane}, pose: {pos: [0, 0, -9], euler_deg: [20, 0, 0]}}
-    roof:
-      shape:
-        kind: polyhedron
-        points: [[-1, -1, 0], [-1, 1, 0], [1, -1, 0], [1, 1, 0], [0, -1, 0.5], [0, 1, 0.5]]
-      pose: {pos: [0, -9, 1], euler_deg: [0, 0, 90]}
-    open_box:
-      shape:
-        kind: compound
-        parts:
-          ground: {shape: {kind: box, size: [1, 1, 0.02]}}
-          left: {shape: {kind: box, size: [0.02, 1, 0.3]}, pose: {pos: [-0.49, 0, 0.15]}}
-          right: {shape: {kind: box, size: [0.02, 1, 0.3]}, pose: {pos: [0.49, 0, 0.15]}}
-          front: {shape: {kind: box, size: [1, 0.02, 0.3]}, pose: {pos: [0, -0.49, 0.15]}}
-          back: {shape: {kind: box, size: [1, 0.02, 0.3]}, pose: {pos: [0, 0.49, 0.15]}}
-      pose: {pos: [-6, 0, 1]}
-bodies:
-"""
-FIRST_LINE = HEAD.count("\n") + 1
-BALL = "kind: rigid, shape: {kind: sphere, radius: 0.1}"
-CUBE = "kind: rigid, shape: {kind: box, size: [0.2, 0.2, 0.2]}"
-RING = "kind: rigid, shape: {kind: torus, radius: 0.1, bar_radius: 0.02}"
-
-
-def start(*bodies):
-    return place_all(load_text(HEAD + "".join(f"  {body}\n" for body in bodies)), tree_extents, tree_standing)
-
-
-def placed(*bodies):
-    copies, problems = start(*bodies)
-    assert problems == []
-    return copies
-
-
-def pos_of(*bodies):
-    """Where the last of some bodies starts."""
-    return list(placed(*bodies).values())[-1][0].pos
-
-
-def apart(copies, one, other):
-    a, b = copies[one][0], copies[other][0]
-    mine, theirs = (solids(pieces(copy.shape, None), copy.pos, copy.quat) for copy in (a, b))
-    return least_distance(mine, theirs)
 
 
 class TestWhere:
@@ -342,71 +281,3 @@ class TestProblems:
         )
         assert problem.rule == "circular-place"
         assert "a -> b -> a; give one of them a pose" in problem.message
-
-
-@pytest.mark.parametrize(("target", "leans"), [("ramp", (0, 30, 0)), ("hill", (20, 0, 0))])
-def test_flush_lies_flat_on_what_leans_turned_about_its_normal(target, leans):
-    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
-    copies = placed(
-        f"level: {{{brick}, place: {{on: {target}, flush_deg: 0}}}}",
-        f"turned: {{{brick}, place: {{on: {target}, flush_deg: 25}}}}",
-    )
-    axis = next(k for k in range(3) if leans[k])
-    angle = math.radians(leans[axis])
-    tipped = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-    tipped[1 + axis] = math.sin(angle / 2)
-    (level,), (turned,) = copies["level"], copies["turned"]
-    assert level.quat == pytest.approx(tipped)
-    normal = quat_rotate(tipped, (0, 0, 1))
-    assert quat_rotate(turned.quat, (0, 0, 1)) == pytest.approx(normal)
-    a, b = (quat_rotate(copy.quat, (1, 0, 0)) for copy in (level, turned))
-    assert sum(x * y for x, y in zip(a, b, strict=True)) == pytest.approx(math.cos(math.radians(25)))
-    face = 0.05 if target == "ramp" else 0.0
-    base = {"ramp": (-9, 0, 1), "hill": (0, 0, -9)}[target]
-    for copy in (level, turned):
-        height = sum(n * (p - q) for n, p, q in zip(normal, copy.pos, base, strict=True))
-        assert height == pytest.approx(face + 0.05, abs=2e-6), "its whole face touches"
-
-
-@pytest.mark.parametrize(("at", "side"), [("[0, -9.5]", -1), ("[0, -8.6]", 1), ("{face: left}", -1)])
-def test_flush_lies_on_the_face_that_is_there(at: str, side: int):
-    """On a gable roof, whose ridge runs along x after its turn, the face depends on the place."""
-    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
-    (copy,) = placed(f"brick: {{{brick}, place: {{on: roof, at: {at}, flush_deg: 25}}}}")["brick"]
-    normal = (0.0, side / math.sqrt(5), 2 / math.sqrt(5))
-    assert quat_rotate(copy.quat, (0, 0, 1)) == pytest.approx(normal)
-    height = sum(n * (p - q) for n, p, q in zip(normal, copy.pos, (0, -9, 1.5), strict=True))
-    assert height == pytest.approx(0.05, abs=2e-6), "its whole face touches"
-
-
-@pytest.mark.parametrize(("target", "leans"), [("ramp", (0, 30, 0)), ("hill", (20, 0, 0))])
-@pytest.mark.parametrize(
-    "pattern", ["{kind: line, count: 3, step: [0.35, 0.1, 0]}", "{kind: grid, counts: [2, 2], spacing: 0.4}"]
-)
-def test_copies_that_lie_flush_all_touch(target, leans, pattern):
-    brick = "kind: rigid, shape: {kind: box, size: [0.3, 0.2, 0.1]}"
-    copies = placed(f"row: {{{brick}, place: {{on: {target}, flush_deg: 10}}, repeat: {pattern}}}")["row"]
-    axis = next(k for k in range(3) if leans[k])
-    angle = math.radians(leans[axis])
-    tipped = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-    tipped[1 + axis] = math.sin(angle / 2)
-    normal = quat_rotate(tipped, (0, 0, 1))
-    face, base = {"ramp": (0.05, (-9, 0, 1)), "hill": (0.0, (0, 0, -9))}[target]
-    heights = [sum(n * (p - q) for n, p, q in zip(normal, copy.pos, base, strict=True)) for copy in copies]
-    assert heights == pytest.approx([face + 0.05] * len(copies), abs=2e-6)
-
-
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        ("{touching: ramp, flush_deg: 0}", "it belongs to on and above"),
-        ("{on: ramp, flush_deg: 0, euler_deg: [0, 0, 5]}", "`flush_deg` and `euler_deg` both determine"),
-    ],
-)
-def test_flush_goes_with_what_it_can_lie_on(words, why):
-    from text2sim.spec_schema.names.references import check_references
-
-    loaded = load_text(HEAD + f"  one: {{{CUBE}, place: {words}}}\n")
-    (problem,) = check_references(loaded)
-    assert problem.path.endswith("/place/flush_deg")
-    assert why in problem.message

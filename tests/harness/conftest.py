@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.harness.soft_shapes import SOFT
+from text2sim.evidence.measures import Series, evaluate
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.spec_schema.models.case import Case
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -239,3 +242,23 @@ def make_case() -> Callable[..., Case]:
         })  # fmt: skip
 
     return make
+
+
+@pytest.fixture
+def measure_soft(make_case):
+    """Return a function that evaluates one measure of a written run."""
+
+    def one(run, bodies=None, statics=("floor",), **measure) -> Series:
+        case = make_case(bodies=bodies or {"jelly": SOFT}, statics=statics, measures={"m": measure})
+        folder = run.write() if hasattr(run, "write") else run
+        return evaluate(RecordedCase.load(folder, case))["m"]
+
+    return one
+
+
+@pytest.fixture
+def soft_run(new_run):
+    """A run of eleven frames with a floor."""
+    run = new_run(duration=0.1)
+    run.add_link("floor", fixed=True)
+    return run

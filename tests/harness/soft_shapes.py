@@ -1,7 +1,9 @@
-"""Bodies of points whose every number is known."""
+"""Bodies of points whose every number is known, and what a case says of such bodies."""
 
 import numpy as np
 
+SOFT = {"kind": "soft", "shape": {"kind": "box", "size": [0.4, 0.4, 0.4]}}
+CLOTH = {"kind": "cloth", "shape": {"kind": "sheet", "size": [1.0, 1.0]}}
 CORNERS = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
 SIX = [(0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7)]
 """Tetrahedra of a cube, by its corners in the order of `CORNERS`."""
