@@ -1,12 +1,13 @@
 """Summary of a run as text: the evidence that the Critic judges and the Planner reads."""
 
-import csv
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 from text2sim.agents.roles import quoted
+from text2sim.recording.run_files import read_measures
 
 Data = dict[str, Any]
 
@@ -148,7 +149,7 @@ def _expectations(expect: Mapping[str, Data], given: set[str]) -> list[str]:
 
 
 def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
-    series = _series(folder / "measures.csv")
+    times, series = read_measures(folder)
     rows = []
     for name, row in measures.items():
         if row.get("problem"):
@@ -156,32 +157,14 @@ def _measures(folder: Path, measures: Mapping[str, Data]) -> list[str]:
             continue
         low, high = (f"{_short_number(row[end])} at {_short_number(row[f'{end}_at'])} s" for end in ("min", "max"))
         text = f"- `{name}` [{row.get('unit') or '-'}]: min {low}, max {high}"
-        times, values = series.get("t") or series.get("time") or [], series.get(name) or []
-        if len(times) > QUOTED_TIMES and len(values) == len(times):
+        values = series.get(name)
+        if values is not None and len(times) > QUOTED_TIMES:
             picked = [round(k * (len(times) - 1) / (QUOTED_TIMES - 1)) for k in range(QUOTED_TIMES)]
             text += "; over time " + ", ".join(
                 f"{_short_number(times[k])} s: {_short_number(values[k])}" for k in picked
             )
         rows.append(text)
     return rows
-
-
-def _series(file: Path) -> dict[str, list[float | None]]:
-    try:
-        with file.open(encoding="utf-8", newline="") as lines:
-            table = list(csv.reader(lines))
-    except OSError:
-        return {}
-    if not table:
-        return {}
-    return {name: [_parse_number(row[k]) for row in table[1:] if k < len(row)] for k, name in enumerate(table[0])}
-
-
-def _parse_number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def _events(events: Mapping[str, Data]) -> list[str]:
@@ -319,4 +302,4 @@ def _rounded(value: Any) -> Any:
 
 
 def _short_number(value: Any) -> str:
-    return f"{value:.4g}" if isinstance(value, int | float) else "-"
+    return f"{value:.4g}" if isinstance(value, int | float) and not isnan(value) else "-"

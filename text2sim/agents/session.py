@@ -34,7 +34,7 @@ from text2sim.agents.yaml_text import yaml_text
 from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import plain_text
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 Kind = Literal["generate", "repair", "edit"]
 MAX_REQUEST_LENGTH = 100_000
@@ -125,7 +125,7 @@ class Session:
         wish.images = [copy_input(file, case / "generation" / "inputs").name for file in images]
         wish.inputs = add_inputs(case, [*assets, *images], licence)
         (case / "generation").mkdir(exist_ok=True)
-        text = json.dumps(asdict(wish), indent=1, ensure_ascii=False) + "\n"
+        text = json.dumps(asdict(wish), indent=1, ensure_ascii=False) + "\n"  # not strict: a limit may be infinite
         write_atomically(case / "generation" / "request.json", text)
         return cls(case, wish)
 
@@ -212,7 +212,7 @@ class Session:
             "minutes": round(budget.minutes_used, 3),
             "account": self.account.as_dict(),
         }
-        write_atomically(self.folder / "run.json", json.dumps(record, indent=1, ensure_ascii=False) + "\n")
+        write_json(self.folder / "run.json", record)
         if loop.agreement.plan.event:
             write_atomically(self.folder / "plan.yaml", yaml_text(loop.agreement.plan.model_dump(mode="json")) + "\n")
 

@@ -1,7 +1,6 @@
 """Trials: runs of a case with other values of its parameters, before the Planner decides what to do next."""
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
@@ -9,10 +8,11 @@ from typing import Any, NamedTuple
 
 from text2sim.agents import revising
 from text2sim.agents.assembly import examine, format_problem
+from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import write_json
 
 MAX_TRIALS = 6
 """Largest number of trials at a time."""
@@ -88,10 +88,8 @@ def trials_text(
         seconds: Wall time that all of them may take [s].
         simulate: Runs a loaded case, within a wall time [s].
     """
-    try:
-        outcomes = dict(json.loads(store.read_text("utf-8")))
-    except (OSError, ValueError, TypeError):
-        outcomes = {}
+    stored = read_json(store)
+    outcomes: dict[str, str] = stored if isinstance(stored, dict) else {}
     rows, begin = [], monotonic()
     for settings in trials:
         varied = revising.with_params(text, settings)
@@ -99,8 +97,7 @@ def trials_text(
         if key not in outcomes:
             left = seconds - (monotonic() - begin)
             outcomes[key] = _outcome(varied, path, left, simulate) if left > 0 else "not run: no time was left"
-            store.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(store, json.dumps(outcomes, indent=1, ensure_ascii=False) + "\n")
+            write_json(store, outcomes)
         values = ", ".join(f"{name}: {value}" for name, value in settings.items())
         rows.append(f"- {{{values}}}: {outcomes[key]}")
     return "\n".join(rows)

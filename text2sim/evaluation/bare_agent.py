@@ -21,7 +21,6 @@ from text2sim.agents.models.exchange import Image, Message
 from text2sim.agents.models.fences import fenced_blocks, without_thoughts
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.roles import quoted
-from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.film_frames import film_frames, length_of
 from text2sim.evaluation.genesis_docs import digest, docstrings_of
 from text2sim.evaluation.method_folder import CaseResult, resources_of
@@ -30,7 +29,7 @@ from text2sim.recording.run_files import read_json, read_text
 from text2sim.runtime.child import ChildExit, Limits, run_child
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance

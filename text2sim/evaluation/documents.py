@@ -1,15 +1,13 @@
 """Reading of evaluation files into models; errors give line, column and the nearest valid word."""
 
-import json
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel
 
 from text2sim.spec_schema.text.document import Document, parse_document
 from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.typed_document import model_of
-from text2sim.spec_schema.whole_files import write_atomically
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -27,9 +25,3 @@ def read_model(path: Path, model: type[M], what: str) -> tuple[M, Document]:
     """
     document = parse_document(read_source(path))
     return model_of(document, model, f"{what} is a mapping with the keys {', '.join(model.model_fields)}"), document
-
-
-def write_json(path: Path, data: Any) -> None:
-    """Write a JSON file atomically."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n")

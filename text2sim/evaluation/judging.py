@@ -20,7 +20,6 @@ from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never_stop
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.models.files import write_whole
-from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
 from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
 from text2sim.evaluation.prompt_templates import render_prompt
@@ -35,6 +34,7 @@ from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.record import RunRecord
 from text2sim.recording.run_files import read_json, read_text
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.whole_files import write_json
 
 Kind = Literal["physical", "visual", "check"]
 """`check` binds requirements to facts; it is not a judgement."""

@@ -28,7 +28,6 @@ from text2sim.card_library.library import BUILT_IN, CardEntry, CardLibrary, chec
 from text2sim.card_library.model import Card, card_schema
 from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
 from text2sim.card_library.verify import TIMEOUT, verify_card
-from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.exhibit import exhibit_of
 from text2sim.evaluation.judging import KINDS, Judgement, Judging, judge_endpoint
 from text2sim.evaluation.ledger import (
@@ -47,6 +46,7 @@ from text2sim.evaluation.statistics import case_scores, spread_within
 from text2sim.evaluation.suite import Prompt, Suite
 from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.whole_files import write_json
 
 
 class Lesson(CardProposal):

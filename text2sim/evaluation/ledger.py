@@ -14,12 +14,13 @@ from pydantic import Field, StringConstraints
 
 from text2sim.card_library.library import BUILT_IN, CardEntry, load_library
 from text2sim.card_library.model import CardId
-from text2sim.evaluation.documents import read_model, write_json
+from text2sim.evaluation.documents import read_model
 from text2sim.evaluation.suite import Prompt, Suite, shared_sources
 from text2sim.recording.run_files import read_json
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.text.document import Document
+from text2sim.spec_schema.whole_files import write_json
 
 LEDGER_FILE = "ledger.json"
 Sentence = Annotated[str, StringConstraints(min_length=3, max_length=2000)]

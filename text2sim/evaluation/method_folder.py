@@ -17,9 +17,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints
 
-from text2sim.evaluation.documents import read_model, write_json
+from text2sim.evaluation.documents import read_model
 from text2sim.spec_schema.errors import Problem, RunError, SpecError
 from text2sim.spec_schema.models.base import Model, Name, Noun
+from text2sim.spec_schema.whole_files import write_json
 
 RESULT, METHOD = "result.json", "method.json"
 FILM, CASE, PROMPT_FILE = "film.mp4", "case.yaml", "prompt.txt"

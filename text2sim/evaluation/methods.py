@@ -16,7 +16,6 @@ from typing import Any, Literal
 
 from text2sim import __version__
 from text2sim.card_library.library import VARIABLE
-from text2sim.evaluation.documents import write_json
 from text2sim.evaluation.method_folder import (
     CASE,
     PROMPT_FILE,
@@ -36,7 +35,7 @@ from text2sim.runtime.child import kill_group
 from text2sim.runtime.stop import Stop
 from text2sim.service.exits import BUG
 from text2sim.spec_schema.errors import RunError
-from text2sim.spec_schema.whole_files import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically, write_json
 
 ARMS = ("text2sim:with-cards", "text2sim:no-cards", "agent:with-cards", "agent:no-cards")
 METHOD_FORMS = f"{', '.join(ARMS)}, or NAME=COMMAND"

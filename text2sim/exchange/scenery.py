@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from text2sim.exchange.materials import ExportMaterial, material_of
 from text2sim.recording.chunks import DAMAGED
-from text2sim.recording.film_record import FilmRecord, SoftPart, SurfaceLook, WornMesh, read_recording
+from text2sim.recording.film_record import FilmRecord, SoftPart, WornMesh, read_recording
 from text2sim.rendering.meshes import RenderMesh, read_mesh
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.shading import Shell
@@ -129,7 +129,7 @@ class Scenery:
         """
         try:
             self.links = self._links()
-            self.figures = [Figure(part, self.recording) for part in self.recording.soft if _is_visible(part.look)]
+            self.figures = [Figure(part, self.recording) for part in self.recording.soft if part.look.drawn]
         except DAMAGED as error:
             raise RunError(f"{folder}: its geometry is damaged ({error})") from error
 
@@ -162,7 +162,7 @@ class Scenery:
     def _links(self) -> list[SceneryLink]:
         pieces_by_link: dict[int, list[SceneryPiece]] = {}
         for part in self.recording.parts:
-            if _is_visible(part.look):
+            if part.look.drawn:
                 pieces_by_link.setdefault(part.link, []).append(self._piece(part))
         rows = self.recording.states.layout["links"]
         return [
@@ -186,10 +186,6 @@ def keyframe_rows(values: Array) -> Indices:
     changed = (values[1:] != values[:-1]).reshape(len(values) - 1, -1).any(axis=1)
     needed = np.concatenate([[True], changed[:-1] | changed[1:], [True]])
     return np.flatnonzero(needed)
-
-
-def _is_visible(look: SurfaceLook) -> bool:
-    return look.visible and look.opacity > 0
 
 
 def _unrounded_mesh(path: Path) -> RenderMesh:

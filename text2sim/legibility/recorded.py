@@ -10,7 +10,7 @@ from text2sim.compiler.looks import hides
 from text2sim.drawing.stage import matrices
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.legibility.sight import Sight, Things, look
-from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
+from text2sim.recording.film_record import FilmRecord, WornMesh
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.templates.cameras import View as FilmView
 
@@ -57,8 +57,8 @@ class Recorded:
     ):
         self.recording, self._budget, self._grains = recording, budget, grains
         self._name = str if copies else body_of
-        parts = [part for part in recording.parts if _is_visible(part.look)]
-        soft = [part for part in recording.soft if _is_visible(part.look)]
+        parts = [part for part in recording.parts if part.look.drawn]
+        soft = [part for part in recording.soft if part.look.drawn]
         self.pieces = [*parts, *soft]
         self.names = list(dict.fromkeys(self._name(piece.body) for piece in self.pieces))
         self._index = {name: k for k, name in enumerate(self.names)}
@@ -192,7 +192,3 @@ def coarsened(vertices: Array, faces: Array, max_triangles: int) -> Array:
         if len(kept) <= 1.5 * max_triangles or cells <= 2:
             return first[corners[kept]]
         cells = max(int(cells * 0.7), 2)
-
-
-def _is_visible(look: SurfaceLook) -> bool:
-    return look.visible and look.opacity > 0

@@ -41,6 +41,11 @@ class SurfaceLook:
     alike: bool = False
     """Whether copies have exactly this colour."""
 
+    @property
+    def drawn(self) -> bool:
+        """Whether a film shows anything of it."""
+        return self.visible and self.opacity > 0
+
 
 @dataclass(frozen=True)
 class WornMesh:

@@ -13,10 +13,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from text2sim.evaluation.documents import read_model, write_json
+from text2sim.evaluation.documents import read_model
 from text2sim.evaluation.method_folder import MethodFolder, MethodName
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import Model, Name
+from text2sim.spec_schema.whole_files import write_json
 from text2sim.study.films import anonymise_film
 from text2sim.study.plan import Trial, assignments
 
