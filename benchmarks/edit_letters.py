@@ -20,7 +20,7 @@ from text2sim.agents.models.tokens import text_tokens
 from text2sim.agents.opening import open_case
 from text2sim.agents.planning import Request
 from text2sim.agents.revising import data_of
-from text2sim.agents.section_writer import change_section
+from text2sim.agents.section_writer import Change, change_section
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 LEFT = "3 of 3 attempts are left; 28 minutes are left for everything."
@@ -110,7 +110,7 @@ def letters(name: str, wish: str, told: dict[str, str], body: str) -> list[tuple
         known = derived if section in ("scene", "bodies") else ""
         sent(
             lambda section=section, words=words, known=known: change_section(
-                desk, section, plan, data_of(text), words, (), "", path, wish, (), known, LEFT  # type: ignore[arg-type]
+                desk, section, plan, data_of(text), Change(words, derived=known, left=LEFT), path, wish  # type: ignore[arg-type]
             )
         )  # fmt: skip
     return found

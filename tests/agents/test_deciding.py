@@ -52,7 +52,7 @@ def test_what_a_run_takes_is_told_as_it_was_measured_once_there_was_one(tmp_path
     assert DURATION_RULE in {rule.id for rule in RULES}
     guess = Problem("/bodies/ball", "about 9 s of wall time per simulated second", 1, 1, rule=DURATION_RULE)
     for pace in (0.0, 2.5):
-        made._known_warnings.clear()
+        made._known_doubts.clear()
         made.mending._warned.clear()
         made.history.made = [Attempt(1, CASE, "first version", wall=31.0, pace=pace)]
         examined = examine(CASE, path)

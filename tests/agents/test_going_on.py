@@ -96,7 +96,7 @@ def test_the_best_version_is_filmed_well_although_it_was_not_accepted(
     loop = quiet_loop(tmp_path)
     loop.history.base = base
     monkeypatch.setattr(loop, "_try_attempt", lambda attempt: None)
-    monkeypatch.setattr(loop, "_styled", lambda attempt: styled.append(attempt.number))
+    monkeypatch.setattr(loop, "_choose_film", lambda attempt: styled.append(attempt.number))
     assert loop.work("name: a\n", "first version").state == "gave_up"
     assert styled == filmed
 
@@ -109,7 +109,7 @@ def test_the_best_version_is_filmed_well_when_attempts_run_out(
     loop = quiet_loop(tmp_path, attempts=1)
     loop.style = True
     monkeypatch.setattr(loop, "_try_attempt", lambda attempt: setattr(attempt, "state", state))
-    monkeypatch.setattr(loop, "_styled", lambda attempt: styled.append(attempt.number))
+    monkeypatch.setattr(loop, "_choose_film", lambda attempt: styled.append(attempt.number))
     ended = loop.work("name: a\n", "first version")
     assert (ended.state, ended.why) == ("spent", "1 attempts were made")
     assert styled == filmed

@@ -10,7 +10,7 @@ from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
 from text2sim.agents.roles import ROLES, render, writer_prompt
-from text2sim.agents.section_writer import Unchanged, _kinds_for, change_section, write_section, writer_pages
+from text2sim.agents.section_writer import Change, Unchanged, _kinds_for, change_section, write_section, writer_pages
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -78,13 +78,13 @@ def test_the_planners_expectations_are_not_overwritten(tmp_path: Path) -> None:
     assert set(found["expect"]) == {"own"}
     text = case_text(PLAN, "A ball falls.", PLAN.params, SECTIONS | {"actions": found})
     assert "lands: {event: touch, within: [0.1, 0.5]}" in text
-    assert examine(text, FILE).ok
+    assert examine(text, FILE).errors == []
 
 
 def changed(tmp_path: Path, *replies: str, section: str = "bodies"):
     model = Scripted({section: [fenced(reply) for reply in replies]})
     case = {**CASE, "actions": {"events": dict(PLAN.checks.events), "expect": dict(PLAN.checks.expect)}}
-    found = change_section(chat(tmp_path, model), section, PLAN, case, "Larger.", [], "", FILE)
+    found = change_section(chat(tmp_path, model), section, PLAN, case, Change("Larger."), FILE)
     return found, model.questions(section)
 
 
@@ -169,7 +169,7 @@ def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
 def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
     problems = ["/bodies/ball/mount: a ring of soft cloth would fit in a box or on a cone; give it a `hinge` [x]"]
-    change_section(chat(tmp_path, model), "bodies", PLAN, CASE, "Mend this.", problems, "", FILE)
+    change_section(chat(tmp_path, model), "bodies", PLAN, CASE, Change("Mend this.", problems), FILE)
     asked = model.questions("bodies")[0]
     assert "- `hinge`:" in asked
     assert "- `cone`:" not in asked
@@ -178,10 +178,9 @@ def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -
 
 def test_a_change_reads_only_what_its_instruction_names(tmp_path: Path) -> None:
     model = Scripted({"bodies": [fenced("patch: []")]})
-    change_section(
-        chat(tmp_path, model), "bodies", PLAN, CASE, "Put `ball` on a hinge; friction 0.2.", [], "", FILE,
-        "A ball falls on a floor.", ["lands: first happened at 0.3 s"], "derived: substeps = 4",
-    )  # fmt: skip
+    keep, derived = ["lands: first happened at 0.3 s"], "derived: substeps = 4"
+    change = Change("Put `ball` on a hinge; friction 0.2.", keep=keep, derived=derived)
+    change_section(chat(tmp_path, model), "bodies", PLAN, CASE, change, FILE, "A ball falls on a floor.")
     asked = model.questions("bodies")[0]
     assert "range_deg" in asked, "a kind that is named comes with its fields"
     assert "Coulomb" in asked, "and so does a field"

@@ -44,11 +44,6 @@ class Examination:
         settings = [row for row in rows if " = " in row and not row.startswith(("max_pairs", "tolerance"))]
         return f"derived: {'; '.join(settings)}" if settings else ""
 
-    @property
-    def ok(self) -> bool:
-        """Whether the case can be run."""
-        return not self.errors
-
 
 def examine(text: str, path: Path) -> Examination:
     """Load, resolve and lint the text of a case as if it were read from `path`."""

@@ -128,7 +128,6 @@ _SCULPTED = frozenset({"limb", "revolve", "loft"})
 
 
 def _text_to_3d() -> bool:
-
     return bool(os.environ.get("MESHY_API_KEY"))
 
 

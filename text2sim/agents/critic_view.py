@@ -48,7 +48,7 @@ def critic_exhibit(
 
 def earlier_judgements(made: Sequence[Attempt]) -> str:
     """Return earlier judgements with the fate of their patches, and a table of expectations over all attempts."""
-    earlier = [one for one in made[:-1] if one.number]
+    earlier = list(made[:-1])
     if not earlier:
         return ""
     rows = [judgement_text(one.number, one.cause, one.critique, one.fates) for one in earlier]

@@ -65,7 +65,7 @@ class AgentLoop:
         """Whether the best film of the final version is searched for."""
         self.prewarm = False
         """Whether the engine starts while the Writers still write."""
-        self._known_warnings: set[tuple[str, str]] = set()
+        self._known_doubts: set[tuple[str, str]] = set()
         """Doubts that the Planner was asked about, by kind and name."""
 
     @property
@@ -89,7 +89,7 @@ class AgentLoop:
         self.require(take_apart(self.chat, self.request.text, self.request.images))
         plan = make_plan(self.chat, self.request, self.dealt, self.path)
         self.agreement.expect(plan, plan.checks.expect)
-        self._tell(plan)
+        self._emit_plan(plan)
         if plan.possible == "no":
             return LoopOutcome("impossible", plan.why, plan=plan)
         if self.prewarm:
@@ -156,12 +156,12 @@ class AgentLoop:
     def _ended_with(self, attempt: Attempt) -> LoopOutcome | None:
         """Return the outcome if the loop ends with an attempt, after filming the best one well; None if it goes on."""
         if attempt.accepted:
-            self._styled(attempt)
+            self._choose_film(attempt)
             return self.outcome("accepted", "the Critic passed it and everything expected came true")
         made, names = self.history.made, self.agreement.names
         if (best := unbettered(made, names)) is not None:
             if not self.history.base:
-                self._styled(best)
+                self._choose_film(best)
             return self.outcome("gave_up", f"the attempts after {best.number} brought nothing better")
         best = best_of(made, names)
         filmed = best.sound(names) and not self.history.base
@@ -172,10 +172,10 @@ class AgentLoop:
         if not why:
             return None
         if filmed:
-            self._styled(best)
+            self._choose_film(best)
         return self.outcome("spent", why)
 
-    def _styled(self, attempt: Attempt) -> None:
+    def _choose_film(self, attempt: Attempt) -> None:
         """Film the final attempt in several ways, and keep the best; its folder keeps what the Critic saw."""
         if not self.style:
             return
@@ -190,10 +190,10 @@ class AgentLoop:
         plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
         if plan.possible != "no":
             self.agreement.expect_anew(plan)
-        self._tell(plan)
+        self._emit_plan(plan)
         return plan
 
-    def _tell(self, plan: CasePlan) -> None:
+    def _emit_plan(self, plan: CasePlan) -> None:
         opening_facts = {"possible": plan.possible, "why": plan.why, "assumptions": plan.assumptions, "says": plan.says}
         self.emit("planned", goal=plan.event, **opening_facts)
 
@@ -282,9 +282,9 @@ class AgentLoop:
         assert examined.loaded is not None
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
-        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_warnings}
-        self._known_warnings |= {("held-at-start", name) for name in fresh}
-        doubts = [*doubts, *fresh.values(), *self._too_dear(attempt, examined)]
+        fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_doubts}
+        self._known_doubts |= {("held-at-start", name) for name in fresh}
+        doubts = [*doubts, *fresh.values(), *self._expensive_run(attempt, examined)]
         if not doubts:
             return examined
         self.emit("doubted", number=attempt.number, doubts=doubts[:20])
@@ -301,15 +301,15 @@ class AgentLoop:
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined
 
-    def _too_dear(self, attempt: Attempt, examined: Examination) -> list[str]:
+    def _expensive_run(self, attempt: Attempt, examined: Examination) -> list[str]:
         """Report once, before the first run, that it may take too much of the time left."""
         now = self.limits.minutes_left()
-        if now is None or "dear" in {rule for rule, _ in self._known_warnings} or self.history.timed:
+        if now is None or "expensive" in {rule for rule, _ in self._known_doubts} or self.history.timed:
             return []
         left, needed = self.attempts.minutes_left(attempt, now), examined.seconds / 60
         if left is None or needed <= MAX_UNASKED_SHARE * left:
             return []
-        self._known_warnings.add(("dear", ""))
+        self._known_doubts.add(("expensive", ""))
         estimate = (
             f"a run is estimated at {needed:.0f} minutes (within a factor of three) of the {left:.0f} that are left"
         )

@@ -35,6 +35,23 @@ class Unchanged:
     why: str
 
 
+@dataclass(frozen=True)
+class Change:
+    """A change that a Writer is asked for."""
+
+    instruction: str
+    problems: Sequence[str] = ()
+    """Problems of its section from the check of the whole case."""
+    cards: str = ""
+    """Debug Cards for it."""
+    keep: Sequence[str] = ()
+    """What holds now and must stay true."""
+    derived: str = ""
+    """Derived settings that the case leaves open."""
+    left: str = ""
+    """Sentence with the attempts and time left."""
+
+
 def write_section(
     chat: Conversation,
     section: str,
@@ -86,14 +103,9 @@ def change_section(
     section: str,
     plan: CasePlan,
     case: Mapping[str, Any],
-    instruction: str,
-    problems: Sequence[str],
-    cards: str,
+    change: Change,
     path: Path,
     request: str = "",
-    keep: Sequence[str] = (),
-    derived: str = "",
-    left: str = "",
 ) -> dict[str, Any] | Refer | Unchanged:
     """Have a Writer change its section.
 
@@ -102,20 +114,15 @@ def change_section(
         section: Name of the section.
         plan: The plan.
         case: The present case.
-        instruction: The required change.
-        problems: Problems of this section from the check of the whole case.
-        cards: Debug Cards for the Writer.
+        change: The required change.
         path: Path of the case file.
         request: Text of the request.
-        keep: What holds now and must stay true.
-        derived: Derived settings that the case leaves open.
-        left: Sentence with the attempts and time left.
 
     Returns:
         The new section, a referral to another role, or why nothing has to change.
     """
     current = mapping(case, section)
-    wrong = "\n".join(f"- {problem}" for problem in problems)
+    wrong = "\n".join(f"- {problem}" for problem in change.problems)
     question = render(
         "change",
         request=request,
@@ -124,13 +131,13 @@ def change_section(
         params=yaml_text({"params": mapping(case, "params")}),
         names=names_for_owner(case, section=section),
         current=_section_text(section, current),
-        derived=derived,
-        cards=cards,
+        derived=change.derived,
+        cards=change.cards,
         problems=wrong,
-        keep=keep,
-        left=left,
-        instruction=instruction,
-        pages=language.named_reference(section, f"{instruction} {_quoted(wrong)}", _kinds_there(current)),
+        keep=change.keep,
+        left=change.left,
+        instruction=change.instruction,
+        pages=language.named_reference(section, f"{change.instruction} {_quoted(wrong)}", _kinds_there(current)),
     )
 
     def read(data: Any) -> dict[str, Any] | Refer | Unchanged:
@@ -141,11 +148,8 @@ def change_section(
             return answer
         if isinstance(data, dict) and "patch" in data:
             changed = _patched(data["patch"], section, case, plan, path)
-            return (
-                changed
-                if data["patch"]
-                else Unchanged(" ".join(str(data.get("why") or "").split())[:MAX_REASON_LENGTH])
-            )
+            why = " ".join(str(data.get("why") or "").split())
+            return changed if data["patch"] else Unchanged(why[:MAX_REASON_LENGTH])
         return _section_of(data, section, plan, path, mapping(case, "prefabs"))
 
     return chat.ask(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,7 +15,7 @@ from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.journal import Emit
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import SECTIONS, Asset, Refer, Route
-from text2sim.agents.section_writer import Unchanged, change_section, write_section
+from text2sim.agents.section_writer import Change, Unchanged, change_section, write_section
 from text2sim.agents.yaml_text import yaml_text
 
 T = TypeVar("T")
@@ -90,7 +90,7 @@ class Workshop:
             owners: Problems, by the section that has to change.
             instruction: Instruction for the Writers.
         """
-        return self._change_sections(text, {name: (instruction, tuple(rows), "") for name, rows in owners.items()})
+        return self._change_sections(text, {name: Change(instruction, tuple(rows)) for name, rows in owners.items()})
 
     def follow_routes(self, text: str, routes: Sequence[Route], keep: Sequence[str] = ()) -> str:
         """Have Writers change their sections; referrals to other Writers are passed on once.
@@ -100,14 +100,15 @@ class Workshop:
             routes: Tasks of Writers.
             keep: What holds now and must stay true.
         """
-        work: dict[str, tuple[str, Sequence[str], str]] = {}
+        work: dict[str, Change] = {}
+        left = self.left() if any(route.section in SECTIONS for route in routes) else ""
         for section in SECTIONS:
             own = [route for route in routes if route.section == section]
             if own:
                 instruction = "\n".join(route.instruction for route in own)
                 cards = self.dealt.deal(section, [card for route in own for card in route.cards], instruction[:80])
-                work[section] = (instruction, (), cards)
-        text, referrals = self._change_sections(text, work, keep, self.left() if work else "")
+                work[section] = Change(instruction, cards=cards, keep=keep, left=left)
+        text, referrals = self._change_sections(text, work)
         self.referred += self.refusals()
         return self.pass_on(text, referrals)
 
@@ -123,21 +124,20 @@ class Workshop:
             self.referred += [row for rows in further.values() for row in rows]
         return text
 
-    def _change_sections(
-        self, text: str, work: Mapping[str, tuple[str, Sequence[str], str]], keep: Sequence[str] = (), left: str = ""
-    ) -> tuple[str, dict[str, list[str]]]:
-        """Have sections changed; `work` has an instruction, problems and cards by section."""
+    def _change_sections(self, text: str, work: Mapping[str, Change]) -> tuple[str, dict[str, list[str]]]:
+        """Have sections changed; `work` has the change of each."""
         case = revising.data_of(text)
 
         def change(section: str) -> dict[str, Any] | Refer | Unchanged:
-            instruction, problems, cards = work[section]
-            plan, request = self.agreement.plan, self.request.text
-            derived = self.derived if section in ("scene", "bodies") else ""
+            asked = replace(
+                work[section],
+                derived=self.derived if section in ("scene", "bodies") else "",
+                left="" if section == "render" else work[section].left,
+            )
             try:
                 return change_section(
-                    self.chat, section, plan, case, instruction, problems, cards, self.path, request, keep, derived,
-                    "" if section == "render" else left,
-                )  # fmt: skip
+                    self.chat, section, self.agreement.plan, case, asked, self.path, self.request.text
+                )
             except RoleFailed as failed:
                 # The section stays as it is, and the Planner decides.
                 return Refer.model_construct(section="plan", why=str(failed))
