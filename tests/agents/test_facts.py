@@ -9,8 +9,9 @@ import pytest
 
 from tests.agents.test_criticism import judged
 from tests.harness.conftest import WrittenRun
+from text2sim.agents.color_terms import color_name, matches_color
 from text2sim.agents.conversation import Wrong, typed_parser
-from text2sim.agents.facts import _FACT_FUNCTIONS, Fact, claim_faults, color_name, compute_facts, matches_color
+from text2sim.agents.facts import _FACT_FUNCTIONS, Fact, claim_faults, compute_facts
 from text2sim.agents.replies import FACTS, Claim
 from text2sim.agents.roles import PROMPTS
 from text2sim.spec_schema.load import load_text

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +21,7 @@ from text2sim.agents.trials import MAX_TRACKS, Outcome, Settings, trials_text
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.whole_files import replacing, write_atomically
+from text2sim.spec_schema.whole_files import replacing, write_atomically, write_json
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
@@ -75,9 +75,7 @@ class Attempts:
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "case.yaml", attempt.text)
         data = {name: value for name, value in vars(attempt).items() if name != "text"}
-        write_atomically(
-            folder / "attempt.json", json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        )
+        write_json(folder / "attempt.json", data)
 
     def minutes_left(self, attempt: Attempt, now: float | None) -> float | None:
         """Return the minutes left, and record them, so that a resumed loop sends the same prompt.
@@ -163,6 +161,7 @@ class Attempts:
 
         assert examined.loaded is not None
         lint = [{"rule": p.rule, "path": p.path, "message": p.message, "reason": None} for p in examined.warnings]
+        loaded = examined.loaded
         rest: dict[str, Any] = {
             "runs": self.case / "runs",
             "timeout": timeout,
@@ -171,7 +170,7 @@ class Attempts:
         }
         try:
             # The Critic sees path-traced frames, and a preview film would take longer than most simulations.
-            result = run_case(examined.loaded, film=False, runner=self.runner, **rest)
+            result = run_case(loaded, film=False, runner=self.runner, **rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return
@@ -183,28 +182,14 @@ class Attempts:
         attempt.expect = {
             name: {k: row[k] for k in ("ok", "wanted", "why")} for name, row in result.expectations.items()
         }
-        loaded = examined.loaded
         attempt.pictures, frames, pictured = self._pictures(attempt, result.folder, lambda: run_case(loaded, **rest))
-        bodies = [*examined.loaded.case.bodies, *examined.loaded.case.scene.statics]
+        bodies = [*loaded.case.bodies, *loaded.case.scene.statics]
         asked = [one for name in given for one in numbered_copies(name, result.expectations)]
         recorded = vars(record) if record is not None else {}
         if record is not None and record.time > 0:
             attempt.pace = round(record.timings.get("simulate", 0.0) / record.time, 2)
-        text = evidence_text(result.folder, result.evidence, recorded, asked, pictured)
-        if result.evidence is not None and (
-            tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])
-        ):
-            text += f"\n\n{tracks}"
-        if examined.derived:
-            text += f"\n\n{examined.derived}"
-        if warnings := [p for p in examined.warnings if p.rule not in UNJUDGED_RULES]:
-            text += "\n\n## Warnings of the lint\n\n" + "\n".join(
-                f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
-                for p in warnings[:10]
-            )
-        if result.problem is not None:
-            text += f"\n\nTo blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
-        attempt.evidence = text
+        summary = evidence_text(result.folder, result.evidence, recorded, asked, pictured)
+        attempt.evidence = "\n\n".join([summary, *_further_evidence(result, examined, loaded)])
         attempt.cites = sorted(citable_items(result.evidence, frames, bodies))
         self.keep(attempt)
 
@@ -329,6 +314,21 @@ class Attempts:
         """Copy an attempt's case to `case.yaml`."""
         self.case.mkdir(parents=True, exist_ok=True)
         write_atomically(self.case / "case.yaml", attempt.text)
+
+
+def _further_evidence(result: "RunResult", examined: Examination, loaded: LoadedCase) -> Iterator[str]:
+    """Yield what is told besides the summary of a run: tracks, derived settings, warnings, and who is to blame."""
+    if result.evidence is not None and (tracks := tracks_text(result.folder, loaded.case, result.evidence["events"])):
+        yield tracks
+    if examined.derived:
+        yield examined.derived
+    if warnings := [p for p in examined.warnings if p.rule not in UNJUDGED_RULES]:
+        yield "## Warnings of the lint\n\n" + "\n".join(
+            f"- {p.path}: {p.message} [{p.rule}]{_intended_note(examined.intended.get((p.rule, p.path)))}"
+            for p in warnings[:10]
+        )
+    if result.problem is not None:
+        yield f"To blame: {result.problem.path or f'line {result.problem.line}'}: {result.problem.message}"
 
 
 def _intended_note(why: str | None) -> str:

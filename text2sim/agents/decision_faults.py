@@ -67,13 +67,7 @@ def decision_faults(
         return wrong
     if decision.trials:
         wrong.append("/trials: they need `action: try`")
-    # A waiver may be for what this very decision will cause; the check refuses names that are no rules.
-    changes = bool(decision.take or decision.routes or decision.params or decision.back_to)
-    strange = [rule for rule in decision.waive if rule not in report.rules and not changes]
-    wrong += [f"/waive/{rule}: the lint did not find this here" for rule in strange]
-    wrong += [
-        f"/waive/{rule}: say why, in ten characters or more" for rule, why in decision.waive.items() if len(why) < 10
-    ]
+    wrong += _waiver_faults(decision, report)
     for number, route in enumerate(decision.routes):
         wrong += [f"/routes/{number}{row}" for row in card_faults({route.section: route.cards}, dealt)]
     wrong += [
@@ -89,6 +83,17 @@ def decision_faults(
             "take a patch, route work, or change a parameter or what is checked: otherwise the next attempt is this one"
         )
     return wrong or _problems_introduced(decision, agreement, case, path, [offered[k - 1] for k in decision.take])
+
+
+def _waiver_faults(decision: Decision, report: AttemptReport) -> list[str]:
+    # A waiver may be for what this very decision will cause; the check refuses names that are no rules.
+    changes = bool(decision.take or decision.routes or decision.params or decision.back_to)
+    strange = [rule for rule in decision.waive if rule not in report.rules and not changes]
+    unexplained = [rule for rule, why in decision.waive.items() if len(why) < 10]
+    return [
+        *(f"/waive/{rule}: the lint did not find this here" for rule in strange),
+        *(f"/waive/{rule}: say why, in ten characters or more" for rule in unexplained),
+    ]
 
 
 def _trial_faults(decision: Decision, case: str, patches: Sequence[Any], path: Path, allowed: int) -> list[str]:
