@@ -56,6 +56,18 @@ class Fact:
         return f"{ {True: 'true', False: 'FALSE', None: 'open'}[self.ok] }: {self.told}"
 
 
+@dataclass(frozen=True)
+class JudgedRun:
+    """A run, as far as facts are computed from it."""
+
+    recording: "RecordedCase"
+    resolution: "Resolution"
+    evidence: Mapping[str, Any]
+    """Content of `evidence.json`."""
+    seen: Mapping[str, float]
+    """Largest part of a sampled picture that each body and static fills."""
+
+
 def facts_as_data(facts: Iterable[Fact]) -> list[dict[str, Any]]:
     """Return the facts as data."""
     return [asdict(fact) for fact in facts]
@@ -97,45 +109,36 @@ def compute_facts(claims: Claims, loaded: "LoadedCase", run: Path) -> list[Fact]
     from text2sim.evidence.recorded_case import RecordedCase
 
     try:
-        recording = RecordedCase.load(run, loaded.case)
-        resolution = resolve_case(loaded)
+        recording, resolution = RecordedCase.load(run, loaded.case), resolve_case(loaded)
         evidence = json.loads((run / "evidence.json").read_text("utf-8"))
-        evidence["seen"] = _most_seen(read_json(run / "visibility.json"))
+        judged = JudgedRun(recording, resolution, evidence, _most_seen(read_json(run / "visibility.json")))
     except (Text2SimError, OSError, ValueError) as error:
         return [Fact(name, None, str(error).splitlines()[0]) for name in claims]
-    return [
-        Fact(name, *_compute(row, recording, resolution, evidence)) for name, rows in claims.items() for row in rows
-    ]
+    return [Fact(name, *_compute(row, judged)) for name, rows in claims.items() for row in rows]
 
 
-def _compute(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _compute(claim: Claim, run: JudgedRun) -> FactAnswer:
     from text2sim.evidence.selection import SelectionError
 
     try:
-        return _FACT_FUNCTIONS[claim.sort](claim, recording, resolution, evidence)
+        return _FACT_FUNCTIONS[claim.sort](claim, run)
     except (SelectionError, RunError, SpecError, KeyError, ValueError) as error:
         return None, f"cannot be told: {str(error).splitlines()[0]}"
 
 
-def _count(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _count(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether a selector has the wanted number of bodies."""
-    number = len(recording.names.select(claim.count))
+    number = len(run.recording.names.select(claim.count))
     return number == claim.equals, f"there are {number} `{claim.count}`, wanted {claim.equals}"
 
 
 # --- colours -------------------------------------------------------------------------------------------------------
 
 
-def _color(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _color(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether a body, part or link is drawn in a colour; every copy of a body must show it somewhere."""
     wanted = parse_selector(claim.color)
-    copies = resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
+    copies = run.resolution.placed.get(wanted.body, [])[wanted.first : wanted.last]
     if not copies:
         raise ValueError(f"there is no `{claim.color}`")
     drawn = [_colors_of(copy, wanted.part) for copy in copies]
@@ -171,15 +174,13 @@ def _colors_of(copy: Any, part: str | None) -> list[tuple[float, ...]]:
 # --- what is seen, and what touched or moved what ------------------------------------------------------------------
 
 
-def _is_seen(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _is_seen(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether the main film shows a body."""
     (body,) = claim.bodies
-    films = (evidence.get("legibility") or {}).get("films") or {}
+    films = (run.evidence.get("legibility") or {}).get("films") or {}
     main = next(iter(films.values())) if films else {"bodies": {}}
     row, still = main["bodies"].get(body), main.get("statics", {}).get(body)
-    most = row["share"]["max"] if row is not None else evidence["seen"].get(body) if still is None else still
+    most = row["share"]["max"] if row is not None else run.seen.get(body) if still is None else still
     if most is None:
         return None, f"what the film shows of `{body}` was not measured"
     told = f"`{body}` fills at most {100 * most:.2g} % of the film's picture"
@@ -220,14 +221,12 @@ def _touches(recording: "RecordedCase", of: str, by: str) -> "list[Occurrence]":
     return log.occurrences["touch"]
 
 
-def _has_touched(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _has_touched(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether one body touches another: at all, for a total time, or never."""
-    rows = _touches(recording, claim.touched, claim.by)
+    rows = _touches(run.recording, claim.touched, claim.by)
     if not rows:
         return claim.never, f"`{claim.by}` never touches `{claim.touched}`"
-    total, until, step = 0.0, -inf, recording.states.dt
+    total, until, step = 0.0, -inf, run.recording.states.dt
     for row in rows:
         start, end = float(row["time"]) - step, float(row["end"])  # a contact in a single step lasts that step
         total += max(0.0, end - max(start, until))
@@ -240,27 +239,25 @@ def _has_touched(
     return True, sentence
 
 
-def _has_moved(
-    claim: Claim, recording: "RecordedCase", resolution: "Resolution", evidence: Mapping[str, Any]
-) -> FactAnswer:
+def _has_moved(claim: Claim, run: JudgedRun) -> FactAnswer:
     """Whether a body moves after another has touched it, and hardly before."""
-    rows = _touches(recording, claim.moved, claim.by)
-    names = {target.label: target for target in recording.names.select(claim.moved)}
+    rows = _touches(run.recording, claim.moved, claim.by)
+    names = {target.label: target for target in run.recording.names.select(claim.moved)}
     if not rows:
         return False, f"`{claim.by}` never touches `{claim.moved}`"
     touched = rows[0]["between"][0 if rows[0]["between"][0] in names else 1]
     at = float(rows[0]["time"])
-    (way, turn), (more, further) = _motion(recording, names[touched], at)
+    (way, turn), (more, further) = _motion(run.recording, names[touched], at)
     ok = (more > MIN_DISPLACEMENT and more > MIN_MOTION_RATIO * way) or (
         further > MIN_ROTATION_DEG and further > MIN_MOTION_RATIO * turn
     )
     before, after = f"{way:.2g} m and {turn:.2g} deg", f"{more:.2g} m and {further:.2g} deg"
-    if ok and at <= FROM_THE_START * recording.states.dt:
+    if ok and at <= FROM_THE_START * run.recording.states.dt:
         return None, f"`{claim.by}` touches `{touched}` from the start: its touch tells nothing"
     return ok, f"`{claim.by}` first touches `{touched}` at {at:.3g} s, which moved {before} before, {after} after"
 
 
-_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, "RecordedCase", "Resolution", Mapping[str, Any]], FactAnswer]] = {
+_FACT_FUNCTIONS: Mapping[str, Callable[[Claim, JudgedRun], FactAnswer]] = {
     "count": _count,
     "color": _color,
     "seen": _is_seen,
