@@ -21,12 +21,12 @@ from text2sim.dataset.shards import ShardWriter
 from text2sim.dataset.simulate import DrawJob, DrawResult, read_made, task_of
 from text2sim.dataset.splits import deal_splits
 from text2sim.dataset.tables import TableWriter
-from text2sim.recording.record import write_atomically
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import case_file, examine, find_cases
 from text2sim.spec_schema.errors import MachineError, RunError, SpecError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
 from text2sim.spec_schema.reuse.sweeps import runs_of
+from text2sim.spec_schema.whole_files import write_atomically
 
 
 @dataclass

@@ -17,7 +17,7 @@ from text2sim.dataset.annotations import ARRAYS
 from text2sim.dataset.recipe import SPLITS, Recipe
 from text2sim.dataset.tables import SCHEMAS
 from text2sim.recording.inventory import sha256_of
-from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically
 
 CONTEXT = {
     "@language": "en",

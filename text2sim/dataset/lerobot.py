@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from text2sim.dataset.item import Item
-from text2sim.recording.record import write_atomically
+from text2sim.spec_schema.whole_files import write_atomically
 
 VIDEO = "observation.images.film"
 DATA = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"

@@ -9,11 +9,11 @@ from typing import Any, Literal
 
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.tables import read_rows, want_dataset
-from text2sim.recording.record import write_atomically
 from text2sim.spec_schema.models.base import Model
 from text2sim.spec_schema.text.document import parse_document
 from text2sim.spec_schema.text.source import read_source
 from text2sim.spec_schema.vocabulary.typed_document import model_of
+from text2sim.spec_schema.whole_files import write_atomically
 
 FILE = "review.yaml"
 PICTURES = 4

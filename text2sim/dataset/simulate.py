@@ -16,13 +16,13 @@ from text2sim.dataset.recipe import Recipe
 from text2sim.harness.result import RunResult
 from text2sim.harness.run import Runner, run_case
 from text2sim.harness.sources import package_code
-from text2sim.recording.record import write_atomically
 from text2sim.runtime.machine_check import needs_cuda
 from text2sim.runtime.program import run_program
 from text2sim.runtime.stop import Stop
 from text2sim.service.examined import Examined, examine
 from text2sim.spec_schema.errors import MachineError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import CaseOverlay
+from text2sim.spec_schema.whole_files import write_atomically
 
 _ODD = re.compile(r"[^A-Za-z0-9_]+")
 

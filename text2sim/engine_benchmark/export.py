@@ -20,11 +20,11 @@ from text2sim.engine_benchmark.reference import Runs, collect, references
 from text2sim.engine_benchmark.statement import Statement, read_statement
 from text2sim.engine_benchmark.usd import write_usd
 from text2sim.harness.folder import staging
-from text2sim.recording.record import write_atomically
 from text2sim.recording.states import RunStates
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.reuse.expanded import expanded_text
+from text2sim.spec_schema.whole_files import write_atomically
 
 FORMAT = 1
 JOINTS = ("hinge", "slider")

@@ -166,7 +166,7 @@ def _about_moments(watcher: Watcher, pictures: list[Frame], moments: Sequence[Mo
             if not sight.inside[k]:
                 found.append(f"`{body}` is not in the picture {when}")
             elif sight.hidden[k] > HIDDEN_SHARE and sight.alone[k] >= MIN_PIXELS:
-                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_name_of(sight, names, k)} {when}")
+                found.append(f"`{body}` is hidden {_percent(sight.hidden[k])}{_behind_what(sight, names, k)} {when}")
     return found
 
 
@@ -176,10 +176,11 @@ def _what_hides(watcher: Watcher, pictures: list[Frame], rows: list[Row], name: 
     frame = next(frame for frame in pictures if frame.k == worst["frame"])
     sight, names = watcher.sight(frame), watcher.recorded.names
     k = names.index(name)
-    return f"{_percent(sight.hidden[k])}{_name_of(sight, names, k)} at {frame.t:.2f} s"
+    return f"{_percent(sight.hidden[k])}{_behind_what(sight, names, k)} at {frame.t:.2f} s"
 
 
-def _name_of(sight: Sight, names: list[str], thing: int) -> str:
+def _behind_what(sight: Sight, names: list[str], thing: int) -> str:
+    """What hides most of a thing, as the end of a sentence; empty if nothing does."""
     hider = next((names[other] for other, _ in sight.hiders(thing)), None)
     return f" behind `{hider}`" if hider is not None else ""
 
