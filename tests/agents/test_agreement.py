@@ -57,7 +57,7 @@ def test_a_measure_that_nothing_asks_for_any_more_is_not_called_restated() -> No
 
 def test_later_letters_show_the_present_numbers() -> None:
     agreement, _ = agreed()
-    agreement.see(CASE.replace("duration: 1,", "duration: 2.5,").replace("bound: 0.3", "bound: 0.25"))
+    agreement.adopt_values(CASE.replace("duration: 1,", "duration: 2.5,").replace("bound: 0.3", "bound: 0.25"))
     assert agreement.plan.duration == 2.5
     assert agreement.plan.params["bound"] == 0.25
 

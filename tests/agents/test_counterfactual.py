@@ -8,7 +8,7 @@ import pytest
 
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.attempts import Attempts
-from text2sim.agents.counterfactual import TITLE, case_without, compare_causes, part_of
+from text2sim.agents.counterfactual import TITLE, case_without, causes_text, compare_causes
 from text2sim.agents.replies import CasePlan
 from text2sim.agents.revising import data_of
 from text2sim.harness import run
@@ -47,24 +47,26 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
         return "finished", {"pushed": {"ok": pushed, "why": "0.4 m at 1.8 s"}}
 
     pushed = False
-    told = part_of(compare_causes(made, TEXT, FILE, simulate))
+    told = causes_text(compare_causes(made, TEXT, FILE, simulate))
     assert told.startswith(TITLE)
     assert "without `ball` `pushed` does not come true, as it must be (0.4 m at 1.8 s)" in told
     assert list(seen[0].bodies) == ["tin"]
     pushed = True
-    assert "`pushed` COMES TRUE AS WELL: no cause" in part_of(compare_causes(made, TEXT, FILE, simulate))
+    assert "`pushed` COMES TRUE AS WELL: no cause" in causes_text(compare_causes(made, TEXT, FILE, simulate))
 
 
 def test_the_causes_that_are_not_tested_are_named() -> None:
     causes = {name: ["ball"] for name in ("knocked", "rolled", "fell")}
     made = plan(meets={}, causes=causes)
-    rows = part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {}))).splitlines()
+    rows = causes_text(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {}))).splitlines()
     assert rows[-1] == "- `fell`: not run without `ball`: 2 causes are tested at most"
 
 
 def test_what_has_to_stay_needs_no_cause() -> None:
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]}, keeps=["pushed"])
-    told = part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}})))
+    told = causes_text(
+        compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {"pushed": {"ok": True, "why": "so"}}))
+    )
     assert "COMES TRUE" not in told
 
 
@@ -77,13 +79,13 @@ def test_what_has_to_stay_needs_no_cause() -> None:
 )
 def test_what_cannot_be_compared_is_said(causes: list[str], bound: list[str], said: str) -> None:
     made = plan(meets={"knocked": bound}, causes={"knocked": causes})
-    assert said in part_of(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {})))
+    assert said in causes_text(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {})))
 
 
 @pytest.mark.parametrize(("state", "ok"), [("finished", None), ("diverged", False), ("timeout", False)])
 def test_a_run_without_the_cause_that_shows_nothing_is_no_proof(state: str, ok: bool | None) -> None:
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
-    told = part_of(
+    told = causes_text(
         compare_causes(made, TEXT, FILE, lambda loaded: (state, {"pushed": {"ok": ok, "why": "not reached"}}))
     )
     assert f"`pushed` could not be told (the run ended as: {state})" in told
@@ -94,7 +96,7 @@ def test_an_effect_with_repeat_is_looked_up_by_its_numbers() -> None:
     assert text != TEXT
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
     found = {f"pushed_{k}": {"ok": k == 1, "why": "0.4 m"} for k in (0, 1)}
-    told = part_of(compare_causes(made, text, FILE, lambda loaded: ("finished", found)))
+    told = causes_text(compare_causes(made, text, FILE, lambda loaded: ("finished", found)))
     assert "`pushed_0` does not come true" in told
     assert "`pushed_1` COMES TRUE AS WELL" in told
 
@@ -104,7 +106,7 @@ def test_what_was_stopped_is_not_kept(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(run, "run_case", lambda *given, **more: stopped)
     attempt, made = Attempt(1, TEXT, "x"), plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
     with pytest.raises(KeyboardInterrupt):
-        Attempts(tmp_path).compare(attempt, made, 1.0, lambda progress: None)
+        Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None)
     assert TITLE not in attempt.evidence
 
 
@@ -116,7 +118,7 @@ def test_a_run_that_would_take_too_much_of_the_time_left_is_not_repeated(
     done = SimpleNamespace(stopped=False, state="finished", expectations={})
     monkeypatch.setattr(run, "run_case", lambda *given, **more: seen.append(given) or done)
     attempt, made = Attempt(1, TEXT, "x", wall=wall), plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["ball"]})
-    Attempts(tmp_path).compare(attempt, made, 1.0, lambda progress: None, now)
+    Attempts(tmp_path).rerun_without_causes(attempt, made, 1.0, lambda progress: None, now)
     assert len(seen) == runs
     assert ("not run without its causes, since a run takes 3 min" in attempt.evidence) == (not runs)
 
@@ -125,7 +127,7 @@ def test_a_case_that_cannot_be_without_it_is_said() -> None:
     placed = TEXT.replace("pose: {pos: [0.3, 0, 0.0801]}", "place: {on: floor, at: [0.3, 0]}")
     load_text(placed, FILE)
     made = plan(meets={"knocked": ["pushed"]}, causes={"knocked": ["floor"]})
-    assert "without `floor` the case cannot be run" in part_of(
+    assert "without `floor` the case cannot be run" in causes_text(
         compare_causes(made, placed, FILE, lambda loaded: ("finished", {}))
     )
     assert compare_causes(plan(), TEXT, FILE, lambda loaded: ("finished", {})) == []

@@ -13,7 +13,7 @@ from text2sim.agents.criticism import Exhibit, criticise, decision_to_film
 from text2sim.agents.facts import Fact
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import CasePlan, Critique, Mark
-from text2sim.agents.requirements import Requirement, of_wish, take_apart, weighted_score
+from text2sim.agents.requirements import Requirement, extract_requirements, requirements_of_change, weighted_score
 from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text
 
 REQUIRED = {
@@ -123,15 +123,15 @@ def test_a_request_is_taken_apart_and_looked_through_again(tmp_path: Path) -> No
     model = Scripted(
         {"reader": [fenced("requirements: {a: {what: x, importance: 5}}"), fenced("missing: {a: {what: y}}")]}
     )
-    found = take_apart(chat(tmp_path, model), "x and y")
+    found = extract_requirements(chat(tmp_path, model), "x and y")
     assert {name: one.what for name, one in found.items()} == {"a": "x", "a_too": "y"}
     assert "- `a` (5): x" in model.questions("reader")[1]
-    assert take_apart(chat(tmp_path / "mute", Scripted({})), "x") == {}
+    assert extract_requirements(chat(tmp_path / "mute", Scripted({})), "x") == {}
 
 
 def test_a_short_wish_is_its_own_requirement() -> None:
-    assert list(of_wish("make the lid blue", lambda: {})) == ["wish"]
-    assert of_wish("word " * 30, lambda: REQUIRED) == REQUIRED
+    assert list(requirements_of_change("make the lid blue", lambda: {})) == ["wish"]
+    assert requirements_of_change("word " * 30, lambda: REQUIRED) == REQUIRED
 
 
 def test_the_score_weighs_by_importance() -> None:

@@ -260,6 +260,6 @@ def test_what_is_spoilt_anywhere_is_mended_by_who_is_asked(section: str, kind: s
             mended = agreed(plan.model_copy(update={"checks": checks}))
         else:
             mended = agreed(plan)
-            mended.see(text)
+            mended.adopt_values(text)
         assert examine(decided(mended, text, tmp_path, **work), path).errors == [], way
     assert seen >= 5, "places at which something can be wrong"

@@ -82,7 +82,7 @@ class Agreement:
             self.restated.append(row)
             self._emit("restated", what=row)
 
-    def see(self, text: str) -> None:
+    def adopt_values(self, text: str) -> None:
         """Copy the case's parameter values into the plan, so that later prompts show current values."""
         data = revising.data_of(text)
         duration = revising.mapping(data, "scene").get("duration")

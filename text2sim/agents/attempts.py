@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.agents.assembly import Examination
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.contract import numbered_copies
-from text2sim.agents.counterfactual import TITLE, Found, compare_causes, part_of, untried_causes
+from text2sim.agents.counterfactual import TITLE, Found, causes_text, compare_causes, untried_causes
 from text2sim.agents.facts import compute_facts, facts_as_data
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.pictures import frame_sheet
@@ -65,13 +65,13 @@ class Attempts:
             self._warm.close()
             self._warm = None
 
-    def of(self, number: int) -> Path:
+    def folder_of(self, number: int) -> Path:
         """Return the folder of an attempt."""
         return self.folder / f"{number:02}"
 
     def keep(self, attempt: Attempt) -> None:
         """Write an attempt's files."""
-        folder = self.of(attempt.number)
+        folder = self.folder_of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         write_atomically(folder / "case.yaml", attempt.text)
         data = {name: value for name, value in vars(attempt).items() if name != "text"}
@@ -88,8 +88,8 @@ class Attempts:
         if len(estimates) <= asked:
             estimates.append(now)
             # Not in attempt.json, which may hold results that a resumed loop is about to recall.
-            self.of(attempt.number).mkdir(parents=True, exist_ok=True)
-            write_atomically(self.of(attempt.number) / "minutes.json", json.dumps(estimates) + "\n")
+            self.folder_of(attempt.number).mkdir(parents=True, exist_ok=True)
+            write_atomically(self.folder_of(attempt.number) / "minutes.json", json.dumps(estimates) + "\n")
         self._asked[attempt.number] += 1
         return estimates[asked]
 
@@ -109,7 +109,7 @@ class Attempts:
     def _told_minutes(self, number: int) -> list[float | None]:
         if number not in self._minutes:
             try:
-                minutes = json.loads((self.of(number) / "minutes.json").read_text("utf-8"))
+                minutes = json.loads((self.folder_of(number) / "minutes.json").read_text("utf-8"))
                 self._minutes[number] = [one if one is None else float(one) for one in minutes]
             except (OSError, ValueError, TypeError):
                 self._minutes[number] = []
@@ -117,7 +117,7 @@ class Attempts:
 
     def recall(self, attempt: Attempt) -> bool:
         """Restore the results of an earlier run of the same text; return whether there were any."""
-        folder = self.of(attempt.number)
+        folder = self.folder_of(attempt.number)
         try:
             data = json.loads((folder / "attempt.json").read_text("utf-8"))
             text = (folder / "case.yaml").read_text("utf-8")
@@ -133,7 +133,7 @@ class Attempts:
 
     def images(self, attempt: Attempt) -> tuple[Image, ...]:
         """Return the pictures of an attempt."""
-        folder = self.of(attempt.number)
+        folder = self.folder_of(attempt.number)
         return tuple(Image(name, "image/png", (folder / name).read_bytes()) for name in attempt.pictures)
 
     def run(
@@ -211,8 +211,8 @@ class Attempts:
         if run_case(loaded, runs=runs, film=False).stopped:
             raise KeyboardInterrupt
 
-    def look_up(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:
-        """Compute the facts that the plan binds to requirements, except those about causes (see `compare`).
+    def record_facts(self, attempt: Attempt, plan: CasePlan, loaded: LoadedCase) -> None:
+        """Compute the facts that the plan binds to requirements, except those about causes.
 
         Args:
             attempt: The attempt; its facts are replaced and stored.
@@ -223,7 +223,7 @@ class Attempts:
         attempt.facts = [*facts_as_data(compute_facts(plan.facts, loaded, self.case / attempt.run)), *about_causes]
         self.keep(attempt)
 
-    def compare(
+    def rerun_without_causes(
         self,
         attempt: Attempt,
         plan: CasePlan,
@@ -253,7 +253,7 @@ class Attempts:
                 facts = [untried_causes(plan, attempt.wall)]
             else:
                 facts = compare_causes(plan, attempt.text, self.case / "case.yaml", simulate)
-            attempt.evidence = f"{attempt.evidence}\n\n{part_of(facts)}"
+            attempt.evidence = f"{attempt.evidence}\n\n{causes_text(facts)}"
             attempt.facts += facts_as_data(replace(fact, about_cause=True) for fact in facts)
             attempt.cites = sorted({*attempt.cites, "diagnostic:causes"})
             self.keep(attempt)
@@ -286,7 +286,7 @@ class Attempts:
             tracks = track_rows(result.folder, loaded.case, result.evidence["events"], MAX_TRACKS)
             return Outcome(result.state, result.evidence, tracks)
 
-        store = self.of(attempt.number) / "trials.json"
+        store = self.folder_of(attempt.number) / "trials.json"
         return trials_text(text, settings, self.case / "case.yaml", store, seconds, simulate)
 
     def _simulated(self, loaded: LoadedCase, timeout: float, on_progress: Callable[[Any], None]) -> "RunResult":
@@ -304,7 +304,7 @@ class Attempts:
         sheet, count, note = frame_sheet(run, preview)
         if sheet is None:
             return [], 0, ""
-        folder = self.of(attempt.number)
+        folder = self.folder_of(attempt.number)
         folder.mkdir(parents=True, exist_ok=True)
         with replacing(folder / "frames.png") as part:
             sheet.save(part, "PNG", optimize=True)

@@ -119,7 +119,7 @@ def untried_causes(plan: CasePlan, seconds: float) -> Fact:
     return Fact(next(iter(plan.causes)), None, note)
 
 
-def part_of(facts: Iterable[Fact]) -> str:
+def causes_text(facts: Iterable[Fact]) -> str:
     """Return the section of the evidence text that states these facts."""
     rows = [f"- `{fact.requirement}`: {fact.told}" for fact in facts]
     return "\n".join([TITLE, "", *rows]) if rows else ""

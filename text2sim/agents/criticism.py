@@ -81,7 +81,7 @@ def criticise(
     question = render(
         "judge",
         request=request.text,
-        requirements=_bound(request, plan, exhibit.facts),
+        requirements=_requirements_text(request, plan, exhibit.facts),
         event=plan.event,
         assumptions="; ".join(plan.assumptions),
         case=exhibit.case.strip(),
@@ -97,7 +97,7 @@ def criticise(
     return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
 
 
-def _bound(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
+def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
     """The requirements, each with the expectations that fail without it and its computed facts."""
     lines = []
     for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):

@@ -7,7 +7,7 @@ from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
 from text2sim.agents.opening import as_decision, open_case
 from text2sim.agents.replies import CasePlan, Fragments, Opening, PlannedBody
-from text2sim.agents.requirements import of_wish, take_apart
+from text2sim.agents.requirements import extract_requirements, requirements_of_change
 from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import RunError
 
@@ -29,7 +29,11 @@ def amend(loop: AgentLoop, text: str, *, run_first: bool) -> LoopOutcome:
 
 
 def _amended(loop: AgentLoop, text: str, run_first: bool) -> LoopOutcome:
-    loop.require(of_wish(loop.request.text, lambda: take_apart(loop.chat, loop.request.text, loop.request.images)))
+    loop.require(
+        requirements_of_change(
+            loop.request.text, lambda: extract_requirements(loop.chat, loop.request.text, loop.request.images)
+        )
+    )
     evidence, problems = _present_state(loop, text, run_first)
     shown = "\n\n".join(part for part in (evidence, "\n".join(problems)) if part)
     opening = open_case(

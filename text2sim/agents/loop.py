@@ -26,7 +26,7 @@ from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.planning import Request, TriedPlan, make_plan
 from text2sim.agents.rehearsal import held_at_start
 from text2sim.agents.replies import CasePlan, Fragments
-from text2sim.agents.requirements import Requirement, take_apart
+from text2sim.agents.requirements import Requirement, extract_requirements
 from text2sim.agents.writer_team import Workshop
 
 STYLE_MINUTES = 4.0
@@ -86,7 +86,7 @@ class AgentLoop:
 
     def _generated(self) -> LoopOutcome:
         self.emit("stage", name="plan")
-        self.require(take_apart(self.chat, self.request.text, self.request.images))
+        self.require(extract_requirements(self.chat, self.request.text, self.request.images))
         plan = make_plan(self.chat, self.request, self.dealt, self.path)
         self.agreement.expect(plan, plan.checks.expect)
         self._emit_plan(plan)
@@ -231,7 +231,7 @@ class AgentLoop:
             self.emit("unsound", number=attempt.number, problems=problems[:20])
             return AttemptReport(problems=problems, rules=rules)
         assert examined.loaded is not None
-        self.agreement.see(attempt.text)
+        self.agreement.adopt_values(attempt.text)
         contract = self.agreement.record_examined(examined)
         self.history.record_agreement(attempt, self.agreement)
         if not self.attempts.recall(attempt):
@@ -246,10 +246,10 @@ class AgentLoop:
             self.attempts.keep(attempt)
             problems = attempt.problems or [f"the run ended without evidence: {attempt.state}"]
             return AttemptReport(problems=problems, rules=rules)
-        self.attempts.look_up(attempt, self.agreement.plan, examined.loaded)
+        self.attempts.record_facts(attempt, self.agreement.plan, examined.loaded)
         if attempt.sound(()):
             now = self.limits.minutes_left()
-            self.attempts.compare(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
+            self.attempts.rerun_without_causes(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
         report = AttemptReport(evidence=with_effects(self.history.made, attempt), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             report.critique = self._judge(attempt, report.evidence, contract)

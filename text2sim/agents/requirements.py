@@ -35,13 +35,13 @@ class Requirement(Answer):
         return 0.5 if self.optional else 1.0
 
 
-class Apart(Answer):
+class ExtractedRequirements(Answer):
     """The requirements of a request, as answered by a model."""
 
     requirements: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)]
 
 
-class Missing(Answer):
+class MissingRequirements(Answer):
     """Requirements that a list omits."""
 
     missing: Annotated[dict[Name, Requirement], Field(max_length=MAX_REQUIREMENTS)] = {}
@@ -50,7 +50,7 @@ class Missing(Answer):
 Requirements = Mapping[str, Requirement]
 
 
-def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
+def extract_requirements(chat: Conversation, text: str, images: tuple[Image, ...] = ()) -> dict[str, Requirement]:
     """Have a model list the requirements of a request, and another check for omissions.
 
     Args:
@@ -66,15 +66,19 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
     """
     reader = ROLES["reader"]
 
-    def some(answer: Apart) -> None:
+    def some(answer: ExtractedRequirements) -> None:
         if not answer.requirements:
             raise Wrong(["/requirements: every request asks for something"])
 
     try:
         question = render("apart_ask", request=text, found="")
-        found = chat.ask("reader", system_prompt(reader), question, typed_parser(Apart, some), images).requirements
+        found = chat.ask(
+            "reader", system_prompt(reader), question, typed_parser(ExtractedRequirements, some), images
+        ).requirements
         question = render("apart_ask", request=text, found=requirement_rows(found))
-        more = chat.ask("reader", system_prompt(reader, "missing"), question, typed_parser(Missing), images).missing
+        more = chat.ask(
+            "reader", system_prompt(reader, "missing"), question, typed_parser(MissingRequirements), images
+        ).missing
     except StoppedError:
         raise
     except (RoleFailed, ModelError):
@@ -84,11 +88,11 @@ def take_apart(chat: Conversation, text: str, images: tuple[Image, ...] = ()) ->
     return found
 
 
-def of_wish(text: str, apart: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
+def requirements_of_change(text: str, extract: Callable[[], dict[str, Requirement]]) -> dict[str, Requirement]:
     """Return the requirements of a change request; a short one is its own requirement."""
     if len(text.split()) <= SHORT_WISH:
         return {"wish": Requirement(what=text, importance=5)}
-    return apart()
+    return extract()
 
 
 def requirement_rows(requirements: Requirements) -> str:
