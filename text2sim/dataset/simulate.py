@@ -184,25 +184,25 @@ class _DrawMaker:
         found = self._simulate_draw()
         if found is None:
             return self.made
-        row, run, drawn = found
-        first = self._make_films(row, run, self._job.key, drawn, {})
+        case, run, drawn = found
+        first = self._make_films(case, run, self._job.key, drawn, {})
         if first is None:
             return self.made
         for name, table in self._source.counterfactuals.items():
             key = f"{self._job.key}-{name}"
             try:
-                changed = draw(table, generator(self._job.recipe.seed, key, "physics"), _data(row))
+                changed = draw(table, generator(self._job.recipe.seed, key, "physics"), _data(case))
             except Text2SimError as error:
                 self.made.refuse(key, "check", [str(error)], [])
                 continue
             all_drawn = [*drawn, *_drawn_rows("physics", changed)]
-            other = examine(self._job.case, overlay=row.overlay + overlay_of(changed))
+            other = examine(self._job.case, overlay=case.overlay + overlay_of(changed))
             run_of_other = self._run(other, key, all_drawn)
             if run_of_other is not None:
                 about = {"counterfactual_of": first, "cause": next(iter(changed))}
                 first_of_other = self._make_films(other, run_of_other.folder, key, all_drawn, about)
                 if first_of_other is not None:
-                    self._ask_what_if(first, first_of_other, _cause(row, changed))
+                    self._ask_what_if(first, first_of_other, _cause(case, changed))
         return self.made
 
     def _simulate_draw(self) -> tuple[Examined, Path, list[dict[str, Any]]] | None:
@@ -216,9 +216,9 @@ class _DrawMaker:
             except Text2SimError as error:
                 self.made.refuse(job.key, "check", [str(error)], [])
                 return None
-            row = examine(job.case, overlay=job.base + overlay_of(values))
+            case = examine(job.case, overlay=job.base + overlay_of(values))
             drawn = _drawn_rows("physics", values)
-            result = self._run(row, job.key, drawn)
+            result = self._run(case, job.key, drawn)
             if result is None:
                 continue
             met = {name: expectation["ok"] for name, expectation in result.expectations.items()}
@@ -226,43 +226,43 @@ class _DrawMaker:
             why = [f"`{name}` was not met" for name in wanted if met.get(name) is not True]
             why += [f"`{name}` was met" for name in source.fails if met.get(name) is not False]
             if not why:
-                return row, result.folder, drawn
+                return case, result.folder, drawn
             self.made.refuse(job.key, "expectation", why, drawn)
         return None
 
-    def _run(self, row: Examined, key: str, drawn: list[dict[str, Any]]) -> RunResult | None:
+    def _run(self, case: Examined, key: str, drawn: list[dict[str, Any]]) -> RunResult | None:
         """Simulate a case that passes the check; None, with the reason in `made`, if check or simulation fail."""
         job, stage = self._job, "check"
         raise_if_stopped(job.stop)
-        if row.ok and row.loaded is not None and not self._refusing_problems(row):
+        if case.ok and case.loaded is not None and not self._refusing_problems(case):
             stage = "run"
             try:
                 result = run_case(
-                    row.loaded, runs=job.runs, film=False, lint=row.findings(), runner=job.runner, stop=job.stop
+                    case.loaded, runs=job.runs, film=False, lint=case.findings(), runner=job.runner, stop=job.stop
                 )
             except Text2SimError as error:
-                if isinstance(error, MachineError) and not needs_cuda(row.loaded):  # not the draw's fault
+                if isinstance(error, MachineError) and not needs_cuda(case.loaded):  # not the draw's fault
                     raise
-                row.blame(error)
+                case.blame(error)
             else:
                 raise_if_stopped(job.stop)  # a stopped run has evidence, too
                 if result.evidence is not None:
                     return result
-                row.failure = f"the run ended as {result.state}: {result.message}"
-        self.made.refuse(key, stage, self._refusing_problems(row) or [row.failure], drawn)
+                case.failure = f"the run ended as {result.state}: {result.message}"
+        self.made.refuse(key, stage, self._refusing_problems(case) or [case.failure], drawn)
         return None
 
     def _make_films(
-        self, row: Examined, run: Path, key: str, drawn: list[dict[str, Any]], about: dict[str, Any]
+        self, case: Examined, run: Path, key: str, drawn: list[dict[str, Any]], about: dict[str, Any]
     ) -> str | None:
         """Make the items of a run; return the key of the first accepted one, None if there is none."""
         job, first = self._job, None
         for number in range(self._source.films):
             raise_if_stopped(job.stop)
             name = f"{key}-film{number}" if number else key
-            filmed, all_drawn = row, drawn
+            filmed, all_drawn = case, drawn
             if number:
-                found = self._draw_film(row, key, name)
+                found = self._draw_film(case, key, name)
                 if found is None:
                     continue
                 filmed, all_drawn = found[0], [*drawn, *found[1]]
@@ -292,7 +292,7 @@ class _DrawMaker:
             if first in (item.key, item.row["same_physics_as"]):
                 item.questions += what_if(item.row, other.row, cause, item.frames, item.folder)
 
-    def _draw_film(self, row: Examined, key: str, name: str) -> tuple[Examined, list[dict[str, Any]]] | None:
+    def _draw_film(self, case: Examined, key: str, name: str) -> tuple[Examined, list[dict[str, Any]]] | None:
         """Draw looks, lights and cameras for a run until the check passes; the simulation must not change.
 
         A counterfactual has the looks of its base: they depend on the draw, not on the cause.
@@ -303,33 +303,33 @@ class _DrawMaker:
             for group in ("looks", "lights", "cameras"):
                 rng = generator(job.recipe.seed, job.key, number, attempt, group)
                 try:
-                    values = draw(getattr(self._source, group), rng, _data(row))
+                    values = draw(getattr(self._source, group), rng, _data(case))
                 except Text2SimError as error:
                     self.made.refuse(name, "check", [str(error)], drawn)
                     return None
                 drawn += _drawn_rows(group, values)
                 sets += overlay_of(values)
-            filmed = examine(job.case, overlay=row.overlay + sets)
+            filmed = examine(job.case, overlay=case.overlay + sets)
             why = self._refusing_problems(filmed)
-            if not why and filmed.plan is not None and row.plan is not None:
-                if filmed.plan.sim_digest == row.plan.sim_digest:
+            if not why and filmed.plan is not None and case.plan is not None:
+                if filmed.plan.sim_digest == case.plan.sim_digest:
                     return filmed, drawn
                 why = ["the draws for the film change the simulation"]
             self.made.refuse(name, "check", why or [filmed.failure], drawn)
         return None
 
-    def _refusing_problems(self, row: Examined) -> list[str]:
+    def _refusing_problems(self, case: Examined) -> list[str]:
         """The problems that refuse a case, without its folder, because a dataset goes to other people."""
         refuse = self._source.refuse
-        problems = [problem for problem in row.problems if problem.severity == "error" or problem.rule in refuse]
+        problems = [problem for problem in case.problems if problem.severity == "error" or problem.rule in refuse]
         return [str(replace(problem, file=Path(problem.file).name)) for problem in problems]
 
 
-def _cause(row: Examined, changed: Values) -> str:
+def _cause(case: Examined, changed: Values) -> str:
     """The changed cause of a counterfactual, in words."""
     (path, value), *_ = changed.items()
     try:
-        return cause_in_words(path, value, number_at(_data(row), path))
+        return cause_in_words(path, value, number_at(_data(case), path))
     except Text2SimError:
         return cause_in_words(path, value, None)
 
@@ -338,5 +338,5 @@ def _drawn_rows(group: str, values: Values) -> list[dict[str, Any]]:
     return [{"group": group, "path": path, "value": json.dumps(value)} for path, value in values.items()]
 
 
-def _data(row: Examined) -> Any:
-    return row.loaded.data if row.loaded is not None else {}
+def _data(case: Examined) -> Any:
+    return case.loaded.data if case.loaded is not None else {}
