@@ -19,7 +19,7 @@ from text2sim.agents.journal import Journal
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.endpoint import Endpoint, endpoint_of, never_stop
 from text2sim.agents.models.exchange import ModelError, StoppedError
-from text2sim.agents.models.files import write_whole
+from text2sim.agents.models.files import write_durably
 from text2sim.evaluation.exhibit import ResultExhibit, bind_facts, exhibit_of
 from text2sim.evaluation.method_folder import PROMPT_FILE, MethodFolder, PromptResult, read_method
 from text2sim.evaluation.prompt_templates import render_prompt
@@ -151,7 +151,7 @@ class Judging:
         made = method.made.get(name)
         shown = exhibit_of(made) if made is not None else ResultExhibit()
         for image in shown.frames.images if shown.frames is not None else ():
-            write_whole(self.out / name / method.name / "frames" / image.name, image.data)
+            write_durably(self.out / name / method.name / "frames" / image.name, image.data)
         if made is not None and not made.empty:
             turn = Turn(name, method.name, "check", 1, 1)
             bind_facts(lambda: self._chat(turn), prompt, shown, made)

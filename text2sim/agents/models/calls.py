@@ -11,7 +11,7 @@ from typing import Any
 
 from text2sim.agents.models.endpoint import Endpoint, never_stop
 from text2sim.agents.models.exchange import ModelRequest, Reply
-from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
+from text2sim.agents.models.files import UnfitFileError, read_plain, write_durably
 
 MAX_FILE_SIZE = 64_000_000
 """Largest file of a call [bytes] that is read back."""
@@ -75,7 +75,7 @@ class CallLog:
             record = self._record(key, request, reply, attempt)
             self._write(request, record)
             if shared is not None and not reply.free:
-                write_whole(shared, record)
+                write_durably(shared, record)
             with self._lock:
                 self._known[key] = reply
                 self._counted.add(key)
@@ -92,7 +92,7 @@ class CallLog:
             while path.exists():  # used by another question, before the loop took a different path
                 count += 1
                 path = self._folder / f"{request.stem}-{count}.json"
-            write_whole(path, record)
+            write_durably(path, record)
 
 
 def _read(path: Path) -> tuple[str, Reply] | None:

@@ -11,7 +11,7 @@ class UnfitFileError(OSError):
     """Error: a file exists but is refused; the message says why."""
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
+def write_durably(path: Path, content: str | bytes) -> None:
     """Write a file atomically and durably: it is either complete or absent, even after a loss of power."""
     data = content.encode() if isinstance(content, str) else content
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from threading import Lock
 
 from text2sim.agents.models.exchange import MEDIA_TYPES, ModelError, ModelRequest, Reply, StoppedError
-from text2sim.agents.models.files import UnfitFileError, read_plain, write_whole
+from text2sim.agents.models.files import UnfitFileError, read_plain, write_durably
 from text2sim.agents.models.tokens import request_tokens, text_tokens
 
 REPLY_SUFFIXES = ("md", "yaml", "yml", "json", "txt")
@@ -56,8 +56,8 @@ class Mailbox:
                 return
             self._supersede(request)
             for name, image in zip(_picture_names(request), _pictures(request), strict=True):
-                write_whole(self._folder / name, image.data)
-            write_whole(path, letter(request))
+                write_durably(self._folder / name, image.data)
+            write_durably(path, letter(request))
         except UnfitFileError as error:
             raise ModelError(f"{path}: {error}") from None
         except OSError as error:
