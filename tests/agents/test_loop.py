@@ -119,6 +119,12 @@ def test_from_words_to_an_accepted_case(tmp_path: Path, monkeypatch: pytest.Monk
     assert (case / outcome.best.run / "report.html").is_file()
 
 
+def test_a_limit_may_be_infinite(tmp_path: Path) -> None:
+    wish = SessionWish("generate", REQUEST, {"": "x"}, minutes=float("inf"), sim_timeout=float("inf"))
+    Session.begin(tmp_path / "drop", wish, [], [])
+    assert Session.resume(tmp_path / "drop").wish == wish
+
+
 def test_a_session_that_is_resumed_with_more_time_asks_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
