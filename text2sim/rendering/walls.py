@@ -71,7 +71,14 @@ def wall_material(kind: str, color: tuple[float, float, float], wall: Wall, stag
 
 
 def wall_picture(kind: str, wall: Wall, stage: float, *, window: bool) -> Array:
-    """Return factors on a wall's linear colour, from its foot upwards, shape (rows, COLUMNS); see `wall_material`."""
+    """Return factors on a wall's linear colour, from its foot upwards, shape (rows, COLUMNS).
+
+    Args:
+        kind: One of `WALLS`.
+        wall: The wall.
+        stage: Radius of the scene [m].
+        window: Whether light falls on it through a window.
+    """
     (wide, tall), away = wall.size, wall.away
     texel = wide / COLUMNS
     rows = max(round(tall / texel), 2)
