@@ -119,6 +119,16 @@ def test_pages_come_as_a_message_of_their_own_after_what_was_said(tmp_path: Path
     assert asked.account.total().again == 0, "a short beginning is in no cache"
 
 
+def test_pages_are_served_twice(tmp_path: Path) -> None:
+    reads = [fenced(f"read: [{name}]") for name in ("net", "hinge", "line")]
+    model = Scripted({"planner": [*reads, fenced("n: 3")]})
+    asked = chat(tmp_path, model)
+    assert asked.ask("planner", "s", "q", number, read_pages=PageRequests()) == 3
+    assert "No more pages" not in model.asked[1].messages[-1].text
+    assert "No more pages" in model.asked[2].messages[-1].text
+    assert "/read: pages are served 2 times, and have been" in model.asked[3].messages[-1].text
+
+
 def test_a_long_list_of_pages_is_served_as_far_as_it_goes() -> None:
     text, served = language.explanations(sorted(language.known_kinds()))
     assert len(text) < 1.3 * language.MAX_PAGES_SIZE

@@ -141,9 +141,12 @@ class Conversation:
             reply = self.reply(role, messages)
             try:
                 data = read_reply(reply)[0]
-                if read_pages is not None and looks < MAX_PAGE_REQUESTS and (names := _requested_pages(data)):
+                if read_pages is not None and (names := _requested_pages(data)):
                     looks += 1
-                    messages += [Message("assistant", _echo(reply)), Message("user", read_pages(names) + ANSWER_NOW)]
+                    if looks > MAX_PAGE_REQUESTS:
+                        raise Wrong([f"/read: pages are served {MAX_PAGE_REQUESTS} times, and have been; answer now"])
+                    pages = read_pages(names) + ANSWER_NOW + (LAST_PAGES if looks == MAX_PAGE_REQUESTS else "")
+                    messages += [Message("assistant", _echo(reply)), Message("user", pages)]
                     continue
                 if isinstance(before, dict) and isinstance(data, dict) and set(data) == {CHANGES_KEY}:
                     data = apply_merge_patch(before, data[CHANGES_KEY])
@@ -205,6 +208,7 @@ def typed_parser(model: type[BaseModel], check: Callable[[Any], None] | None = N
     return read
 
 
+LAST_PAGES = " No more pages are served."
 ANSWER_NOW = "\n\nNow answer the question above."
 
 
