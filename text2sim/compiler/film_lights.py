@@ -71,7 +71,7 @@ STUDIOS = {
         backdrop="wall",
         background="#e8e0d2",
         ambient=0.45,
-        stops=0.4,
+        stops=0.3,
         softbox_side=0.12,
     ),
     "sunlight": Studio(

@@ -77,6 +77,6 @@ BACKDROP = {
     "window": True,
     "supports": True,
 }
-GAIN = 0.8321  # exposure: a white sheet that faces the strongest light appears white
+GAIN = 0.7764  # exposure: a white sheet that faces the strongest light appears white
 TONE = "agx"
 OVERLAY = {"title": None, "time": False, "values": [], "inset": False}
