@@ -68,3 +68,21 @@ def test_places_say_what_is_behind_them():
     for dark in ("lighting: dark_stage", "lights: {key: {kind: sun}}"):
         assert "window" not in backdrop(f"{{setting: kitchen, {dark}}}"), "its light comes from somewhere else"
     assert "skyline" not in backdrop("{setting: meadow, background: white}"), "the author chose what is behind"
+
+
+def test_a_light_out_of_doors_brings_its_sky_and_the_ground_its_pattern():
+    golden = backdrop("{lighting: golden_hour}")
+    assert golden["skyline"] == "wood"
+    assert golden["sky"] != backdrop("{setting: meadow}")["sky"]
+    assert backdrop("{setting: street, lighting: golden_hour}") | {"floor": None} == golden | {
+        "floor": None, "skyline": "town", "wall": "plain",
+    }  # fmt: skip
+    assert "skyline" not in backdrop("{lighting: golden_hour, background: white}")
+    assert "skyline" not in backdrop("{lighting: golden_hour, backdrop: ground}")
+    assert backdrop("{setting: room, lighting: golden_hour}")["kind"] == "wall"
+    assert "floor" not in golden, "a ground without a colour has that of the haze"
+    for color, pattern in (("forestgreen", "grass"), ("peru", "asphalt")):
+        ground = CASE.replace("{shape: {kind: plane}}", f"{{shape: {{kind: plane}}, look: {{color: {color}}}}}")
+        made = plan_case(load_text(ground.replace("RENDER", "{lighting: sunlight}"))).render["backdrop"]
+        assert made["floor"]["pattern"] == pattern
+        assert made["planes"] == []

@@ -4,7 +4,7 @@ from math import cos, dist, hypot, pi, radians, sin
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
-from text2sim.compiler.film_places import adapted, floor_of, place_of
+from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
 from text2sim.compiler.looks import STATIC_COLOR, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
@@ -28,6 +28,8 @@ class Studio(NamedTuple):
     """For the preview, which has no indirect light."""
     stops: float = 0.0
     """How many stops brighter than the exposure that makes a white sheet white."""
+    sky: str = ""
+    """Colour of the sky overhead, out of doors."""
     softbox_side: float = SOFTBOX_SIDE
     """Side of its softboxes, in units of their distance: the smaller, the crisper are shadows."""
 
@@ -80,6 +82,7 @@ STUDIOS = {
         background="#dbe4ea",
         ambient=0.45,
         stops=0.2,
+        sky="#86b1de",
     ),
     "overcast": Studio(
         {"cloud": _fill("#f2f5f8", "#cfd6dc", 0.9), "sun": _sun((0.3, 0.4, -1.0), 0.6, 40.0)},
@@ -92,6 +95,7 @@ STUDIOS = {
         backdrop="horizon",
         background="#e6cdb2",
         ambient=0.35,
+        sky="#8aa3c9",
     ),
     "dark_stage": Studio(
         {
@@ -131,36 +135,47 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
             if light["kind"] == "environment":
                 light["strength"] = render.ambient
     stops = render.exposure + (studio.stops if not render.lights else 0.0)
-    background = render.background or (place.behind if place else studio.background)
     floor = floor_of(place, scene, radius, named=render.setting is not None) if place else None
     if floor is not None and not render.lights:
         stops += adapted(floor)
     ground = ground_planes(scene)
+    background, behind = _behind(render, place, studio)
+    if floor is None and "sky" in behind:
+        floor = open_ground(scene, radius)
     return {
-        "background": rounded_rgb(background),
+        "background": background,
         "ambient": studio.ambient if render.ambient is None else render.ambient,
         "lights": lights,
         "gain": round(2.0**stops * _gain(lights, center), 4),
         "backdrop": {
-            "kind": render.backdrop or (place.backdrop if place else studio.backdrop),
+            "kind": behind.pop("kind"),
             "level": max((plane.pos[2] for plane in ground), default=None),
             "center": center,
             "radius": round(CYCLORAMA_RADIUS * radius, 3),
             "planes": [plane.name for plane in ground if plane.model.look.color in (None, STATIC_COLOR)],
-            **({"floor": floor, "wall": place.wall} if floor and place else {}),
-            **(
-                {"window": True}
-                if place and place.wall != "plain" and not render.lights and studio is STUDIOS["daylight"]
-                else {}
-            ),
-            **(
-                {"sky": rounded_rgb(place.sky), "skyline": place.skyline}
-                if place and place.sky and not render.background
-                else {}
-            ),
+            **({"floor": floor} if floor else {}),
+            **behind,
             "supports": render.supports == "posts",
         },
     }
+
+
+def _behind(render: Render, place: FilmPlace | None, studio: Studio) -> tuple[Vec, dict[str, Any]]:
+    """Return the background, and what is behind the scene: the kind of the backdrop, and its wall or its sky."""
+    kind = render.backdrop or (place.backdrop if place else studio.backdrop)
+    sky, plain, own = studio.sky, studio.background, False
+    if place:
+        own = studio is STUDIOS[place.lighting]
+        if own or kind != "horizon" or not sky:  # otherwise the light that the case names brings its own sky
+            sky, plain = place.sky, place.behind
+    found: dict[str, Any] = {"kind": kind}
+    if place:
+        found["wall"] = place.wall
+        if place.wall != "plain" and own and not render.lights:
+            found["window"] = True
+    if kind == "horizon" and sky and not render.background:
+        found |= {"sky": rounded_rgb(sky), "skyline": (place.skyline if place else "") or "wood"}
+    return rounded_rgb(render.background or plain), found
 
 
 def _light(light: Light, scene: FilmedScene, center: Vec, radius: float, side: float) -> dict[str, Any]:

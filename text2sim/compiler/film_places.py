@@ -92,8 +92,7 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
         return PLACES[render.setting]
     if not is_chosen(render):
         return None
-    green = [rgb(copy.model.look.color) for copy in ground_planes(scene) if isinstance(copy.model.look.color, str)]
-    if any(g > 1.1 * r and g > 1.2 * b for r, g, b in green):
+    if any(_is_green(copy.model.look.color) for copy in ground_planes(scene)):
         return PLACES["meadow"]
     colors = _colors(scene)
     pattern, color, behind = FLOORS_AND_WALLS[max(range(len(FLOORS_AND_WALLS)), key=lambda k: _contrast(k, colors))]
@@ -133,6 +132,28 @@ def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool
         "color": rounded_rgb(color),
         "tile": _pleasant(min(max(JOINT_SHARE * radius, low), high)),
     }
+
+
+def open_ground(scene: FilmedScene, radius: float) -> dict[str, Any] | None:
+    """Return the floor below a sky without a place: grass if the ground is green; None if it has no colour.
+
+    Args:
+        scene: The scene at its start.
+        radius: Of the scene [m].
+    """
+    for copy in ground_planes(scene):
+        color = copy.model.look.color
+        if isinstance(color, str) and color != STATIC_COLOR and copy.model.look.pattern is None:
+            usual = PLACES["meadow" if _is_green(color) else "street"]
+            return floor_of(usual, scene, radius, named=False)
+    return None
+
+
+def _is_green(color: Any) -> bool:
+    if not isinstance(color, str):
+        return False
+    red, green, blue = rgb(color)
+    return green > 1.1 * red and green > 1.2 * blue
 
 
 def _colors(scene: FilmedScene) -> dict[Vec, None]:
