@@ -81,7 +81,7 @@ def test_a_light_out_of_doors_brings_its_sky_and_the_ground_its_pattern():
     assert "skyline" not in backdrop("{lighting: golden_hour, backdrop: ground}")
     assert backdrop("{setting: room, lighting: golden_hour}")["kind"] == "wall"
     assert "floor" not in golden, "a ground without a colour has that of the haze"
-    for color, pattern in (("forestgreen", "grass"), ("peru", "asphalt")):
+    for color, pattern in (("forestgreen", "grass"), ("peru", "earth"), ("gray", "asphalt")):
         ground = CASE.replace("{shape: {kind: plane}}", f"{{shape: {{kind: plane}}, look: {{color: {color}}}}}")
         made = plan_case(load_text(ground.replace("RENDER", "{lighting: sunlight}"))).render["backdrop"]
         assert made["floor"]["pattern"] == pattern

@@ -165,3 +165,20 @@ def test_decor_is_drawn_and_neither_weighs_nor_touches():
         Compound.model_validate({"kind": "compound", "parts": {"eye": parts["eye"]}})
     with pytest.raises(ValidationError, match="no density"):
         Compound.model_validate({"kind": "compound", "parts": parts | {"eye": parts["eye"] | {"density": 10.0}}})
+
+
+def test_the_rings_of_timber_are_on_its_sawn_ends_alone():
+    mesh = cylinder(0.2, 1.0)
+    flat = unfold(mesh.vertices, mesh.faces, mesh.normals, upright=True)
+    picture = painted(Dress("rings", color=(0.9, 0.8, 0.6)), flat.sheets, OWN)
+    left, (width, _) = places(flat.sheets)
+    start = round(left[1] / width * picture.shape[1])
+    assert picture[:, : start - 2, 3].max() == 0, "bark stays on the side"
+    end = picture[-round(0.4 / width * picture.shape[1]) :, start : start + round(0.4 / width * picture.shape[1])]
+    assert 0.55 < (end[..., 3] > 0.5).mean() < 0.785, "a disc within a rim of bark, in its square"
+    inside = end[end[..., 3] > 0.99][:, :3]
+    assert inside.mean(axis=0) == pytest.approx((0.8, 0.7, 0.53), abs=0.1)
+    assert inside.std(axis=0).min() > 0.02, "with rings"
+    crate = box(np.ones(3))
+    flat = unfold(crate.vertices, crate.faces, crate.normals, upright=True)
+    assert painted(Dress("rings"), flat.sheets, OWN)[..., 3].max() == 0, "a box has none"

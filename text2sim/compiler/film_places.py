@@ -41,6 +41,7 @@ PLACES = {
     "kitchen": FilmPlace("daylight", "wall", "tiles", "#a89f93", "#c4d6d2", "tiles"),
     "tabletop": FilmPlace("daylight", "wall", "boards", "#a97c50", "#c9d2d6"),
     "street": FilmPlace("sunlight", "horizon", "asphalt", "#8b8d90", "#dbe4ea", sky="#8fb4d9", skyline="town"),
+    "yard": FilmPlace("sunlight", "horizon", "earth", "#8f7a5c", "#dde8ec", sky="#86b1de", skyline="wood"),
     "meadow": FilmPlace("sunlight", "horizon", "grass", "#5f6d3d", "#dde8ec", sky="#86b1de", skyline="wood"),
 }
 PLACE_AND_LIGHT_FIELDS = {"lighting", "lights", "backdrop", "background", "ambient", "exposure", "tone", "setting"}
@@ -71,6 +72,7 @@ JOINT_DISTANCES = {
     "boards": (0.02, 0.2),
     "tiles": (0.05, 0.5),
     "asphalt": (0.5, 2.0),
+    "earth": (0.5, 2.0),
     "grass": (0.5, 2.0),
 }
 """Least and greatest distance [m] of the joints of a pattern, or size of what it repeats."""
@@ -144,7 +146,7 @@ def open_ground(scene: FilmedScene, radius: float) -> dict[str, Any] | None:
     for copy in ground_planes(scene):
         color = copy.model.look.color
         if isinstance(color, str) and color != STATIC_COLOR and copy.model.look.pattern is None:
-            usual = PLACES["meadow" if _is_green(color) else "street"]
+            usual = PLACES["meadow" if _is_green(color) else "yard" if _is_brown(color) else "street"]
             return floor_of(usual, scene, radius, named=False)
     return None
 
@@ -154,6 +156,11 @@ def _is_green(color: Any) -> bool:
         return False
     red, green, blue = rgb(color)
     return green > 1.1 * red and green > 1.2 * blue
+
+
+def _is_brown(color: str) -> bool:
+    red, green, blue = rgb(color)
+    return red > 1.05 * green > 1.1 * blue
 
 
 def _colors(scene: FilmedScene) -> dict[Vec, None]:

@@ -39,6 +39,8 @@ OPEN, NEAREST_WOOD = 4.0, 30.0
 """That distance before a skyline, in radii of the stage, and its least [m]: it meets the ground at a thin line."""
 CLEAR, MAX_CLEARING = 2.5, 6.0
 """That distance is at least this many distances of the farthest body, and grows by this factor at most."""
+FADING, EDGE = 4, 14
+"""Exponents of the fall in transmittance with distance: into haze, and at a skyline, whose foot it has to meet."""
 LOST = 1.5
 """Radius of endless ground, in distances of haze: less than a hundredth of it would be visible there."""
 OVERHEAD = 0.5
@@ -242,19 +244,20 @@ def haze_distance(backdrop: dict[str, Any], eye: Array, places: Array) -> float:
     return min(max(usual, CLEAR * float(away)), MAX_CLEARING * usual)
 
 
-def clearness(haze: float, depth: Array, alpha: Array) -> Array:
+def clearness(haze: float, depth: Array, alpha: Array, *, edge: bool = False) -> Array:
     """Return the transmittance of the haze, 0 to 1: the ground fades out before its hard edge.
 
     Args:
         haze: Distance from the camera at which endless ground fades [m]; 0 without haze.
         depth: Distance from the camera [m], 0 for empty pixels, shape (h, w).
         alpha: Coverage of each pixel, 0 to 1, shape (h, w).
+        edge: Whether the ground ends there, at a skyline, instead of fading.
     """
     if not haze:
         return np.ones_like(depth)
     # Only some samples of a pixel at the ground's edge hit it: take the depth of its neighbours.
     away = np.where(alpha < WHOLE, maximum_filter(depth, size=3), depth)
-    return np.exp(-((away / haze) ** 4))
+    return np.exp(-((away / haze) ** (EDGE if edge else FADING)))
 
 
 def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int, int]) -> Array:

@@ -29,6 +29,10 @@ UNEVEN = (
     "marble",
     "peel",
     "foliage",
+    "bark",
+    "fur",
+    "crust",
+    "stone",
     "sand",
     "cloth",
 )

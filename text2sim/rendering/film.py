@@ -178,7 +178,7 @@ class Filming:
         """Return a traced frame as displayed, uint8."""
         film = self.recording.film
         shown = tone.developed(traced.radiance, film["gain"], film.get("tone", "agx"))
-        alpha = traced.alpha * clearness(traced.haze, traced.depth, traced.alpha)
+        alpha = traced.alpha * clearness(traced.haze, traced.depth, traced.alpha, edge="skyline" in film["backdrop"])
         behind = film["background"] if traced.behind is None else traced.behind
         return tone.bytes_of(tone.over(shown, alpha, behind))
 

@@ -84,6 +84,10 @@ FINISHES = {
     "jelly": Finish(0.08, 0.55, clearcoat=1.0, kind="gel"),
     "peel": Finish(0.38, 0.5, clearcoat=0.35, texture="dimples", shade=0.82, tile=0.07, bump=0.035),
     "foliage": Finish(0.6, 0.3, sheen=0.5, texture="leaves", shade=0.5, tile=0.7, bump=0.02),
+    "bark": Finish(0.95, 0.1, texture="furrows", shade=0.46, tile=0.6, bump=0.035),
+    "fur": Finish(0.95, 0.1, sheen=1.0, texture="hairs", shade=0.55, tile=0.16, bump=0.03),
+    "crust": Finish(0.45, 0.4, sheen=0.2, clearcoat=0.2, texture="blotches", shade=0.62, tile=0.7, bump=0.012),
+    "stone": Finish(0.9, 0.2, texture="chips", shade=0.58, tile=0.8, bump=0.025),
 }
 PLAIN = "rough"
 DEEP = 0.65
@@ -264,6 +268,15 @@ def _pattern(name: str) -> Array:
         return _pores(chance, 900 if name == "cells" else 420, hollow=name == "dimples")
     if name == "leaves":
         return _leaves(chance, 1500)
+    if name == "furrows":  # of bark, along v
+        bent = _noise(chance, 1.25, (3.2, 0.8))
+        return _stretched(np.minimum(np.abs(bent - 0.5), 0.16) + 0.12 * _noise(chance, 0.5, (3.0, 1.0)))
+    if name == "hairs":
+        return _stretched(_noise(chance, 0.9, (7.0, 1.6)) + 0.5 * _noise(chance, 1.6, (1, 1)))
+    if name == "blotches":
+        return _stretched(_noise(chance, 1.6, (1, 1)) + 0.25 * _noise(chance, 0.4, (1, 1)))
+    if name == "chips":
+        return _stretched(np.minimum(_noise(chance, 1.15, (1, 1)), 0.55) + 0.3 * _noise(chance, 1.7, (1, 1)))
     if name == "fuzz":
         return _stretched(_noise(chance, 0.35, (1, 1)))
     return _stretched(_noise(chance, 0.05, (1, 1)) ** 2)  # specks

@@ -17,9 +17,8 @@ from text2sim.rendering.tone import linear
 Array = NDArray[np.floating]
 
 TEXELS = 1024
-PATCH_TEXELS, PATCH_LENGTH, PATCH_TINT = 256, 7.3, (1.15, 1.0, 0.9)
-"""Texels of the map of patches, the length after which it repeats in lengths of the texture, and how much the patches
-vary in red, green and blue."""
+PATCH_TEXELS, PATCH_LENGTH = 256, 7.3
+"""Texels of the map of patches, and the length after which it repeats in lengths of the texture."""
 
 
 class FloorPattern(NamedTuple):
@@ -33,6 +32,8 @@ class FloorPattern(NamedTuple):
     """Standard deviation of its brightness, relative to the mean."""
     patches: float = 0.0
     """Range of its brightness from patch to patch, relative to the mean; a patch is larger than the texture."""
+    tint: tuple[float, float, float] = (1.15, 1.0, 0.9)
+    """How much patches differ in red, green and blue: dark ones of grass are less dry, of earth overgrown."""
 
 
 SURFACES = {
@@ -41,6 +42,7 @@ SURFACES = {
     "boards": FloorPattern(8, 0.42, 0.35, 0.06),
     "tiles": FloorPattern(8, 0.3, 0.4, 0.02),
     "asphalt": FloorPattern(2, 0.85, 0.2, 0.10, 0.22),
+    "earth": FloorPattern(2, 0.95, 0.1, 0.15, 0.55, (1.4, 1.0, 1.5)),
     "grass": FloorPattern(2, 0.95, 0.1, 0.22, 0.55),
     "sand": FloorPattern(4, 0.95, 0.1, 0.07, 0.12),
 }
@@ -60,8 +62,7 @@ def floor_material(pattern: str, color: tuple[float, float, float], tile: float)
     values = texture(pattern) * linear(np.asarray(color, float))
     if not surface.patches:
         return mitsuba().load_dict({"type": "twosided", "bsdf": _coat(surface, values, length)})
-    # Light patches are drier: a little redder.
-    light, dark = (1 + sign * surface.patches / 2 * np.array(PATCH_TINT) for sign in (1, -1))
+    light, dark = (1 + sign * surface.patches / 2 * np.array(surface.tint) for sign in (1, -1))
     where = 0.5 + 0.22 * fractal_noise(np.random.default_rng(5), 1.5, PATCH_TEXELS)[..., None]
     return mitsuba().load_dict({
         "type": "twosided",
@@ -121,7 +122,7 @@ def texture(pattern: str) -> Array:
         blades = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.3, mode="wrap")
         made = 1 + surface.contrast * (0.2 * fractal_noise(chance, 1.5, TEXELS) + 0.95 * blades / blades.std())
         tint = np.array([1.1, 1.0, 1.2])
-    elif pattern in ("asphalt", "sand"):
+    elif pattern in ("asphalt", "sand", "earth"):
         grit = gaussian_filter(chance.standard_normal((TEXELS, TEXELS)), 1.0, mode="wrap")
         made = 1 + surface.contrast * (0.9 * grit / grit.std() + 0.35 * fractal_noise(chance, 1.6, TEXELS))
     else:

@@ -95,7 +95,7 @@ def _trees(turn: Array, rise: Array, height: float, row: int) -> tuple[Array, Ar
     top = height * np.maximum(1 + 0.22 * _at(_waves(row, 3, 60, 0.9), turn) + 0.34 * _at(_crowns(row), turn), 0.2)
     leaves = sampled(_noise(row, 0.9), 60 * turn, rise * 60 / (2 * np.pi))
     # Crowns catch light at their tops and are dark between each other.
-    lit = 0.72 + 0.22 * np.clip(rise / np.maximum(top, 1e-3), 0.0, 1.0) + 0.14 * leaves
+    lit = 0.68 + 0.26 * np.clip(rise / np.maximum(top, 1e-3), 0.0, 1.0) + 0.14 * leaves
     return TREES * np.clip(lit, 0.4, 1.5)[..., None], top
 
 

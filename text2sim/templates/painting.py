@@ -19,6 +19,9 @@ GAP = 0.02
 """Gap between sheets, as a fraction of the widest."""
 TAPE = (0.55, 0.36, 0.17)
 PRINT = (0.16, 0.12, 0.08)
+TIMBER = (0.86, 0.72, 0.50)
+BARK_SHARE = 0.93
+"""Radius of the wood of a sawn end, in radii of the trunk."""
 PAGES = (0.93, 0.90, 0.82)
 LABELLED = 0.4
 """Sheets with at least this share of the largest sheet's area get the label."""
@@ -59,7 +62,9 @@ def painted(dress: Dress, sheets: list[Sheet], own: tuple[float, ...]) -> np.nda
     for sheet, x in zip(sheets, left, strict=True):
         size = max(round(sheet.width * scale), 1), max(round(sheet.height * scale), 1)
         picture = Image.new("RGBA", size, (*_ink(own), 0))
-        if dress.kind in _PAINTERS and not is_round:
+        if dress.kind == "rings":
+            _rings(_Pen(picture, scale), sheet, dress, own)
+        elif dress.kind in _PAINTERS and not is_round:
             _PAINTERS[dress.kind](_Pen(picture, scale), sheet, sheets, dress, own)
         elif dress.kind and dress.kind not in _PAINTERS:
             picture = _cut(dress, sheet, sheets, own, size)
@@ -256,6 +261,28 @@ def _pips(pen: _Pen, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) 
     for x, y, cell, number in halves:
         for a, b in PIPS[number]:
             pen.disc(x + 0.52 * a * cell, y + 0.52 * b * cell, 0.2 * cell, color)
+
+
+def _rings(pen: _Pen, sheet: Sheet, dress: Dress, own: Any) -> None:
+    """Draw the sawn end of a trunk within a rim of bark: rings about a pith beside the middle, and cracks."""
+    if sheet.name not in ("top", "bottom"):
+        return
+    r, pale = sheet.width / 2, np.array(dress.color or TIMBER)
+    chance = np.random.default_rng(7 if sheet.name == "top" else 8)
+    x, y = r * (1 + chance.uniform(-0.12, 0.12, 2))
+    pen.disc(r, r, BARK_SHARE * r, pale)
+    edges = np.sort(chance.uniform(0.06, 1.0, round(9 + 4 * chance.random())))[::-1]
+    for k, edge in enumerate(edges):
+        away = 1 - edge  # inner rings are about the pith
+        middle = (r + away * (x - r), r + away * (y - r))
+        pen.disc(*middle, edge * BARK_SHARE * r, 0.62 * pale, 0.55)
+        pen.disc(*middle, edge * BARK_SHARE * r - 0.022 * r, pale * (1 - 0.10 * (k % 2) - 0.12 * away))
+    pen.disc(x, y, 0.035 * r, 0.4 * pale)
+    for _ in range(5):
+        turn, long = chance.uniform(0, 2 * np.pi), r * chance.uniform(0.25, 0.7)
+        across = 0.012 * r * np.array((-np.sin(turn), np.cos(turn)))
+        tip = np.array((x, y)) + long * np.array((np.cos(turn), np.sin(turn)))
+        pen.polygon([(x + across[0], y + across[1]), tuple(tip), (x - across[0], y - across[1])], 0.4 * pale, 0.7)
 
 
 def _write(picture: Any, sheet: Sheet, sheets: list[Sheet], dress: Dress, own: Any) -> None:

@@ -114,6 +114,10 @@ Finish = Literal[
     "jelly",
     "peel",
     "foliage",
+    "bark",
+    "fur",
+    "crust",
+    "stone",
 ]
 
 
@@ -121,10 +125,10 @@ class Pattern(Model):
     """A pattern over the colour of a body: boards, tiles, print. Path traced only."""
 
     kind: Literal[
-        "planks", "bricks", "tiles", "checker", "gingham", "stripes", "dots", "carton", "crate", "book", "pips"
+        "planks", "bricks", "tiles", "checker", "gingham", "stripes", "dots", "rings", "carton", "crate", "book", "pips"
     ]
-    """`planks`: boards, or staves on round shapes. The last four are for boxes: tape and print, framed boards, covers
-    and pages, a die or domino."""
+    """`planks`: boards, or staves on round shapes. `rings`: pale sawn ends of a cylinder of timber. The last four are
+    for boxes: tape and print, framed boards, covers and pages, a die or domino."""
     size: Length | None = None
     """Width [m] of a board, tile or stripe, or length of a brick; by default derived from the body."""
     color: ColorName | None = None
@@ -154,7 +158,7 @@ class Look(Model):
     """Surface of the body; the preview shows its gloss. A liquid is by default as clear as `glass`."""
     pattern: Pattern | None = None
     """Boards, tiles or print over the colour, such as `{kind: stripes, size: 0.03, color: white}`: planks, bricks,
-    tiles, checker, gingham, stripes, dots; on boxes also carton, crate, book, pips."""
+    tiles, checker, gingham, stripes, dots, rings; on boxes also carton, crate, book, pips."""
     label: Label | None = None
     """Text on the body, such as `{text: "7", color: white}`."""
     opacity: Fraction = 1.0

@@ -89,12 +89,14 @@ class Render(Model):
     quality: Literal["preview", "final"] = "preview"
     """The film that counts: the rasterised `preview`, which every run makes quickly, or the path-traced film that
     `text2sim render` makes of a run (`final`)."""
-    setting: Literal["studio", "workshop", "warehouse", "room", "kitchen", "tabletop", "street", "meadow"] | None = None
+    setting: (
+        Literal["studio", "workshop", "warehouse", "room", "kitchen", "tabletop", "street", "yard", "meadow"] | None
+    ) = None
     """Location: floor, background and matching light, each of which can be overridden below. `studio`: a pale polished
     floor and wall. `workshop`: slabs, bricks. `warehouse`: slabs and concrete, cooler. `room`: boards, plaster.
     `kitchen`: tiles. `tabletop`: fine boards, for scenes that fit on a table. `street`: asphalt, a town far off, sun.
-    `meadow`: grass, a wood far off, sun. If neither light nor backdrop is given, it is by default derived from the
-    case; then a ground with a given colour or finish keeps it."""
+    `yard`: trodden earth; `meadow`: grass; both with a wood far off, and sun. If neither light nor backdrop is given,
+    it is by default derived from the case; then a ground with a given colour or finish keeps it."""
     supports: Literal["posts", "none"] = "posts"
     """`posts`: bodies and statics that float and never move get thin posts down to the floor, where nothing moves past.
     Path traced only."""
