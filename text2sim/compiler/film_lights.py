@@ -91,10 +91,11 @@ STUDIOS = {
         ambient=0.6,
     ),
     "golden_hour": Studio(
-        {"sun": _sun((0.9, 0.3, -0.32), 3.4, 2.0, "#ffc48a"), "sky": _fill("#7d9fd0", "#ffd9b0", 0.4)},
+        {"sun": _sun((0.85, 0.4, -0.42), 3.4, 2.0, "#ffc990"), "sky": _fill("#8fabd6", "#ffdfbd", 0.45)},
         backdrop="horizon",
         background="#e6cdb2",
         ambient=0.35,
+        stops=0.5,
         sky="#8aa3c9",
     ),
     "dark_stage": Studio(

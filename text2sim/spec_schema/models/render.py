@@ -104,7 +104,7 @@ class Render(Model):
     """Preset of lights, backdrop and background, each of which can be overridden below. `studio`: a large soft lamp
     beside the camera, a cool rim light and little else, on a seamless grey cyclorama. `daylight`: a window beside the
     camera, a room, a wall. `sunlight`: sky, and a sun of 2.9, 43 deg high, behind the camera on the left. `overcast`:
-    shadowless, under a bright cloud. `golden_hour`: a warm sun of 3.4, 19 deg high, at the same place. `dark_stage`: a
+    shadowless, under a bright cloud. `golden_hour`: a warm sun of 3.4, 24 deg high, at the same place. `dark_stage`: a
     spot from above, on black."""
     lights: dict[Name, Light] = Field(default_factory=dict, max_length=20)
     """Lights by name, instead of those of `lighting`."""
