@@ -277,7 +277,7 @@ def sky(backdrop: dict[str, Any], background: Array, view: Any, size: tuple[int,
     y = tall * (1 - 2 * (np.arange(height) + 0.5) / height)[:, None, None]
     x = tall * width / height * (2 * (np.arange(width) + 0.5) / width - 1)[None, :, None]
     rays = ahead + x * right + y * up
-    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+    rays = (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).astype(np.float32)
     overhead = np.clip(rays[..., 2:] / OVERHEAD, 0.0, 1.0) ** 0.7
     made = background + (np.asarray(backdrop["sky"]) - background) * overhead
     if "skyline" not in backdrop:

@@ -26,11 +26,13 @@ from text2sim.rendering.scene import FilmStage, sensor
 from text2sim.rendering.trace import QUALITIES, Quality, Traced, trace
 from text2sim.spec_schema.errors import RunError
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
-from text2sim.templates.cameras import Cameras
+from text2sim.templates.cameras import Cameras, View
 from text2sim.templates.overlays import Overlay
 from text2sim.templates.video import Video
 
 Format = Literal["png", "exr"]
+MAX_SKIES = 8
+"""Largest number of painted skies that are kept."""
 ENCODER = {"draft": (18, "medium"), "final": (16, "slow")}
 """Constant rate factor and preset of the encoder, by quality."""
 
@@ -90,6 +92,7 @@ class Filming:
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
         self._drawn: dict[Frame, Frame] = {}
+        self._skies: dict[bytes, Any] = {}
 
     @cached_property
     def stage(self) -> FilmStage:
@@ -116,7 +119,7 @@ class Filming:
         """
         other = copy(self)
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
-        other._digests = Digests(self.recording, other._how, size)
+        other._digests, other._skies = Digests(self.recording, other._how, size), {}
         return other
 
     def reels(
@@ -169,10 +172,19 @@ class Filming:
         update = perf_counter() - start
         made = trace(moments, self._how, self.recording.film["gain"])
         made.seconds["update"] = update
-        film = self.recording.film
-        made.behind = sky(film["backdrop"], film["background"], view, self.size)
-        made.haze = 0.0 if view is None else stage.haze(view.pos)
+        if view is not None:
+            made.behind, made.haze = self._sky(view), stage.haze(view.pos)
         return made
+
+    def _sky(self, view: View) -> Any:
+        """Return what is behind all surfaces; it is painted once for a camera that stands still."""
+        key = np.hstack(view).tobytes()
+        if key not in self._skies:
+            if len(self._skies) >= MAX_SKIES:
+                self._skies.clear()
+            film = self.recording.film
+            self._skies[key] = sky(film["backdrop"], film["background"], view, self.size)
+        return self._skies[key]
 
     def develop(self, traced: Traced) -> Any:
         """Return a traced frame as displayed, uint8."""

@@ -32,7 +32,7 @@ def sampled(tile: Array, x: Array, y: Array) -> Array:
     size = len(tile)
     u, v = np.mod(x, 1.0) * size, np.mod(y, 1.0) * size
     i, j = u.astype(np.int32), v.astype(np.int32)
-    u, v = u - i, v - j
+    u, v = (u - i).astype(tile.dtype), (v - j).astype(tile.dtype)
     i, j = i % size, j % size
     k, m = (i + 1) % size, (j + 1) % size
     return (tile[j, i] * (1 - u) + tile[j, k] * u) * (1 - v) + (tile[m, i] * (1 - u) + tile[m, k] * u) * v

@@ -70,7 +70,7 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
 def _clouded(rays: Array, behind: Array) -> Array:
     """Return a sky with fair-weather clouds, on a plane above: they flatten towards the horizon."""
     up = rays[..., 2]
-    made = np.array(np.broadcast_to(behind, rays.shape))
+    made = np.array(np.broadcast_to(behind, rays.shape), np.float32)
     seen = np.flatnonzero((up > LOWEST_CLOUD[0]).any(axis=1))
     if not len(seen):
         return made
@@ -127,7 +127,7 @@ def _at(outline: Array, turn: Array) -> Array:
 
 @cache
 def _noise(seed: int, slope: float) -> Array:
-    return fractal_noise(np.random.default_rng(seed), slope, TEXELS)
+    return fractal_noise(np.random.default_rng(seed), slope, TEXELS).astype(np.float32)
 
 
 @cache
