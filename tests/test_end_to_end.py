@@ -22,7 +22,11 @@ scene: {duration: 0.6, dt: 0.005, substeps: 1, statics: {floor: {shape: {kind: p
 bodies:
   ball:
     kind: rigid
-    shape: {kind: sphere, radius: 0.1}
+    shape:
+      kind: compound
+      parts:
+        core: {shape: {kind: sphere, radius: 0.1}}
+        eye: {shape: {kind: box, size: [0.03, 0.06, 0.03]}, pose: {pos: [0, -0.1, 0]}, decor: true}
     pose: {pos: [0, 0, 0.6]}
   arm:
     kind: rigid
@@ -76,6 +80,17 @@ def test_run_leaves_all_its_evidence(first: tuple[int, dict, Path]) -> None:
     for name in ("run.json", "case.yaml", "states/layout.json", "geometry/index.json", "events.jsonl", "measures.csv",
                  "evidence.json", "first.png", "contact_sheet.png", "report.html", "program/main.py", "log.txt"):  # fmt: skip
         assert (folder / name).is_file(), name
+
+
+@pytest.mark.smoke
+def test_what_is_only_drawn_is_no_solid(first: tuple[int, dict, Path]) -> None:
+    states = RunStates.load(first[2])
+    (ball,) = [k for k, link in enumerate(states.links) if link.body == "ball"]
+    drawn, solids = (
+        json.loads((first[2] / f"geometry/{name}.json").read_text())[str(ball)] for name in ("index", "solids")
+    )
+    assert len(drawn) == 2
+    assert [(row["kind"], row["size"]) for row in solids] == [("sphere", [pytest.approx(0.1)])]
 
 
 @pytest.mark.smoke

@@ -140,7 +140,6 @@ def test_without_a_file_of_solids_what_is_drawn_counts(scene):
     from text2sim.evidence.rigid_shapes import RigidShapes
 
     shapes = RigidShapes(folder.parent, states, case)
-    assert not shapes.exact
     (solid,) = shapes.of(0)
     assert (solid.kind, solid.pos[2]) == ("hull", 1.0)
 

@@ -27,8 +27,8 @@ FILM_MODULES = (
 """Modules that draw the film, and those they import."""
 FILM_TEMPLATES = (*FILM_MODULES, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
 """Templates that no simulation depends on."""
-COPIED_MODULES = ("engine.py", "files.py", "contacts.py", "recorder.py", *FILM_MODULES)
-COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "solids.py", "soft_states.py", "soft_film.py", "shading.py")
+COPIED_MODULES = ("engine.py", "files.py", "contacts.py", "recorder.py", "solids.py", *FILM_MODULES)
+COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film.py", "shading.py")
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 

@@ -31,8 +31,6 @@ class RigidShapes:
     def __init__(self, run_dir: Path, states: RunStates, case: Case) -> None:
         self._folder, self._states, self._case = run_dir / "geometry", states, case
         index = _index(self._folder / "solids.json")
-        self.exact = index is not None
-        """Whether these are the engine's collision shapes, not visual shapes."""
         self._index = _index(self._folder / "index.json") or {} if index is None else index
         self.of = cache(self._solids)
         """The solids of a link, in its frame."""

@@ -6,6 +6,7 @@
     OUT/states/chunk_00000.npz   frames and contacts; a chunk is complete on disk before the next begins, and the
                                  unfinished one is written every few seconds
     OUT/geometry/index.json      link -> meshes, poses and colours; the meshes are in geometry/<hash>.npz
+    OUT/geometry/solids.json     link -> collision shapes, see `solids.py`
 
 Deformable bodies are recorded by `soft.py`, which only programs with such bodies contain.
 All values are in SI units; quaternions are (w, x, y, z). Poses are those of each link's authored frame in the world:
@@ -147,10 +148,10 @@ class Recorder:
         run = {"dt": self._dt, "every": self._every, "duration": self._duration, "n_frames": expected}
         layout = run | _layout(self._scene, self._bodies, self._link_bodies, self._offsets)
         _write_geometry(self._solver, self._offsets, self._out / "geometry")
-        if self._soft is not None:
-            from solids import write_solids
+        from solids import write_solids  # it imports this module
 
-            write_solids(self._solver, self._offsets, self._out / "geometry")
+        write_solids(self._solver, self._offsets, self._out / "geometry")
+        if self._soft is not None:
             layout["deformables"] = self._soft.describe(self._out / "geometry")
         write_json(states / "layout.json", layout)
         self._progress("simulate", 0.0, self._duration, force=True)
