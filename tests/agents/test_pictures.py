@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from text2sim.agents.frame_choice import MIN_INTERVAL, FrameMoment, choose_frames, moments, with_attached
+from text2sim.agents.frame_choice import (
+    MIN_INTERVAL,
+    FrameMoment,
+    choose_frames,
+    moments,
+    named_bodies,
+    with_attached,
+)
 from text2sim.agents.pictures import MAX_FRAMES, frame_sheet
 from text2sim.templates.cadence import MAIN, Frame, frames, read_film, reels
 from text2sim.templates.video import Video
@@ -180,3 +187,10 @@ def test_slow_motion_shows_what_is_nearer_to_each_other(speed: float, count: int
     wanted = [FrameMoment(1.07, "landing"), FrameMoment(1.12, "min of squash")]
     said = [one.reasons for one in choose_frames(wanted, pictures, 12) if one.reasons]
     assert len(said) == count
+
+
+def test_the_bodies_of_a_measure_or_event_are_those_of_its_lists_too():
+    assert named_bodies({"kind": "speed", "of": ["trunk_1", "brick[2]", "arm.hand"]}) == ("trunk_1", "brick", "arm")
+    assert named_bodies({"kind": "contact_force", "of": "cup", "by": ["ball", "box"]}) == ("cup", "ball", "box")
+    assert named_bodies({"kind": "contact", "between": ["cup", "ball"]}) == ("cup", "ball")
+    assert named_bodies({"kind": "energy"}) == named_bodies(None) == ()

@@ -35,11 +35,14 @@ actions:
     height: {kind: position, of: cube, axis: z, region: {face: bottom}}
     far: {kind: distance, between: [ball, "hook[*]"]}
     weight: {kind: energy, of: ball}
+    lowest: {kind: position, of: [ball, cube, "hook[1]", ball], axis: z, stat: min}
   events:
     hit: {kind: contact, between: [ball, floor]}
     low: {kind: threshold, measure: height, below: 0.1, after: hit}
     away: {kind: leaves, of: "hook[*]", region: {kind: sphere, center: [0, 0, 2], radius: 0.5}}
     apart: {kind: threshold, measure: far, above: 3}
+    down: {kind: threshold, measure: lowest, below: 0.2}
+    out: {kind: leaves, of: [ball, "hook[0]"], region: {kind: sphere, center: [0, 0, 2], radius: 0.5}}
     heavy: {kind: threshold, measure: weight, above: 3}
     rests: {kind: rest, of: ball}
     slap: {kind: contact, between: [ball, sheet]}
@@ -98,6 +101,16 @@ def test_what_is_waited_for_comes_after_what_has_to_come_first():
 def test_each_event_has_its_words():
     for event, words in (
         ("away", "outside(in_ball(origin(scene, bodies['hook[1]']), (0.0, 0.0, 2.0), 0.5))"),
+        (
+            "down",
+            "below(reduce('min', [coordinate(origin(scene, bodies['ball']), 2), "
+            "coordinate(center(bodies['cube']), 2), coordinate(origin(scene, bodies['hook[1]']), 2)]), 0.2)",
+        ),
+        (
+            "out",
+            "Crossing([outside(in_ball(origin(scene, bodies['ball']), (0.0, 0.0, 2.0), 0.5)), "
+            "outside(in_ball(origin(scene, bodies['hook[0]']), (0.0, 0.0, 2.0), 0.5))])",
+        ),
         ("apart", "above(distance([(origin(scene, bodies['ball']), origin(scene, bodies['hook[0]'])),"),
     ):
         made = plan(f"hang: {{kind: attach, body: cube, to: world}}\noff: {{kind: release, attach: hang, on: {event}}}")

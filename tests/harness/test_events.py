@@ -6,6 +6,7 @@ import pytest
 from text2sim.evidence.events import _FINDERS, EventLog, find_events
 from text2sim.evidence.measures import evaluate
 from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.evidence.visibility import _moments
 from text2sim.spec_schema.models.events import Event
 from text2sim.spec_schema.published.language_reference import section_kinds
 
@@ -198,6 +199,31 @@ def test_regions_are_entered_and_left(new_run, look, region, inside):
     assert times(look(folder, e={"kind": "leaves", "of": "ball", "region": region})) == pytest.approx(
         [inside[1] - 0.003], abs=1e-4
     )
+
+
+def test_each_body_of_a_list_enters_leaves_and_comes_to_its_limit(new_run, make_case, look):
+    run = new_run()
+    for name, speed in (("ball", 1.0), ("other", 2.0)):
+        link = run.add_link(name, pos=np.outer(run.time, [0, 0, speed]))
+        run.add_joint(name, name, "hinge", q=speed * run.time, limits=(-1.0, 0.6), link=link)
+    folder, both = run.write(), {"of": ["ball", "other", "ball"]}
+    region = {"kind": "box", "min": [-1, -1, 0.405], "max": [1, 1, 0.805]}
+    domain = {"domain": {"min": [-1, -1, -1], "max": [1, 1, 0.905]}}
+    for event, wanted in (
+        ({"kind": "enters", "region": region}, [("other", 0.2025), ("ball", 0.405)]),
+        ({"kind": "leaves", "region": region}, [("other", 0.4025), ("ball", 0.805)]),
+        ({"kind": "left_domain"}, [("other", 0.4525), ("ball", 0.905)]),
+        ({"kind": "joint_limit"}, [("other", 0.2984), ("ball", 0.5968)]),
+    ):
+        log = look(folder, scene=domain, e=event | both)
+        assert times(log) == pytest.approx([time for _, time in wanted], abs=1e-3)
+        assert [row["of"] for row in log.occurrences["e"]] == [name for name, _ in wanted]
+    assert [
+        moment.bodies for moment in _moments(make_case(bodies=("ball", "other"), events={"e": event | both}), log)
+    ] == [("other",)]
+    heap = {"high": {"kind": "position", "axis": "z", "of": ["ball", "other"], "stat": "max"}}
+    log = look(folder, measures=heap, e={"kind": "threshold", "measure": "high", "above": 1.01})
+    assert times(log) == pytest.approx([0.505], abs=1e-3)
 
 
 def test_a_region_that_a_body_carries_is_left_by_what_stays_behind(new_run, look):

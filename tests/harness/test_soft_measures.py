@@ -42,6 +42,23 @@ def test_the_gap_to_a_box_and_to_the_floor(over_box, measure_soft):
     np.testing.assert_array_equal(measure_soft(folder, bodies, kind="penetration", of="towel", by="floor").values, 0)
 
 
+def test_the_depth_of_a_list_is_that_of_what_deforms_and_of_what_does_not(over_box, measure_soft):
+    run, height = over_box
+    run.touch(0, 1, [3], (0, 0, 1.0), depth=0.004)  # the block in the floor
+    folder, both = run.write(), ["towel", "block"]
+    bodies = {"towel": CLOTH, "block": {"kind": "rigid", "shape": {"kind": "box", "size": [0.5] * 3}}}
+    inside = np.maximum(0.5 - height, 0)
+    pressed = np.where(run.step == 3, 0.004, 0)
+    for asked, depth in (
+        ({"of": both}, np.maximum(inside, pressed)),
+        ({"of": both, "by": "floor"}, pressed),
+        ({"of": "block", "by": ["floor", "towel"]}, np.maximum(inside, pressed)),
+        ({"of": ["towel"], "by": ["block", "floor"]}, inside),
+    ):
+        values = measure_soft(folder, bodies, kind="penetration", **asked).values
+        np.testing.assert_allclose(values, depth, atol=1e-6)
+
+
 def test_rods_that_bodies_do_not_feel_are_not_in_their_way(over_box, measure_soft):
     run, _ = over_box
     block = {"kind": "rigid", "shape": {"kind": "box", "size": [0.5] * 3}, "material": {"touch_soft": False}}
@@ -168,6 +185,32 @@ def test_a_share_of_the_mass_in_a_region(new_run, measure_soft):
     region = {"kind": "box", "min": [-1, -1, -2], "max": [1, 1, -0.5]}
     values = measure_soft(run, {"sand": SAND}, kind="share_in", of="sand", region=region).values
     np.testing.assert_allclose(values, np.arange(11) / 10)
+
+
+def test_a_list_of_bodies_that_deform(soft_run, measure_soft):
+    """A cube of 0.2 m and one of 0.4 m, 1 and 3 kg, with 0.5 m between them and 0.1 m below the first."""
+    small, large = lattice(3, 0.1), lattice(3, 0.2)
+    soft_run.add_soft("small", small + [0, 0, 0.2], tets=tets(3), spacing=0.09, mass=1.0, vel=(2.0, 0, 0))
+    soft_run.add_soft("large", large + [0.8, 0, 0.5], tets=tets(3), spacing=0.19, mass=3.0)
+    soft_run.add_soft("sand", small + [0.8, 2, 0.5], kind="granular", mass=4.0)
+    bodies = {"small": SOFT, "large": SOFT, "sand": SAND}
+    folder, both = soft_run.write(), {"of": ["small", "large"]}
+    region = {"kind": "box", "min": [0.5, -1, 0], "max": [2, 1, 2]}
+    for wanted, value in (
+        ({"kind": "volume"} | both, 0.2**3 + 0.4**3),
+        ({"kind": "volume", "relative": True} | both, 1.0),
+        ({"kind": "share_in", "region": region} | both, 3 / 4),
+        ({"kind": "share_in", "region": region, "of": ["small", "large", "sand"]}, 3 / 8),
+        ({"kind": "momentum", "axis": "x"} | both, 2.0),
+        ({"kind": "position", "axis": "z", "region": {"face": "bottom"}, "stat": "min"} | both, 0.1),
+        ({"kind": "strain"} | both, 0.0),
+        ({"kind": "gap", "to": "floor"} | both, 0.1),
+        ({"kind": "gap", "of": "floor", "to": ["large", "small"]}, 0.1),
+        ({"kind": "gap", "of": "small", "to": ["sand", "large"]}, 0.5),
+    ):
+        series = measure_soft(folder, bodies, **wanted)
+        assert (series.problem, series.values[0]) == ("", pytest.approx(value, abs=1e-5)), wanted
+    assert "floor does not deform" in measure_soft(folder, bodies, kind="volume", of=["small", "floor"]).problem
 
 
 def test_a_region_goes_and_turns_with_what_carries_it(new_run, measure_soft):

@@ -49,6 +49,11 @@ MEASURES = {
     "still": {"kind": "energy", "of": "gate", "part": "kinetic"},
     "angle": {"kind": "joint_position", "of": "gate"},
     "rate": {"kind": "joint_velocity", "of": "gate"},
+    "both": {"kind": "position", "of": ["brick", "pin[2]"], "axis": "x", "stat": "mean"},
+    "twice": {"kind": "position", "of": ["pin[1:3]", "pin", "pin[0]"], "axis": "x", "stat": "sum"},
+    "reach": {"kind": "extent", "of": ["pin", "brick"], "axis": "x", "stat": "range"},
+    "pushes": {"kind": "momentum", "of": ["brick", "pin[1]"], "axis": "y"},
+    "there": {"kind": "count_in", "of": ["pin[0]", "brick", "pin[1:3]"], "region": BALL},
     "change": {"kind": "position", "of": "brick", "axis": "x", "change_from": "start"},
 }
 

@@ -35,6 +35,8 @@ def test_a_case_does_not_differ_from_itself():
 
 WORDS = [
     ("a number", {"/bodies/ball/material/density": 500}, "~ bodies.ball.material.density  7800 → 500"),
+    ("one body more", {"/actions/measures/ball_speed/of": ["ball", "drum"]},
+     "~ actions.measures.ball_speed.of  ball → [ball, drum]"),
     ("a short list", {"/bodies/drum/mount/axis": [0, 1, 1]}, "~ bodies.drum.mount.axis  y → [0, 1, 1]"),
     ("moved", {"/bodies/ball/pose/pos": [-2, 0, 0.7]},
      "~ bodies.ball.pose.pos  moved by [0, 0, 0.2] (0.2 m): [-2, 0, 0.5] → [-2, 0, 0.7]"),

@@ -11,6 +11,7 @@ from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_case, load_text
 from text2sim.spec_schema.text.document import parse_pointer, pointer
 
+MEASURES = "actions: {measures: {m: %s}}"
 MANY = """\
 text2sim: 1
 name: many
@@ -102,6 +103,18 @@ def test_every_problem_at_once_each_in_its_place():
         ),
         (small(ball=", look: {color: [1, 0]}"), "needs 3 numbers from 0 to 1 (got 2)"),
         (small(ball=", place: {on: 'a b'}"), "`a b` is not a selector"),
+        (
+            small(ball=", place: {on: [ball, ball]}"),
+            "needs a selector (got a list of 2 items); it takes one: lists are for",
+        ),
+        (small(top=MEASURES % "{kind: distance, between: [ball, [ball, ball]]}"), "lists are for `of` of measures and"),
+        (small(top=MEASURES % "{kind: speed, of: [ball, 3]}"), "needs a selector (got the number 3)"),
+        (
+            small(top=MEASURES % "{kind: speed, of: [[ball], ball]}"),
+            "needs a selector (got a list of 1 item); it takes",
+        ),
+        (small(top=MEASURES % "{kind: speed, of: 'a b'}"), "`a b` is not a selector: `brick`, "),
+        (small(top=MEASURES % "{kind: speed, of: 3}"), "needs a selector, or a list of selectors (got the number 3)"),
         (small(ball=", place: {at: [0, 0]}"), "exactly one of on, above, below"),
         (small(scene=", domain: {min: [0, 0, 0], max: [1, 1, 0]}"), "every coordinate of max must be larger"),
         (small(top="render: {resolution: [641, 480]}"), "resolution must be even"),
@@ -145,6 +158,22 @@ def test_every_problem_at_once_each_in_its_place():
 )
 def test_messages_are_in_the_words_of_the_language(text, says):
     assert says in only_problem(text).message
+
+
+@pytest.mark.parametrize(
+    ("measure", "place"),
+    [
+        ("{kind: speed, of: [ball, 3]}", "of/1"),
+        ("{kind: speed, of: [ball, 'a b']}", "of/1"),
+        ("{kind: speed, of: [[ball], ball]}", "of/0"),
+        ("{kind: speed, of: []}", "of"),
+        ("{kind: speed, of: {body: ball}}", "of"),
+        ("{kind: distance, between: [ball, [ball, ball]]}", "between/1"),
+        ("{kind: gap, of: ball, to: [ball, 3]}", "to/1"),
+    ],
+)
+def test_a_wrong_item_of_a_list_of_selectors_is_told_at_its_place(measure, place):
+    assert only_problem(small(top=MEASURES % measure)).path == f"/actions/measures/m/{place}"
 
 
 def test_a_field_that_is_named_like_a_kind_does_not_lead_astray():

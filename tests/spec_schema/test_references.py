@@ -9,6 +9,7 @@ from text2sim.spec_schema.names.references import check_references
 CONTROL, MEASURE, EVENT, EXPECT = (f"/actions/{part}/it" for part in ("controls", "measures", "events", "expect"))
 LINKS = "/bodies/arm/links"
 SPHERE = {"kind": "sphere", "radius": 0.1}
+BOX = {"kind": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}
 
 FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     # rule, where, hint, edits
@@ -169,6 +170,27 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         {MEASURE: {"kind": "contact_force", "of": "floor", "by": "bal"}},
     ),
     ("contacts-not-recorded", "/actions/events/impact", None, {"/scene/record": {"contacts": False}}),
+    # lists
+    ("unknown-body", f"{MEASURE}/of/1", "ball", {MEASURE: {"kind": "displacement", "of": ["brick[0]", "bal"], "stat": "max"}}),
+    ("unknown-body", f"{MEASURE}/by/1", "ball", {MEASURE: {"kind": "contact_count", "of": ["ball"], "by": ["brick", "bal"]}}),
+    ("no-such-copy", f"{MEASURE}/of/1", None, {MEASURE: {"kind": "speed", "of": ["ball", "brick[12]"], "stat": "max"}}),
+    ("unknown-link", f"{MEASURE}/of/0", "hand", {MEASURE: {"kind": "speed", "of": ["arm.hnd", "ball"], "stat": "max"}}),
+    ("not-dynamic", f"{MEASURE}/of/2", None, {MEASURE: {"kind": "tilt", "of": ["ball", "drum", "floor"], "stat": "max"}}),
+    ("no-joint", f"{MEASURE}/of/1", None, {MEASURE: {"kind": "joint_velocity", "of": ["drum", "ball"], "stat": "max"}}),
+    ("measure-kind", f"{MEASURE}/of/1", None, {MEASURE: {"kind": "joint_position", "of": ["drum", "hook"], "stat": "max"}}),
+    ("measure-kind", f"{MEASURE}/of/1", None, {MEASURE: {"kind": "bend", "of": ["drum", "ball"], "stat": "max"}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": ["ball", "drum"]}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "bend", "of": ["drum", "arm.elbow"]}}),
+    ("needs-stat", MEASURE, None, {MEASURE: {"kind": "speed", "of": ["brick"]}}),
+    ("unknown-body", f"{EVENT}/of/1", "ball", {EVENT: {"kind": "enters", "of": ["brick", "bal"], "region": BOX}}),
+    ("driven-subject", f"{EVENT}/of/1", None, {EVENT: {"kind": "leaves", "of": ["brick", "paddle"], "region": BOX}}),
+    ("no-limit", f"{EVENT}/of/1", None, {EVENT: {"kind": "joint_limit", "of": ["hook", "drum"]}}),
+    (
+        "driven-subject",
+        f"{EVENT}/measure",
+        None,
+        {MEASURE: {"kind": "speed", "of": ["paddle", "paddle"]}, EVENT: {"kind": "threshold", "measure": "it", "above": 1}},
+    ),
     # events
     (
         "driven-subject",
@@ -250,6 +272,17 @@ SILENT: list[dict[str, Any]] = [
         MEASURE: {"kind": "contact_force", "of": "paddle", "by": "ball"},
         EVENT: {"kind": "threshold", "measure": "it", "above": 1},
     },
+    {MEASURE: {"kind": "displacement", "of": ["ball", "brick[2:5]", "arm.hand"], "stat": "max"}},
+    {MEASURE: {"kind": "speed", "of": ["ball", "ball"]}},
+    {MEASURE: {"kind": "extent", "of": ["floor", "ball"], "axis": "z", "stat": "max"}},
+    {MEASURE: {"kind": "contact_count", "of": ["ball", "brick"], "by": ["floor", "paddle"]}},
+    {MEASURE: {"kind": "count_in", "of": ["ball", "brick"], "region": BOX}},
+    {
+        MEASURE: {"kind": "speed", "of": ["paddle", "ball"], "stat": "max"},
+        EVENT: {"kind": "threshold", "measure": "it", "above": 1},
+    },
+    {EVENT: {"kind": "enters", "of": ["ball", "brick[3]"], "region": BOX}},
+    {EVENT: {"kind": "joint_limit", "of": ["hook", "arm.elbow"]}},
     {EVENT: {"kind": "contact", "between": ["paddle", "ball"]}},
     {EVENT: {"kind": "contact", "between": ["brick", "brick"]}},
     {EVENT: {"kind": "joint_limit", "of": "hook"}},

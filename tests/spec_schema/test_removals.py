@@ -17,15 +17,15 @@ actions:
   controls:
     take: {kind: remove, %s}
     %s
-  measures: {height: {kind: position, of: cube, axis: z}}
+  measures: {height: {kind: position, of: %s, axis: z, stat: max}}
   events: {falls: {kind: threshold, measure: height, below: 0.5}}
   expect:
     low: {measure: height, %s, below: 5}
 """
 
 
-def problems(remove: str, other: str = "", at: str = "at: 0.5", scene: str = "") -> list[str]:
-    found = check_references(load_text(CASE % (scene, remove, other, at)))
+def problems(remove: str, other: str = "", at: str = "at: 0.5", scene: str = "", of: str = "cube") -> list[str]:
+    found = check_references(load_text(CASE % (scene, remove, other, of, at)))
     assert all(problem.line and problem.column for problem in found)
     return [f"{problem.path} [{problem.rule}] {problem.message}" for problem in found]
 
@@ -74,3 +74,9 @@ def test_nothing_is_measured_of_what_has_left():
         assert "after-removal" in line
     assert problems("body: cube, at: 1", at="during: [0, 1]") == []
     assert problems("body: 'crate[*]', at: 1", at="at: end") == []
+
+
+def test_a_list_is_measured_as_long_as_one_of_it_is_left():
+    assert problems("body: cube, at: 1", at="at: end", of="[cube, 'crate[0]']") == []
+    (line,) = problems("body: crate, at: 1", at="at: end", of="['crate[0]', 'crate[2]']")
+    assert line.startswith("/actions/expect/low/at [after-removal] `crate[0]` is no longer in the scene")

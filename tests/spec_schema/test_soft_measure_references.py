@@ -48,6 +48,14 @@ def problems(stage, edits):
             "leave it out",
         ),
         ({"kind": "joint_position", "of": "gel"}, "no-joint", "of", "soft"),
+        ({"kind": "volume", "of": ["gel", "ball"]}, "measure-kind", "of/1", "it needs soft"),
+        ({"kind": "tilt", "of": ["ball", "gel"], "stat": "max"}, "measure-kind", "of/1", "two regions"),
+        ({"kind": "contact_force", "of": ["ball", "gel"]}, "contacts-not-recorded", "of/1", "gap"),
+        ({"kind": "contact_count", "of": "ball", "by": ["brick", "rag"]}, "contacts-not-recorded", "by/1", "contact"),
+        ({"kind": "gap", "of": ["gel", "ball"], "to": "floor"}, "measure-kind", "of/1", "all bodies of one side"),
+        ({"kind": "gap", "of": ["ball", "brick"], "to": "floor"}, "measure-kind", "of/0", "distance"),
+        ({"kind": "gap", "of": ["gel"], "to": "gel"}, "itself", "to", "no gap to itself"),
+        ({"kind": "gap", "of": "gel", "to": ["rag", "flor"]}, "unknown-body", "to/1", "flor"),
         ({"kind": "speed", "of": "gel.leg"}, "unknown-link", "of", "links"),
     ],
 )
@@ -68,6 +76,9 @@ def test_a_measure_that_a_body_has_not(stage, measure, rule, where, said):
         {"kind": "self_penetration", "of": "rag"},
         {"kind": "share_in", "of": "sand", "region": BOX},
         {"kind": "gap", "of": "gel", "to": "floor"},
+        {"kind": "gap", "of": ["gel", "rag"], "to": ["floor", "ball"]},
+        {"kind": "gap", "of": ["ball", "brick"], "to": ["gel", "rag"]},
+        {"kind": "share_in", "of": ["sand", "gel"], "region": BOX},
         {"kind": "gap", "of": "brick", "to": "rag"},
         {"kind": "gap", "of": "rag", "to": "gel"},
         {"kind": "penetration", "of": "gel"},
@@ -105,6 +116,9 @@ def test_touches_of_rigid_bodies_do(stage):
     (problem,) = problems(stage, quiet | {MEASURE: {"kind": "penetration", "of": "ball"}})
     assert problem.rule == "contacts-not-recorded"
     assert problems(stage, quiet | {MEASURE: {"kind": "penetration", "of": "ball", "by": "gel"}}) == []
+    assert problems(stage, quiet | {MEASURE: {"kind": "penetration", "of": ["gel", "rag"]}}) == []
+    (problem,) = problems(stage, quiet | {MEASURE: {"kind": "penetration", "of": ["gel", "ball"]}})
+    assert problem.rule == "contacts-not-recorded"
 
 
 def test_no_touch_of_what_deforms_is_chosen_by_its_impulse(stage):

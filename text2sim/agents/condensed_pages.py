@@ -20,7 +20,8 @@ _MAGNITUDES = re.compile(r"from 1e-\S+ to 1e\+\S+ [a-z]+[0-9/a-z]*")
 _SHORTER = (
     ("a number greater than ", "> "), ("a number of at least ", ">= "), ("a number from ", "number "),
     ("a whole number", "int"), ("whole numbers", "ints"), (", and at most ", ", <= "), ("true or false", "bool"),
-    ("a number", "number"), ("a selector", "selector"), ("a name", "name"), ("one of ", ""),
+    ("a number", "number"), ("a selector, or a list of selectors", "selectors"), ("a selector", "selector"),
+    ("a name", "name"), ("one of ", ""),
 )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from itertools import groupby, pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.legibility.film import nearest_frame, spread_numbers
-from text2sim.spec_schema.names.selectors import body_of
+from text2sim.spec_schema.names.selectors import body_of, strings_in
 
 if TYPE_CHECKING:
     from text2sim.templates.cadence import Frame
@@ -203,6 +203,4 @@ def named_bodies(row: Any) -> tuple[str, ...]:
     """Return the names of the bodies of a measure or an event, given as data."""
     if not isinstance(row, Mapping):
         return ()
-    of = row.get("of")
-    names = [*(of if isinstance(of, list) else [of]), row.get("by"), row.get("to"), *(row.get("between") or ())]
-    return tuple(body_of(name) for name in names if isinstance(name, str))
+    return tuple(body_of(name) for key in ("of", "by", "to", "between") for name in strings_in(row.get(key)))

@@ -255,9 +255,9 @@ Everything goes by a name (a letter, then letters, digits, `_`). Unknown fields 
 default. `*` marks fields that are required.
 `${…}` is arithmetic over `params`: + - * / // % **, comparisons, `a if c else b`, `list[0]`, sin, cos, tan, atan2,
 sqrt, abs, min, max, radians, degrees, pi. In copies (`repeat`), and only there, also `i`, `n`, `u` (0 to 1), `row`,
-`column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or joint.
-The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body by its link; its
-position counts from the start."""
+`column`, `layer`. Selectors: `brick` or `brick[*]` every copy, `brick[3]`, `brick[2:5]`, `arm.hand` a link or joint,
+in `of` also a list. The joint of a rigid body on a hinge or slider goes by the body's name, that of an articulated body
+by its link; its position counts from the start."""
 
 
 @cache

@@ -16,6 +16,7 @@ from text2sim.compiler.soft.solvers import contact_model, is_soft
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models import events, measures
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.controls import Drive, Release, Remove
 from text2sim.spec_schema.models.scene import Domain
 from text2sim.spec_schema.models.space import BoxRegion, Region, SphereRegion
@@ -98,13 +99,13 @@ class _Writer:
             raise UnseenError(f"the engine reports no contacts in this contact model, so `{name}` cannot be seen")
         sets = []
         for selector in event.between:
-            chosen, part = self._chosen(selector)
-            if is_soft(chosen[0].model):
+            chosen = self._chosen(selector)
+            if any(is_soft(copy.model) for copy, _ in chosen):
                 raise UnseenError(
                     f"`{name}` is about a deformable body, whose contacts the engine does not report; use a "
                     "threshold of a distance or position"
                 )
-            sets.append(_list([_call("links", _body(copy), part) for copy in chosen]))
+            sets.append(_list([_call("links", _body(copy), part) for copy, part in chosen]))
         return _call("Touch", Code("scene"), *sets)
 
     def _value(self, name: str) -> Code:
@@ -151,26 +152,30 @@ class _Writer:
             raise UnseenError(f"a program cannot see the count of `{name}`; use another stat")
         return _call("reduce", measure.stat, _list(values))
 
-    def _chosen(self, selector: str) -> tuple[list[Copy], str | None]:
-        chosen, part = select(selector, self.copies)
-        if part is not None and "*" in part:
-            raise UnseenError(f"a program looks at one link or joint at a time, and `{selector}` may mean several")
-        return chosen, part
+    def _chosen(self, selectors: str | list[str]) -> list[tuple[Copy, str | None]]:
+        """Return the copies that selectors name, each once, with the link or joint."""
+        found: dict[tuple[str, str | None], tuple[Copy, str | None]] = {}
+        for selector in listed(selectors):
+            chosen, part = select(selector, self.copies)
+            if part is not None and "*" in part:
+                raise UnseenError(f"a program looks at one link or joint at a time, and `{selector}` may mean several")
+            found |= {(copy.name, part): (copy, part) for copy in chosen}
+        return list(found.values())
 
-    def _joints(self, selector: str) -> list[Code]:
-        chosen, part = self._chosen(selector)
-        return [_call("joint", Code("scene"), _body(copy), part or copy.body) for copy in chosen]
+    def _joints(self, selectors: str | list[str]) -> list[Code]:
+        chosen = self._chosen(selectors)
+        return [_call("joint", Code("scene"), _body(copy), part or copy.body) for copy, part in chosen]
 
-    def _places(self, selector: str, region: object = None) -> list[Code]:
-        return [code for _, code in self._named_places(selector, region)]
+    def _places(self, selectors: str | list[str], region: object = None) -> list[Code]:
+        return [code for _, code in self._named_places(selectors, region)]
 
-    def _named_places(self, selector: str, region: object = None) -> list[tuple[str, Code]]:
-        chosen, part = self._chosen(selector)
-        return [(copy.name, self._call_for_copy(copy, part, region, "origin", "center")) for copy in chosen]
+    def _named_places(self, selectors: str | list[str], region: object = None) -> list[tuple[str, Code]]:
+        chosen = self._chosen(selectors)
+        return [(copy.name, self._call_for_copy(copy, part, region, "origin", "center")) for copy, part in chosen]
 
-    def _velocities(self, selector: str, region: object) -> list[Code]:
-        chosen, part = self._chosen(selector)
-        return [self._call_for_copy(copy, part, region, "velocity", "center_velocity") for copy in chosen]
+    def _velocities(self, selectors: str | list[str], region: object) -> list[Code]:
+        chosen = self._chosen(selectors)
+        return [self._call_for_copy(copy, part, region, "velocity", "center_velocity") for copy, part in chosen]
 
     def _call_for_copy(self, copy: Copy, part: str | None, region: object, rigid: str, deformable: str) -> Code:
         if not is_soft(copy.model):

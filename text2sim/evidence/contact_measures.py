@@ -10,23 +10,31 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence import soft_measures
-from text2sim.evidence.recorded_case import RecordedCase, soft_of
+from text2sim.evidence.recorded_case import RecordedCase
+from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
 
 MeasureError = soft_measures.SoftMeasureError
+Targets = list[RecordedTarget]
 
 
-def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Array, Array]:
+def _sides(recording: RecordedCase, measure: Any) -> tuple[Targets, Targets | None]:
+    """Return the targets of `of`, and those of `by`; None for any."""
+    names = recording.names
+    return names.select(measure.of), None if measure.by is None else names.select(measure.by)
+
+
+def _contact_rows(recording: RecordedCase, of: Targets, by: Targets | None) -> tuple[Array, Array]:
     """Return the contacts of `of` with `by` (or anything), and +1 where the first of the two is in `of`."""
-    log, targets = recording.contacts, [recording.names.select(name) for name in (of, by) if name is not None]
+    log = recording.contacts
     if not log.recorded:
         raise MeasureError(log.why_not)
-    soft = [target.label for group in targets for target in group if target.soft is not None]
+    soft = [target.label for target in (*of, *(by or ())) if target.soft is not None]
     if soft:
         raise MeasureError(f"the engine reports no contacts of deformable bodies ({soft[0]}): measure the `gap`")
-    ours = recording.names.groups(targets[0]) >= 0
-    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.names.groups(targets[1]) >= 0
+    ours = recording.names.groups(of) >= 0
+    theirs = np.ones(len(ours), dtype=bool) if by is None else recording.names.groups(by) >= 0
     first, second = log.links[:, 0], log.links[:, 1]
     forward, backward = ours[first] & theirs[second], ours[second] & theirs[first]
     rows = np.flatnonzero((forward | backward) & (log.frame < recording.states.frames))
@@ -36,7 +44,7 @@ def _contact_rows(recording: RecordedCase, of: str, by: str | None) -> tuple[Arr
 
 def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> Array:
     """|sum of F dt| / T over the steps of a frame: the magnitude of the mean force, as a scale would show it."""
-    rows, sign = _contact_rows(recording, measure.of, measure.by)
+    rows, sign = _contact_rows(recording, *_sides(recording, measure))
     states, log = recording.states, recording.contacts
     total = np.zeros((states.frames, 3))
     np.add.at(total, log.frame[rows], log.force[rows] * sign[:, None])
@@ -49,7 +57,7 @@ def _contact_force(recording: RecordedCase, measure: measures.ContactForce) -> A
 
 def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> Array:
     """Number of distinct pairs of bodies that touch in any step of a frame."""
-    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    rows, _ = _contact_rows(recording, *_sides(recording, measure))
     frame, owner = _frames_with_first(recording, rows)
     pairs = np.sort(recording.names.copy_of_link[recording.contacts.links[owner]], axis=1)
     apart = pairs[:, 0] != pairs[:, 1]
@@ -62,14 +70,14 @@ def _contact_count(recording: RecordedCase, measure: measures.ContactCount) -> A
 def _penetration(recording: RecordedCase, measure: measures.Penetration) -> Array:
     """Deepest penetration in any step of a frame; 0 without contact.
 
-    For deformable bodies, the depth of their points in rigid solids, at the frames only.
+    For deformable bodies, the depth of their points in rigid solids, at the frames only. Of both, the deeper one.
     """
-    targets = recording.names.select(measure.of)
-    others = None if measure.by is None else recording.names.select(measure.by)
+    sides = targets, others = _sides(recording, measure)
     soft = soft_measures.depth(recording, targets, others)
-    if soft_of([*targets, *(others or ())]):
+    rigid = [side and [target for target in side if target.soft is None] for side in sides]
+    if [] in rigid:
         return soft
-    rows, _ = _contact_rows(recording, measure.of, measure.by)
+    rows, _ = _contact_rows(recording, rigid[0] or [], rigid[1])
     frame, owner = _frames_with_first(recording, rows)
     np.maximum.at(soft, frame, recording.contacts.depth[owner])
     return soft

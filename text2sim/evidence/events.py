@@ -227,8 +227,8 @@ def _find_rest(recording: RecordedCase, series: Any, event: events.RestEvent, si
     For a deformable body, the root mean square speed of its points counts: sqrt(2 E / m).
     """
     time = recording.states.time
-    targets = [target for selector in event.subjects for target in recording.names.select(selector)]
-    about = {"of": event.of} if isinstance(event.of, str) else {"between": event.of}
+    targets = recording.names.select(event.of)
+    about = {"of": event.of} if isinstance(event.of, str) else {"between": event.subjects}
     speeds = [_speed(recording, target) for target in targets]
     if not len(time):
         return []
@@ -268,10 +268,10 @@ def _left_domain(recording: RecordedCase, series: Any, event: events.LeftDomainE
 
 
 def _passages(
-    recording: RecordedCase, selector: str, height: Callable[[Array], Array], from_start: bool = False
+    recording: RecordedCase, selectors: str | list[str], height: Callable[[Array], Array], from_start: bool = False
 ) -> list[Occurrence]:
     time, rows = recording.states.time, []
-    for target in recording.names.select(selector):
+    for target in recording.names.select(selectors):
         origin = recording.origin(target)
         high = height(origin)
         times = crossings(time, high)

@@ -6,6 +6,7 @@ A pure function of the recorded states and the case: judging again needs no simu
 import json
 import math
 from collections.abc import Mapping
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from text2sim.evidence.visibility import summarise_legibility, summarise_visibil
 from text2sim.recording.record import RunRecord
 from text2sim.recording.states import Array
 from text2sim.runtime.outcome import read_status
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
@@ -211,7 +213,7 @@ def _named_with_itself(case: Case) -> set[str]:
     pairs = [e.between for e in case.actions.events.values() if isinstance(e, ContactEvent | SeparationEvent)]
     for measure in case.actions.measures.values():
         if isinstance(measure, ContactForce | ContactCount | Penetration) and measure.by is not None:
-            pairs.append((measure.of, measure.by))
+            pairs += product(measure.subjects, listed(measure.by))
     bases = [tuple(body_of(name) for name in pair) for pair in pairs]
     return {a for a, b in bases if a == b}
 

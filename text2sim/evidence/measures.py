@@ -75,9 +75,8 @@ def _value(recording: RecordedCase, measure: measures.Measure) -> tuple[Array, s
         joints = recording.names.select_joints(measure.of)
         kinds = {joint.kind for _, joint in joints}
         if len(kinds) != 1 or not kinds <= {"hinge", "slider"}:
-            raise MeasureError(
-                f"{measure.of}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})"
-            )
+            named = ", ".join(measure.subjects)
+            raise MeasureError(f"{named}: only hinges and sliders have a position (got {', '.join(sorted(kinds))})")
         values = [_joint(recording, measure.kind, joint) for _, joint in joints]
         unit = _JOINT_UNITS[measure.kind][kinds.pop()]
         values = [
@@ -105,7 +104,8 @@ def _reduce(measure: Any, values: list[Array], what: str = "bodies", present: Ar
     stack = np.stack(values)
     if measure.stat is None:
         if len(values) > 1:
-            raise MeasureError(f"{measure.of} means {len(values)} {what}: `stat` says how they become one number")
+            named = ", ".join(measure.subjects)
+            raise MeasureError(f"{named} means {len(values)} {what}: `stat` says how they become one number")
         return stack[0]
     if measure.stat == "count":
         above = stack > (-np.inf if measure.above is None else measure.above)
@@ -257,7 +257,7 @@ def _extent(recording: RecordedCase, measure: measures.Extent) -> Array:
         along = ((points - origin[..., None, :]) * direction[..., None, :]).sum(axis=-1)
         low, high = np.fmin(low, along.min(axis=1)), np.fmax(high, along.max(axis=1))
     if len(low) and np.isnan(low[0]):
-        raise MeasureError(f"{measure.of} has no recorded shape")
+        raise MeasureError(f"{', '.join(measure.subjects)} has no recorded shape")
     return {"min": low, "max": high, "range": high - low}[measure.stat]
 
 
@@ -290,7 +290,7 @@ def _distance(recording: RecordedCase, measure: measures.Distance) -> Array:
     return np.where(np.isinf(nearest), np.nan, nearest)
 
 
-def _targets(recording: RecordedCase, of: str | None) -> Sequence[RecordedTarget]:
+def _targets(recording: RecordedCase, of: str | list[str] | None) -> Sequence[RecordedTarget]:
     """Return the selected bodies, or all of them except statics and driven ones."""
     return recording.names.loose if of is None else recording.names.select(of)
 

@@ -1,14 +1,18 @@
 """Selection of recorded copies, links and joints by a selector of the language."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from text2sim.recording.states import Array, JointRecord, RunStates
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.case import Case
 from text2sim.spec_schema.names.selectors import WORLD, body_of, named_by, parse_selector
+
+_Found = TypeVar("_Found")
 
 
 class SelectionError(LookupError):
@@ -91,12 +95,15 @@ class RecordedNames:
             return "static"
         return "driven" if body.kind == "driven" else "body"
 
-    def select(self, selector: str) -> list[RecordedTarget]:
-        """Return the targets that a selector matches.
+    def select(self, selectors: str | Sequence[str]) -> list[RecordedTarget]:
+        """Return the targets that a selector, or any of several, matches, each once.
 
         Raises:
-            SelectionError: if nothing of that name was recorded.
+            SelectionError: if one of them matches nothing that was recorded.
         """
+        return _once(selectors, self._select)
+
+    def _select(self, selector: str) -> list[RecordedTarget]:
         chosen, part = self._select_copies(selector)
         if part is None:
             return chosen
@@ -111,12 +118,18 @@ class RecordedNames:
             found += [RecordedTarget(f"{target.copy}.{n}", target.copy, (links[n],), links[n], n) for n in meant]
         return found
 
-    def select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
-        """Return the joints that a selector matches, with labels; a mounted body stands for its single joint.
+    def select_joints(self, selectors: str | Sequence[str]) -> list[tuple[str, JointRecord]]:
+        """Return the joints that selectors match, each once, with labels; a mounted body stands for its single joint.
 
         Raises:
-            SelectionError: if there are none.
+            SelectionError: if one of them matches none.
         """
+        labels: dict[JointRecord, str] = {}
+        for label, joint in _once(selectors, self._select_joints):
+            labels.setdefault(joint, label)
+        return [(label, joint) for joint, label in labels.items()]
+
+    def _select_joints(self, selector: str) -> list[tuple[str, JointRecord]]:
         chosen, part = self._select_copies(selector)
         found = []
         for target in chosen:
@@ -132,13 +145,16 @@ class RecordedNames:
             found += [(f"{target.copy}.{joint.name}" if part else target.copy, joint) for joint in joints]
         return found
 
-    def select_bends(self, selector: str) -> list[JointRecord]:
-        """Return the hinge and ball joints that a selector matches; for links, those to their parents.
+    def select_bends(self, selectors: str | Sequence[str]) -> list[JointRecord]:
+        """Return the hinge and ball joints that selectors match, each once; for links, those to their parents.
 
         Raises:
-            SelectionError: if there are none.
+            SelectionError: if one of them matches none.
         """
-        links = {link for target in self.select(selector) for link in target.links}
+        return _once(selectors, self._select_bends)
+
+    def _select_bends(self, selector: str) -> list[JointRecord]:
+        links = {link for target in self._select(selector) for link in target.links}
         found = [joint for joint in self.states.joints if joint.link in links and joint.kind in ("hinge", "ball")]
         if not found:
             raise SelectionError(f"{selector} has no hinge and no ball joint that could bend")
@@ -166,3 +182,8 @@ class RecordedNames:
         for number, target in enumerate(targets):
             group[list(target.links)] = number
         return group
+
+
+def _once(selectors: str | Sequence[str], find: Callable[[str], list[_Found]]) -> list[_Found]:
+    """Return what selectors match, in their order, without repetitions."""
+    return list(dict.fromkeys(found for selector in listed(selectors) for found in find(selector)))

@@ -15,7 +15,7 @@ from text2sim.evidence.selection import RecordedTarget
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models import measures
-from text2sim.spec_schema.models.base import AXES
+from text2sim.spec_schema.models.base import AXES, listed
 from text2sim.spec_schema.models.regions import SIDES, BodyRegion
 from text2sim.spec_schema.names.selectors import body_of
 
@@ -27,15 +27,15 @@ class SoftMeasureError(ValueError):
     """Error: a measure is undefined for what was recorded."""
 
 
-def deformables(recording: RecordedCase, selector: str) -> list[RecordedDeformable]:
-    """Return the deformable bodies that a selector matches.
+def deformables(recording: RecordedCase, selectors: str | list[str]) -> list[RecordedDeformable]:
+    """Return the deformable bodies that a selector, or any of several, matches, each once.
 
     Raises:
-        SelectionError: if nothing of that name was recorded.
+        SelectionError: if one of them matches nothing that was recorded.
         SoftMeasureError: if one of them is not deformable.
     """
     found = []
-    for target in recording.names.select(selector):
+    for target in recording.names.select(selectors):
         body = recording.deformable(target)
         if body is None:
             raise SoftMeasureError(f"{target.label} does not deform")
@@ -161,17 +161,18 @@ def _share_in(recording: RecordedCase, measure: measures.ShareIn) -> Array:
 def _gap(recording: RecordedCase, measure: measures.Gap) -> Array:
     """Smallest signed distance between the points of one body and the solids of another, or the points of another."""
     first, second = recording.names.select(measure.of), recording.names.select(measure.to)
+    of, to = (", ".join(listed(side)) for side in (measure.of, measure.to))
     if any(target.soft is None for target in first):
         first, second = second, first
     bodies = [body for target in first if (body := recording.deformable(target)) is not None]
     if len(bodies) < len(first):
-        raise SoftMeasureError(f"neither {measure.of} nor {measure.to} deforms: measure their `distance`")
+        raise SoftMeasureError(f"neither {of} nor {to} deforms: measure their `distance`")
     best = np.full(recording.states.frames, np.inf)
     for body, target in zip(bodies, first, strict=True):
         others = [other for other in second if other != target]
         best = np.minimum(best, gap(recording, body, others).value)
     if np.isinf(best).all() and len(best):
-        raise SoftMeasureError(f"{measure.of} and {measure.to} have no shapes between which there is a gap")
+        raise SoftMeasureError(f"{of} and {to} have no shapes between which there is a gap")
     return best
 
 

@@ -94,8 +94,7 @@ def _moments(case: Case, events: EventLog) -> list[Any]:
         if not rows:
             continue
         model = case.actions.events.get(name)
-        of = getattr(model, "of", None)
-        named = rows[0].get("between") or ([of] if of else [])
+        named = rows[0].get("between") or ([rows[0]["of"]] if getattr(model, "subjects", None) else [])
         bodies = dict.fromkeys(body_of(str(label)) for label in named)
         found.append(Moment(name, float(rows[0]["time"]), tuple(bodies)))
     return found

@@ -176,7 +176,7 @@ class Facts:
     def meant_to_leave(self) -> set[str]:
         """Bodies that the case expects to leave."""
         events = [e for e in self.case.actions.events.values() if isinstance(e, LeftDomainEvent | RegionEvent)]
-        return {body_of(event.of) for event in events if event.kind != "enters"}
+        return {body_of(selector) for event in events if event.kind != "enters" for selector in event.subjects}
 
     # --- geometry at the start ---------------------------------------------------------------------------------
 

@@ -130,6 +130,11 @@ class TestLeaves:
         ball = BALL.format("[0, 0, 1]", "")
         assert findings(tmp_path, "leaves-picture", ball, self.VIEW, gone, self.THROW % "[8, 0, 0]") == []
 
+        of_several = gone.replace("of: ball", "of: [other, ball]")
+        other = "bodies: {other: {kind: rigid, shape: {kind: sphere, radius: 0.05}, pose: {pos: [0, 0.5, 0.05]}}}"
+        case = (ball, other, self.VIEW, of_several, self.THROW % "[8, 0, 0]")
+        assert findings(tmp_path, "leaves-picture", *case) == []
+
     def test_what_is_driven_in_from_outside(self, tmp_path: Path) -> None:
         cart = "bodies: {cart: {kind: driven, shape: {kind: box, size: [0.3, 0.3, 0.3]}, pose: {pos: [-6, 0, 0.5]}, motion: {kind: waypoints, times: [0, 0.5], positions: [[0, 0, 0], [%s, 0, 0]]}}}"
         about = "actions: {measures: {x: {kind: position, of: cart, axis: x}}, expect: {goes: {measure: x, at: end, above: -5}}}"

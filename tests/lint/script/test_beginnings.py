@@ -43,6 +43,12 @@ actions:
         ("0.1", "{kind: rest, of: post}", "is at rest from the start"),
         ("0.5", "{kind: rest, of: post}", ""),
         ("0.1", "{kind: rest, of: [post, ball]}", "`post`, `ball` are at rest from the start"),
+        (
+            "1",
+            "{kind: leaves, of: [ball, post], region: {kind: sphere, center: [0, 0, 2], radius: 0.3}}",
+            "`ball`, `post` are outside the region at the start",
+        ),
+        ("1", "{kind: leaves, of: [ball, post], region: {kind: sphere, center: [0, 0, 1], radius: 0.3}}", ""),
     ],
 )
 def test_an_event_that_is_true_at_the_start(tmp_path, height, event, said):

@@ -150,6 +150,8 @@ bodies:
         ("kind: position, of: wall, axis: x", False),  # of a static: may stand for a reference
         ("kind: distance, between: [shelf, wall]", True),
         ("kind: distance, between: [shelf, ball]", False),
+        ("kind: displacement, of: [shelf, arm.base], stat: max", True),
+        ("kind: displacement, of: [shelf, ball], stat: max", False),
         ("kind: tilt, of: arm", True),
         ("kind: displacement, of: arm.base", True),
         ("kind: displacement, of: arm.hand", False),
@@ -177,6 +179,7 @@ def test_measures_of_what_never_moves(assets: Path, measure: str, dead: bool) ->
         ("kind: enters, of: arm.hand, region: {kind: sphere, center: [3, 0, 0], radius: 0.5}", "let it neither"),
         ("kind: enters, of: arm.hand, region: {kind: sphere, center: [0, -3, 0.3], radius: 0.1}", ""),
         ("kind: enters, of: ball, region: {kind: sphere, center: [3, 0, 0], radius: 0.5}", ""),
+        ("kind: enters, of: [arm.hand, ball], region: {kind: sphere, center: [3, 0, 0], radius: 0.5}", ""),
         ("kind: threshold, measure: m, above: 190", "is never above 190"),
         ("kind: threshold, measure: m, below: -1", "is never below -1"),
         ("kind: threshold, measure: m, above: -1", "is always above -1"),

@@ -370,3 +370,22 @@ bodies:
 actions: {{controls: {{hang: {{kind: attach, body: ball, region: {region}, to: peg}}}}}}
 """
     assert findings(assets, "held-at-a-distance", held) == []
+
+
+@pytest.mark.parametrize(
+    ("sides", "unseen"),
+    [
+        ("of: bar", False),
+        ("of: ball", True),
+        ("of: [bar, slab]", False),
+        ("of: [bar, ball]", True),
+        ("of: [bar, ball], by: [slab]", False),
+    ],
+)
+def test_under_sap_a_depth_is_that_of_what_deforms(tmp_path, sides, unseen):
+    bar = "{{kind: soft, solver: fem, cell: 0.05, shape: {{kind: box, size: [0.2, 0.2, 0.2]}}, pose: {{pos: [0, {}, 0.5]}}}}"
+    ball = "{kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}}"
+    bodies = f"bodies: {{bar: {bar.format(0)}, slab: {bar.format(1)}, ball: {ball}}}"
+    measure = f"actions: {{measures: {{deep: {{kind: penetration, {sides}}}}}}}"
+    found = findings(tmp_path, "unseen-contacts", bodies, measure)
+    assert [problem.path for problem in found] == ["/actions/measures/deep/kind"] * unseen

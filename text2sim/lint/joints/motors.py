@@ -59,7 +59,7 @@ class Powered:
         for expect in facts.case.actions.expect.values():
             measure = facts.case.actions.measures.get(expect.measure or "")
             if expect.tolerance is not None and measure is not None and measure.kind == kind:
-                found += [expect.tolerance] if getattr(measure, "of", None) in names else []
+                found += [expect.tolerance] if names & {*measure.subjects} else []
         return found
 
     def load(self, q: float) -> float:

@@ -13,6 +13,7 @@ from text2sim.lint.script.start_values import depth_inside
 from text2sim.lint.script.targets import targets_of
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.names.selectors import quoted
 
 MAX_TOUCHING_GAP = 1e-4
 """Largest gap [m] of bodies that touch from the first step."""
@@ -78,21 +79,24 @@ def _region(facts: Facts, event: Any) -> str:
         return ""
     depths = [depth_inside(event.region, target.origin) for target in targets]
     if event.kind == "enters" and min(depths) > 0.0:
-        return f"`{event.of}` is inside the region at the start, and enters it only after it has left it"
+        return f"{_named(event)} inside the region at the start, and enters it only after it has left it"
     if event.kind == "leaves" and max(depths) < 0.0:
-        return f"`{event.of}` is outside the region at the start, and leaves it only after it has entered it"
+        return f"{_named(event)} outside the region at the start, and leaves it only after it has entered it"
     return ""
 
 
 def _rest_at_start(facts: Facts, event: Any) -> str:
-    targets = [target for selector in event.subjects for target in targets_of(facts).select(selector)]
+    targets = targets_of(facts).select(event.of)
     if not targets or any(target.driven for target in targets) or not all_still(facts):
         return ""
     if any(row.entity == target.copy.name for target in targets for row in facts.rows.velocities):
         return ""
-    names = ", ".join(f"`{selector}`" for selector in event.subjects)
-    verb = "is" if len(event.subjects) == 1 else "are"
-    return f"{names} {verb} at rest from the start, so it happens at 0 s; use `after` to find a later rest"
+    return f"{_named(event)} at rest from the start, so it happens at 0 s; use `after` to find a later rest"
+
+
+def _named(event: Any) -> str:
+    """Return the bodies of an event with a verb: `a` is, or `a`, `b` are."""
+    return f"{quoted(event.subjects)} {'is' if len(event.subjects) == 1 else 'are'}"
 
 
 _TRUE_AT_START: dict[str, Callable[[Facts, Any], str]] = {

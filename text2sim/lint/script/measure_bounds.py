@@ -19,6 +19,7 @@ from text2sim.lint.script.start_values import COLUMN, ROUNDING, start_of
 from text2sim.lint.script.targets import StartTarget, targets_of
 from text2sim.spec_schema.models import measures
 from text2sim.spec_schema.names.measure_references import CONTACT_KINDS
+from text2sim.spec_schema.names.selectors import quoted
 
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
 ROUND_SHORTFALL = 0.02
@@ -105,15 +106,16 @@ def _values(facts: Facts, measure: Any) -> Values:
     if frozen and start is not None:
         low, high, why = start, start, frozen
     error = ROUNDING * max(1.0, abs(start or 0.0))
-    if measure.kind == "extent" and (box := facts.box(targets[0].copy)) is not None:
-        error += ROUND_SHORTFALL * max(sides(box))
+    if measure.kind == "extent":
+        boxes = (facts.box(target.copy) for target in targets)
+        error += ROUND_SHORTFALL * max((max(sides(box)) for box in boxes if box is not None), default=0.0)
     return Values(low, high, why, start, error, frozen, measure.value_unit)
 
 
 def _reduced(facts: Facts, measure: Any, targets: list[StartTarget], stat: str | None) -> Bounds:
     low, high, why = _of_one(facts, measure, targets)
     if stat == "count":
-        return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
+        return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if stat == "range":
         return 0.0, high - low, "a range is not negative"
     if stat == "std":
@@ -121,6 +123,11 @@ def _reduced(facts: Facts, measure: Any, targets: list[StartTarget], stat: str |
     if stat == "sum":
         return low * len(targets), high * len(targets), why
     return low, high, why
+
+
+def _number_in_words(measure: Any, targets: list[StartTarget]) -> str:
+    verb = "selects" if len(measure.subjects) == 1 else "select"
+    return f"{quoted(measure.subjects)} {verb} {len(targets)}"
 
 
 def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
@@ -132,7 +139,7 @@ def _of_one(facts: Facts, measure: Any, targets: list[StartTarget]) -> Bounds:
     if kind in BOUNDS_OF_KIND:
         return BOUNDS_OF_KIND[kind]
     if kind == "count_in":
-        return 0.0, float(len(targets)), f"`{measure.of}` selects {len(targets)}"
+        return 0.0, float(len(targets)), _number_in_words(measure, targets)
     if kind == "pieces":
         return float(len(targets)), inf, f"there are {len(targets)} bodies"
     if kind == "contact_count" and measure.by is not None:

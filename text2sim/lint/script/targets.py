@@ -1,5 +1,6 @@
 """Targets of selectors in the resolved case: copies and links, with their start positions."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -8,6 +9,7 @@ from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.trees.tree import StandingLink, tree_links
 from text2sim.lint.facts import Facts
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.names.selectors import named_by
 
 MAX_PAIRS = 2_000
@@ -49,8 +51,12 @@ class Targets:
         self.facts = facts
         self._found: dict[str, list[StartTarget]] = {}
 
-    def select(self, selector: str) -> list[StartTarget]:
-        """Return the targets of a selector; none if it has none, which is reported elsewhere."""
+    def select(self, selectors: str | Sequence[str]) -> list[StartTarget]:
+        """Return the targets of selectors, each once; none of one that has none, which is reported elsewhere."""
+        found = [target for selector in listed(selectors) for target in self._select(selector)]
+        return list({target.label: target for target in found}.values())
+
+    def _select(self, selector: str) -> list[StartTarget]:
         if selector not in self._found:
             try:
                 copies, part = select(selector, self.facts.placed)

@@ -7,6 +7,7 @@ from text2sim.lint.facts import REPLACING_CONTACT_MODELS, Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
@@ -22,8 +23,8 @@ def _no_records(facts: Facts) -> Iterator[Problem]:
     actions = facts.case.actions
     for name, measure in actions.measures.items():
         if isinstance(measure, ContactForce | ContactCount | Penetration):
-            sides = [side for side in (measure.of, measure.by) if side is not None]
-            if measure.kind == "penetration" and any(_soft(facts, side) for side in sides):
+            sides = [side for side in (measure.subjects, listed(measure.by)) if side]
+            if measure.kind == "penetration" and any(all(_soft(facts, one) for one in side) for side in sides):
                 continue
             text = (
                 f"{measure.kind} has no data: under contact model {soft.model} the engine reports no contacts of rigid "

@@ -5,7 +5,7 @@ up.
 """
 
 import math
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any, Literal, get_args
@@ -167,6 +167,17 @@ Selector = Annotated[
 ]
 """Which bodies: ``brick`` (every copy), ``brick[3]``, ``brick[2:5]`` (2, 3, 4), ``arm.hand`` (a link or
 joint), ``net.x5_*`` (all links or joints whose names begin so)."""
+
+Selectors = Selector | Annotated[list[Selector], Field(min_length=1, max_length=50)]
+"""A selector, or a list of them: all that they select together, each once."""
+
+
+def listed(selectors: str | Sequence[str] | None) -> list[str]:
+    """Return the different selectors of a field: one, those of a list, or none."""
+    if selectors is None:
+        return []
+    return [selectors] if isinstance(selectors, str) else list(dict.fromkeys(selectors))
+
 
 AxisName = Literal["x", "y", "z"]
 AXES: dict[str, tuple[float, float, float]] = {

@@ -14,6 +14,8 @@ from text2sim.spec_schema.models.base import (
     Real,
     Seconds,
     Selector,
+    Selectors,
+    listed,
 )
 from text2sim.spec_schema.models.space import Region
 
@@ -23,6 +25,11 @@ class _Event(Model):
     """Only count times after the first time of this other event."""
     repeat: Multiple | None = None
     """Number of such events, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
+
+    @property
+    def subjects(self) -> list[str]:
+        """The selectors in `of`; none if it has no such field."""
+        return listed(getattr(self, "of", None))
 
 
 class ContactEvent(_Event):
@@ -67,24 +74,19 @@ class RestEvent(_Event):
     """Bodies come to rest."""
 
     kind: Literal["rest"]
-    of: Selector | Annotated[list[Selector], Field(min_length=1, max_length=50)]
+    of: Selectors
     """A body or its copies, or a list of bodies that are at rest at the same time."""
     speed: Positive = 0.02
     """Largest speed [m/s] of bodies at rest."""
     for_: Positive = Field(default=0.2, alias="for")
     """Shortest time [s] at rest."""
 
-    @property
-    def subjects(self) -> list[str]:
-        """The selectors of its bodies."""
-        return [self.of] if isinstance(self.of, str) else self.of
-
 
 class LeftDomainEvent(_Event):
     """A body leaves `scene.domain`."""
 
     kind: Literal["left_domain"]
-    of: Selector
+    of: Selectors
     """A body or its copies."""
 
 
@@ -92,7 +94,7 @@ class RegionEvent(_Event):
     """A body's origin enters or leaves a region; each copy counts."""
 
     kind: Literal["enters", "leaves"]
-    of: Selector
+    of: Selectors
     """A body or its copies."""
     region: Region
     """The region."""
@@ -102,7 +104,7 @@ class JointLimitEvent(_Event):
     """A joint reaches a limit of its range."""
 
     kind: Literal["joint_limit"]
-    of: Selector
+    of: Selectors
     """A mounted body, its copies, or a joint."""
 
 

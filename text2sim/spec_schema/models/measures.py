@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import model_validator
 
-from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Vec3
+from text2sim.spec_schema.models.base import AxisName, ByKind, Real, Selector, Selectors, Vec3
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_measures import (
     FoldedArea,
@@ -27,7 +27,7 @@ Stat = Literal["max", "min", "mean", "std", "sum", "range", "count"]
 
 
 class _Of(Measured):
-    of: Selector
+    of: Selectors
     """A body, its copies, or links of it (`net.x5_*`)."""
     stat: Stat | None = None
     """Statistic over several copies or links; required if there are several. `std` is their standard deviation, `count`
@@ -206,7 +206,7 @@ class Extent(Measured):
     kind: Literal["extent"]
     unit: ClassVar[str] = "m"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A body or its copies."""
     region: BodyRegion | None = None
     """For deformable bodies: only this part, chosen at the start."""
@@ -235,9 +235,9 @@ class ContactForce(Measured):
     kind: Literal["contact_force"]
     unit: ClassVar[str] = "N"
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """The body that the forces act on."""
-    by: Selector | None = None
+    by: Selectors | None = None
     """The other body; any by default."""
 
 
@@ -246,9 +246,9 @@ class ContactCount(Measured):
 
     kind: Literal["contact_count"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A body or its copies."""
-    by: Selector | None = None
+    by: Selectors | None = None
     """The other body; any by default."""
 
 
@@ -258,9 +258,9 @@ class Penetration(Measured):
     kind: Literal["penetration"]
     unit: ClassVar[str] = "m"
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A body or its copies."""
-    by: Selector | None = None
+    by: Selectors | None = None
     """The other body; any by default."""
 
 
@@ -270,7 +270,7 @@ class Energy(Measured):
     kind: Literal["energy"]
     unit: ClassVar[str] = "J"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=True, instead="")
-    of: Selector | None = None
+    of: Selectors | None = None
     """A body or its copies; by default all bodies."""
     part: Literal["kinetic", "potential", "total"] = "total"
     """The part of the energy."""
@@ -287,7 +287,7 @@ class Momentum(Measured):
     kind: Literal["momentum"]
     unit: ClassVar[str] = "kg m/s"
     traits: ClassVar = Traits(at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="")
-    of: Selector | None = None
+    of: Selectors | None = None
     """A body or its copies; by default all bodies."""
     axis: AxisName
     """The component."""
@@ -301,7 +301,7 @@ class AngularMomentum(Measured):
     traits: ClassVar = Traits(
         at_rest=0.0, never_negative=False, of_root=False, from_poses=True, instead="measure its `momentum`"
     )
-    of: Selector | None = None
+    of: Selectors | None = None
     """A body or its copies; by default all bodies, except deformable ones."""
     axis: AxisName
     """The component."""
@@ -314,7 +314,7 @@ class CountIn(Measured):
 
     kind: Literal["count_in"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=True, from_poses=True, instead="")
-    of: Selector
+    of: Selectors
     """A body and its copies."""
     region: Region
     """The region."""

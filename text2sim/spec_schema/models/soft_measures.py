@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal, NamedTuple
 
-from text2sim.spec_schema.models.base import AxisName, Bool, Model, Multiple, Seconds, Selector
+from text2sim.spec_schema.models.base import AxisName, Bool, Model, Multiple, Seconds, Selectors, listed
 from text2sim.spec_schema.models.space import Region
 
 SpreadStat = Literal["max", "min", "mean", "p99"]
@@ -35,6 +35,11 @@ class Measured(Model):
     """Number of such measures, with the names `NAME_0`, `NAME_1` and so on; `k` in `${…}` is the number of each."""
 
     @property
+    def subjects(self) -> list[str]:
+        """The selectors in `of`; none if it has no such field, or is about all bodies."""
+        return listed(getattr(self, "of", None))
+
+    @property
     def value_unit(self) -> str:
         """Unit of its values; empty for counts and for fractions of the value at the start."""
         plain = getattr(self, "stat", None) == "count" or getattr(self, "relative", False)
@@ -52,7 +57,7 @@ class Volume(Measured):
     kind: Literal["volume"]
     unit: ClassVar[str] = "m3"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A soft body or its copies."""
     relative: Bool = False
     """Measure it as a fraction of the volume at the start."""
@@ -68,7 +73,7 @@ class Stretch(Measured):
 
     kind: Literal["stretch"]
     traits: ClassVar = Traits(at_rest=1.0, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A cloth or soft body, or its copies."""
     stat: SpreadStat = "max"
     """Statistic over all edges; `p99` is the 99th percentile."""
@@ -82,7 +87,7 @@ class Strain(Measured):
 
     kind: Literal["strain"]
     traits: ClassVar = Traits(at_rest=0.0, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A soft body or its copies."""
     stat: SpreadStat = "max"
     """Statistic over all elements or particles."""
@@ -99,7 +104,7 @@ class Wrinkling(Measured):
     kind: Literal["wrinkling"]
     unit: ClassVar[str] = "1/m"
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A cloth or its copies."""
 
 
@@ -113,7 +118,7 @@ class FoldedArea(Measured):
     kind: Literal["folded_area"]
     unit: ClassVar[str] = "m2"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A cloth or its copies."""
     axis: AxisName = "z"
     """Viewing direction."""
@@ -129,9 +134,9 @@ class Gap(Measured):
     kind: Literal["gap"]
     unit: ClassVar[str] = "m"
     traits: ClassVar = Traits(at_rest=None, never_negative=False, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A body or its copies; this or the other is deformable."""
-    to: Selector
+    to: Selectors
     """Another body or static, or its copies."""
 
 
@@ -141,7 +146,7 @@ class SelfPenetration(Measured):
     kind: Literal["self_penetration"]
     unit: ClassVar[str] = "m"
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A cloth or its copies."""
 
 
@@ -153,7 +158,7 @@ class Pieces(Measured):
 
     kind: Literal["pieces"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A soft body or its copies."""
 
 
@@ -165,7 +170,7 @@ class LargestPiece(Measured):
 
     kind: Literal["largest_piece"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A soft body or its copies."""
 
 
@@ -178,7 +183,7 @@ class Leaked(Measured):
 
     kind: Literal["leaked"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A granular body, liquid or snow, or its copies."""
 
 
@@ -187,7 +192,7 @@ class ShareIn(Measured):
 
     kind: Literal["share_in"]
     traits: ClassVar = Traits(at_rest=None, never_negative=True, of_root=False, from_poses=False, instead="")
-    of: Selector
+    of: Selectors
     """A deformable body, or its copies."""
     region: Region
     """The region."""

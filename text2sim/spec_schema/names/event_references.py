@@ -10,7 +10,7 @@ from text2sim.spec_schema.names.measure_references import (
     check_contacts_recorded,
     measured,
 )
-from text2sim.spec_schema.names.name_table import NameTable
+from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.text.document import Path
 
@@ -108,21 +108,15 @@ def _check_subject(
 ) -> None:
     if isinstance(event, events.LeftDomainEvent) and table.loaded.case.scene.domain is None:
         table.report(where, "this event needs `scene.domain`, which is missing", "no-domain", key=True)
-    if isinstance(event.of, str):
-        _check_member(table, (*where, "of"), event, event.of)
-        return
-    for index, selector in enumerate(event.of):
-        _check_member(table, (*where, "of", index), event, selector)
+    for member in table.find_all(event.of, (*where, "of"), joint=isinstance(event, events.JointLimitEvent)):
+        _check_member(table, event, member)
 
 
-def _check_member(table: NameTable, where: Path, event: events.Event, selector: str) -> None:
-    member = table.find(selector, where, joint=isinstance(event, events.JointLimitEvent))
-    if member is None:
-        return
+def _check_member(table: NameTable, event: events.Event, member: Member) -> None:
     if isinstance(event, events.JointLimitEvent):
-        joint = check_joint(table, where, member, "measure")
+        joint = check_joint(table, member.where, member, "measure")
         if joint is not None and getattr(joint, "range_deg", None) is None and getattr(joint, "range", None) is None:
-            table.report(where, f"the joint of `{member.text}` has no limits", "no-limit")
+            table.report(member.where, f"the joint of `{member.text}` has no limits", "no-limit")
     elif not member.dynamic:
         message = f"{member.why_not_dynamic}, so this event would test nothing"
-        table.report(where, message, "driven-subject" if member.driven else "not-dynamic")
+        table.report(member.where, message, "driven-subject" if member.driven else "not-dynamic")

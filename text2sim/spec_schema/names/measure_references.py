@@ -1,10 +1,13 @@
 """Checks of the bodies, joints and regions of measures."""
 
+from collections.abc import Sequence
+
 from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, Rigid
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
 from text2sim.spec_schema.names.name_table import Member, NameTable
+from text2sim.spec_schema.names.selectors import quoted
 from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
 from text2sim.spec_schema.text.document import Path
 
@@ -28,38 +31,39 @@ def check_measures(table: NameTable) -> None:
             check_gap(table, where, measure)
             continue
         if measure.kind in CONTACT_KINDS:
-            by = getattr(measure, "by", None)
-            other = table.find(by, (*where, "by"), many=True) if by is not None else None
-            if other is not None:
-                check_other_side(table, where, measure, other)
-            sides = [*measured(table, measure), other]
+            others = table.find_all(getattr(measure, "by", None), (*where, "by"), many=True)
+            check_other_side(table, measure, others)
             # The penetration of deformable bodies comes from the positions of their points.
-            if measure.kind != "penetration" or not any(side is not None and side.deforms for side in sides):
+            sides = [side for side in (measured(table, measure), others) if side]
+            if measure.kind != "penetration" or not any(all(one.deforms for one in side) for side in sides):
                 check_contacts_recorded(table, where)
         check_carrier(table, where, measure)
         if isinstance(measure, measures.Extent | measures.Displacement) and measure.frame is not None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
                 _check_rigid(table, (*where, "frame"), frame, "can be the frame")
-        if measure.of is None:
-            continue
-        joint = isinstance(measure, JOINT_KINDS)
-        member = table.find(measure.of, (*where, "of"), joint=joint, many=True)
-        if member is not None:
-            _check_subject(table, where, measure, member)
+        members = table.find_all(measure.of, (*where, "of"), joint=isinstance(measure, JOINT_KINDS), many=True)
+        fitting = [member for member in members if _check_subject(table, where, measure, member)]
+        if isinstance(measure, JOINT_KINDS):
+            _check_joints(table, members)
+        if fitting and len(fitting) == len(members):
+            _check_stat(table, where, measure, members[0])
 
 
 def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
     """Return the bodies of a measure, without those of invalid selectors, which are already reported."""
+    return [member for side in measured_sides(table, measure) for member in side]
+
+
+def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Member]]:
+    """Return the bodies of a measure as `measured` does, those on each side of a distance or gap by themselves."""
     quiet = NameTable(table.loaded, counts=table.counts)
+    sides: Sequence[str | list[str] | None] = (getattr(measure, "of", None),)
     if isinstance(measure, measures.Distance):
-        selectors = measure.between
+        sides = measure.between
     elif isinstance(measure, measures.Gap):
-        selectors = (measure.of, measure.to)
-    else:
-        selectors = (measure.of,)
-    found = [quiet.find(selector, (), many=True) for selector in selectors if selector is not None]
-    return [member for member in found if member is not None]
+        sides = (measure.of, measure.to)
+    return [quiet.find_all(selectors, (), many=True) for selectors in sides]
 
 
 def check_contacts_recorded(table: NameTable, where: Path) -> None:
@@ -98,39 +102,65 @@ def _check_distance(table: NameTable, where: Path, measure: measures.Distance) -
         table.report((*where, "between", 1), f"`{first.text}` has no distance from itself", "itself")
 
 
-def _check_subject(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> None:
+def _check_subject(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> bool:
+    """Report a body that a measure does not fit; return whether it fits."""
     if check_soft_measure(table, where, measure, member):
-        return
+        return False
     if isinstance(measure, measures.Bend):
-        _check_bend(table, where, measure, member)
-        return
-    if isinstance(measure, JOINT_KINDS):
-        found = [check_joint(table, (*where, "of"), each, "measure") for each in table.each(member, joint=True)]
-        if len({joint.kind for joint in found if joint is not None}) > 1:
-            message = f"`{member.text}` selects hinges and sliders, whose positions have different units"
-            table.report((*where, "of"), message, "measure-kind")
-    elif member.static and measure.kind not in _OF_STATICS:
-        table.report((*where, "of"), f"`{member.name}` is a static, which never moves", "not-dynamic")
-        return
+        if _bends(table, member) == 0:
+            message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"
+            table.report(member.where, message, "measure-kind")
+            return False
+    elif member.static and measure.kind not in _OF_STATICS and not isinstance(measure, JOINT_KINDS):
+        table.report(member.where, f"`{member.name}` is a static, which never moves", "not-dynamic")
+        return False
+    return True
+
+
+def _check_joints(table: NameTable, members: list[Member]) -> None:
+    first: tuple[Member, str] | None = None
+    mixed = False
+    for member in members:
+        found = [check_joint(table, member.where, each, "measure") for each in table.each(member, joint=True)]
+        for kind in dict.fromkeys(joint.kind for joint in found if joint is not None):
+            first = first or (member, kind)
+            if kind == first[1] or mixed:
+                continue
+            mixed = True
+            what = f"`{member.text}` is a {kind}, and `{first[0].text}` a {first[1]}: their positions"
+            if member is first[0]:
+                what = f"`{member.text}` selects hinges and sliders, whose positions"
+            table.report(member.where, f"{what} have different units", "measure-kind")
+
+
+def _check_stat(table: NameTable, where: Path, measure: measures.Measure, member: Member) -> None:
+    """Report several bodies or joints without a `stat` that makes them one number; `member` is the first."""
     together = (measures.Extent, measures.Stretch, measures.Strain)
-    per_copy = "stat" in type(measure).model_fields and not isinstance(measure, together)
-    if per_copy and measure.stat is None and member.count > 1:  # type: ignore[union-attr]
-        what = "copies" if member.part is None or "*" not in member.part else "links"
-        what = "joints" if what == "links" and isinstance(measure, JOINT_KINDS) else what
-        message = f"`{member.text}` selects {member.count} {what}: give a `stat` that combines them"
+    if isinstance(measure, together) or getattr(measure, "stat", "") is not None:
+        return
+    part, bends = member.part, isinstance(measure, measures.Bend)
+    several = f"selects {member.count} {'joints' if isinstance(measure, JOINT_KINDS) else 'links'}"
+    number = member.count
+    if part is None or "*" not in part:
+        several = f"selects {member.count} copies"
+    if bends:
+        number *= 1 if part is not None else _bends(table, member) or 0
+        several = f"means {number} links" if part is not None else f"has {number} joints"
+    if len(measure.subjects) > 1:
+        number, several = 2, "are several joints" if bends or isinstance(measure, JOINT_KINDS) else "are several bodies"
+    if number > 1:
+        message = (
+            f"{quoted(measure.subjects)} {several}: give a `stat` that combines {'their bends' if bends else 'them'}"
+        )
         table.report(where, message, "needs-stat", key=True)
 
 
-def _check_bend(table: NameTable, where: Path, measure: measures.Bend, member: Member) -> None:
+def _bends(table: NameTable, member: Member) -> int | None:
+    """Return how many joints of a copy bend; None if its joints are not known."""
     model = member.model
-    mounted = isinstance(model, Rigid) and model.mount.kind in ("hinge", "ball")
+    if isinstance(model, Rigid):
+        return int(model.mount.kind in ("hinge", "ball"))
+    if not isinstance(model, Articulated | Linked):
+        return 0
     joints = joints_of(table, member)
-    bending = mounted or sum(isinstance(joint, HingeMount | BallMount) for joint in joints.values())
-    if not (mounted or isinstance(model, Articulated | Linked)) or (joints and not bending):
-        message = f"`{member.name}` has no joints that bend; for a cloth, measure its `wrinkling`"
-        table.report((*where, "of"), message, "measure-kind")
-    elif measure.stat is None:
-        several = f"means {member.count} links" if member.part is not None else f"has {member.count * bending} joints"
-        if member.count * (1 if member.part is not None else bending) > 1:
-            message = f"`{member.text}` {several}: give a `stat` that combines their bends"
-            table.report(where, message, "needs-stat", key=True)
+    return sum(isinstance(joint, HingeMount | BallMount) for joint in joints.values()) if joints else None

@@ -36,6 +36,8 @@ class Member:
     """Number of selected copies, or of links or joints if a pattern selects them."""
     part: str | None
     """Link or joint, if one is named."""
+    where: Path
+    """Path of the selector."""
 
     @property
     def static(self) -> bool:
@@ -161,7 +163,24 @@ class NameTable:
                 return None
             if "*" in chosen.part:
                 count *= len(named_by(chosen.part, self._names(chosen.body, model, joint))) or 1
-        return Member(selector, chosen.body, model, count, chosen.part)
+        return Member(selector, chosen.body, model, count, chosen.part, where)
+
+    def find_all(
+        self, selectors: str | list[str] | None, where: Path, *, joint: bool = False, many: bool = False
+    ) -> list[Member]:
+        """Return the targets of a selector or a list of them, and report each that has none.
+
+        Args:
+            selectors: The selector or the list; None for nothing.
+            where: Its path.
+            joint: As in `find`.
+            many: As in `find`.
+        """
+        if isinstance(selectors, list):
+            found = [self.find(each, (*where, k), joint=joint, many=many) for k, each in enumerate(selectors)]
+        else:
+            found = [self.find(selectors, where, joint=joint, many=many)] if selectors is not None else []
+        return [member for member in found if member is not None]
 
     def each(self, member: Member, *, joint: bool = False) -> list[Member]:
         """Return a member for each link or joint that a pattern selects; the member itself without a pattern."""

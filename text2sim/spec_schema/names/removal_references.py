@@ -4,7 +4,7 @@ from typing import Any
 
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.controls import Remove
-from text2sim.spec_schema.names.measure_references import measured
+from text2sim.spec_schema.names.measure_references import measured_sides
 from text2sim.spec_schema.names.name_table import NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.text.document import Path
@@ -57,10 +57,10 @@ def _check_expectations(table: NameTable, name: str, removal: Remove) -> None:
         measure = actions.measures.get(expect.measure or "")
         if measure is None or removal.at is None or expect.on is not None or measure.kind == "count_in":
             continue
-        members = measured(table, measure)
-        gone = [member for member in members if _covers(removal.body, member.text)]
-        either = measure.kind in ("distance", "gap")
-        if not gone or (len(gone) < len(members) and not either):
+        # A measure has values as long as one body is left, on each side of a distance or gap.
+        sides = (side for side in measured_sides(table, measure) if side)
+        gone = next((side for side in sides if all(_covers(removal.body, member.text) for member in side)), None)
+        if gone is None:
             continue
         window = expect.during if isinstance(expect.during, tuple) else None
         last = span_of(window, duration)[1] if expect.at is None else duration if expect.at == "end" else expect.at

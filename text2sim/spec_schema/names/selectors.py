@@ -36,6 +36,11 @@ def body_of(selector: str) -> str:
     return selector.partition("[")[0].partition(".")[0]
 
 
+def quoted(selectors: Iterable[str]) -> str:
+    """Return selectors for messages: "`a`, `b`"."""
+    return ", ".join(f"`{selector}`" for selector in selectors)
+
+
 def strings_in(value: object) -> list[str]:
     """Return all strings in nested mappings and lists, without keys."""
     if isinstance(value, str):

@@ -46,7 +46,7 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
     """
     kind = measure.kind
     if kind in MEASURED_OF and (not member.deforms or member.model.kind not in MEASURED_OF[kind]):
-        _report_kind(table, where, kind, member)
+        _report_kind(table, kind, member)
         return True
     if not member.deforms:
         if getattr(measure, "region", None) is not None and kind != "count_in":
@@ -56,52 +56,56 @@ def check_soft_measure(table: NameTable, where: Path, measure: measures.Measure,
         return False
     if measure.traits.instead:
         message = f"`{member.name}` deforms, so that it has no {kind.replace('_', ' ')}; {measure.traits.instead}"
-        table.report((*where, "of"), message, "measure-kind")
+        table.report(member.where, message, "measure-kind")
         return True
     if kind in FORCES:
-        table.report((*where, "of"), _unreported(member), "contacts-not-recorded")
+        table.report(member.where, _unreported(member), "contacts-not-recorded")
         return True
     return False
 
 
-def check_other_side(table: NameTable, where: Path, measure: measures.Measure, other: Member) -> None:
-    """Report a deformable body in `by` of a measure of contact forces.
+def check_other_side(table: NameTable, measure: measures.Measure, others: list[Member]) -> None:
+    """Report deformable bodies in `by` of a measure of contact forces.
 
     Args:
         table: The table; problems are added to it.
-        where: Path of the measure.
         measure: The measure.
-        other: The body in `by`.
+        others: The bodies in `by`.
     """
-    if measure.kind in FORCES and other.deforms:
-        table.report((*where, "by"), _unreported(other), "contacts-not-recorded")
+    for other in others if measure.kind in FORCES else ():
+        if other.deforms:
+            table.report(other.where, _unreported(other), "contacts-not-recorded")
 
 
 def check_gap(table: NameTable, where: Path, gap: measures.Gap) -> None:
-    """Check both sides of a gap: they have to be different, and one has to deform.
+    """Check both sides of a gap: they have to be different, and all bodies of one have to deform.
 
     Args:
         table: The table; problems are added to it.
         where: Path of the measure.
         gap: The measure.
     """
-    first, second = table.find(gap.of, (*where, "of")), table.find(gap.to, (*where, "to"))
-    if first is None or second is None:
+    first, second = table.find_all(gap.of, (*where, "of")), table.find_all(gap.to, (*where, "to"))
+    rigid, other = ([member for member in side if not member.deforms] for side in (first, second))
+    texts = {member.text for member in (*first, *second)}
+    if not first or not second:
         return
-    if first.text == second.text and first.count == 1:
-        table.report((*where, "to"), f"`{first.text}` has no gap to itself", "itself")
-    elif not (first.deforms or second.deforms):
-        message = f"neither `{first.name}` nor `{second.name}` deforms; measure the `distance` of their origins"
-        table.report((*where, "of"), message, "measure-kind")
+    if len(texts) == 1 and first[0].count == 1:
+        table.report((*where, "to"), f"`{first[0].text}` has no gap to itself", "itself")
+    elif rigid and other:
+        message = f"neither `{rigid[0].name}` nor `{other[0].name}` deforms; measure the `distance` of their origins"
+        if len(rigid) < len(first) or len(other) < len(second):
+            message = f"neither `{rigid[0].name}` nor `{other[0].name}` deforms; all bodies of one side have to"
+        table.report(rigid[0].where, message, "measure-kind")
 
 
-def _report_kind(table: NameTable, where: Path, kind: str, member: Member) -> None:
+def _report_kind(table: NameTable, kind: str, member: Member) -> None:
     words = kind.replace("_", " ")
     own = getattr(member.model, "kind", "static")
     known = INSTEAD.get((kind, own if own in ("soft", "cloth") else "grains")) if member.deforms else None
     takes = " or ".join(MEASURED_OF[kind]) if len(MEASURED_OF[kind]) < 4 else "a deformable body"
     message = f"`{member.name}` ({'static' if member.static else own}) has no {words}"
-    table.report((*where, "of"), f"{message}; {known or f'it needs {takes}'}", "measure-kind")
+    table.report(member.where, f"{message}; {known or f'it needs {takes}'}", "measure-kind")
 
 
 def _unreported(member: Member) -> str:

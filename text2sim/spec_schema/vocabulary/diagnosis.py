@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from text2sim.spec_schema.errors import Problem, nearest
-from text2sim.spec_schema.models.base import Name
+from text2sim.spec_schema.models.base import Name, Selector
 from text2sim.spec_schema.text.document import Document, Path, Step
 from text2sim.spec_schema.text.syntax import LOOK_ALIKE, taken_for_text
 from text2sim.spec_schema.vocabulary.words import (
@@ -91,13 +91,15 @@ def _follow(slot: LanguageSlot, data: Any, loc: list[Step], kind: str) -> _Place
             slot = slot_of(slot.models[str(loc.pop(0))])
         elif slot.discriminator is None and len(slot.members) > 1:
             fitting = [member for member in slot.members if fits(member, data)]
+            if slot.list_of_other is not None and structure_of(data) == "list":
+                fitting = [slot.list_of_other]
             # Of several lists, the one of the same length was intended.
             fitting = [member for member in fitting if _is_as_long(member, data)] or fitting
             if len(fitting) != 1:
                 return _Place(path, slot, data, [], alternatives=True)
             if not loc or not _is_label_of(str(loc.pop(0)), fitting[0]):
                 return None
-            if not loc and kind in ("literal_error", "string_pattern_mismatch"):
+            if not loc and kind in ("literal_error", "string_pattern_mismatch") and slot.list_of_other is None:
                 return _Place(path, slot, data, [], alternatives=True)
             slot = fitting[0]
             continue
@@ -329,13 +331,7 @@ def _unknown_word(place: _Place) -> _Finding:
 
 
 def _no_alternative(place: _Place) -> _Finding:
-    words = [
-        str(w)
-        for m in place.slot.members
-        if get_origin(m.base) is not None
-        for w in get_args(m.base)
-        if isinstance(w, str)
-    ]
+    words = [w for member in place.slot.members for w in get_args(member.base) if isinstance(w, str)]
     message = f"needs {describe(place.slot)} (got {_given(place.data, place.slot)})"
     return _Finding(place.path, message, "type", nearest(place.data, words))
 
@@ -351,7 +347,9 @@ _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?")
 
 
 def _advice(data: Any, slot: LanguageSlot) -> str:
-    """Return how to write a number or a mapping, if text was given instead."""
+    """Return how to write a number or a mapping, if text was given instead, and where selectors may be a list."""
+    if isinstance(data, list) and noun_of(slot) == noun_of(slot_of(Selector)):
+        return "; it takes one: lists are for `of` of measures and events, and `by` and `to` of measures"
     if not isinstance(data, str):
         return ""
     if slot.structure == "mapping" and (alike := LOOK_ALIKE.search(data)):

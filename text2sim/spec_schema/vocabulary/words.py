@@ -29,6 +29,13 @@ class LanguageSlot:
         return [self]
 
     @cached_property
+    def list_of_other(self) -> "LanguageSlot | None":
+        """The list in a union of a type and a list of it, where the structure of a value shows which is meant."""
+        lists = [member for member in self.members if get_origin(member.base) is list]
+        found = (member for member in lists if slot_of(get_args(member.base)[0]) in self.members)
+        return next(found, None) if len(self.members) == 2 else None
+
+    @cached_property
     def models(self) -> dict[str, type[BaseModel]]:
         """The models of a union on `kind`, by kind."""
         if self.discriminator is None:
