@@ -67,7 +67,7 @@ def test_places_say_what_is_behind_them():
     assert backdrop("{setting: kitchen}")["window"]
     for dark in ("lighting: dark_stage", "lights: {key: {kind: sun}}"):
         assert "window" not in backdrop(f"{{setting: kitchen, {dark}}}"), "its light comes from somewhere else"
-    assert "skyline" not in backdrop("{setting: meadow, background: white}"), "the author chose what is behind"
+    assert "skyline" not in backdrop("{setting: meadow, backdrop: none}"), "the author chose what is behind"
 
 
 def test_a_light_out_of_doors_brings_its_sky_and_the_ground_its_pattern():
@@ -77,7 +77,9 @@ def test_a_light_out_of_doors_brings_its_sky_and_the_ground_its_pattern():
     assert backdrop("{setting: street, lighting: golden_hour}") | {"floor": None} == golden | {
         "floor": None, "skyline": "town", "wall": "plain",
     }  # fmt: skip
-    assert "skyline" not in backdrop("{lighting: golden_hour, background: white}")
+    assert backdrop("{lighting: golden_hour, background: '#dfe6ea'}")["skyline"] == "wood", "that is its haze"
+    assert backdrop("{backdrop: horizon, lights: {sun: {kind: sun}}}")["skyline"] == "wood"
+    assert "skyline" not in backdrop("{backdrop: horizon, background: '#101418'}"), "it is night"
     assert "skyline" not in backdrop("{lighting: golden_hour, backdrop: ground}")
     assert backdrop("{setting: room, lighting: golden_hour}")["kind"] == "wall"
     assert "floor" not in golden, "a ground without a colour has that of the haze"

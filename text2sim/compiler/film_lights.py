@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes, resolve_target
 from text2sim.compiler.film_places import FilmPlace, adapted, floor_of, open_ground, place_of
-from text2sim.compiler.looks import STATIC_COLOR, rounded_rgb
+from text2sim.compiler.looks import STATIC_COLOR, luminance, rounded_rgb
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.lights import Environment, Lamp, Light, Sky, Softbox, Spot, Sun
 from text2sim.spec_schema.models.render import Render
@@ -14,6 +14,8 @@ SOFTBOX_DISTANCE = 4.0
 """Default distance of a softbox, in radii of the scene."""
 SOFTBOX_SIDE = 0.24
 """Default side of a softbox, in units of its distance."""
+NIGHT = 0.2
+"""Luminance of a background below which there is no daylit sky behind a horizon."""
 CYCLORAMA_RADIUS = 8.0
 """Radius of a cyclorama, in radii of the scene: lamps stand inside and light the wall too."""
 
@@ -174,9 +176,11 @@ def _behind(render: Render, place: FilmPlace | None, studio: Studio) -> tuple[Ve
         found["wall"] = place.wall
         if place.wall != "plain" and own and not render.lights:
             found["window"] = True
-    if kind == "horizon" and sky and not render.background:
+    background = rounded_rgb(render.background or plain)
+    if kind == "horizon" and luminance(background) > NIGHT:
+        sky = sky or STUDIOS["sunlight"].sky
         found |= {"sky": rounded_rgb(sky), "skyline": (place.skyline if place else "") or "wood"}
-    return rounded_rgb(render.background or plain), found
+    return background, found
 
 
 def _light(light: Light, scene: FilmedScene, center: Vec, radius: float, side: float) -> dict[str, Any]:

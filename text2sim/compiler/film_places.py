@@ -8,7 +8,7 @@ from math import dist, floor, log2, log10
 from typing import Any, NamedTuple
 
 from text2sim.compiler.film_cameras import FilmedScene, extent, ground_planes
-from text2sim.compiler.looks import STATIC_COLOR, has_glass, linear_rgb, oklab, rounded_rgb, worn_by
+from text2sim.compiler.looks import STATIC_COLOR, has_glass, luminance, oklab, rounded_rgb, worn_by
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.spec_schema.models.colors import rgb
 from text2sim.spec_schema.models.render import Render
@@ -105,9 +105,7 @@ def place_of(render: Render, scene: FilmedScene) -> FilmPlace | None:
 
 def adapted(floor: dict[str, Any]) -> float:
     """Return the stops that brighten a picture with a dark floor and darken one with a pale floor, as eyes adapt."""
-    red, green, blue = linear_rgb(floor["color"])
-    brightness = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    stops = ADAPTED_SHARE * log2(LIT_BRIGHTNESS / max(brightness, 1e-3))
+    stops = ADAPTED_SHARE * log2(LIT_BRIGHTNESS / max(luminance(floor["color"]), 1e-3))
     return round(min(max(stops, -MAX_ADAPTED_STOPS), MAX_ADAPTED_STOPS), 4)
 
 

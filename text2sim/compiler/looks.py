@@ -45,6 +45,12 @@ def linear_rgb(color: Sequence[float]) -> Vec:
     return (red, green, blue)
 
 
+def luminance(color: Sequence[float]) -> float:
+    """Return the luminance of an sRGB colour (0 to 1), relative to white (Rec. 709)."""
+    red, green, blue = linear_rgb(color)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
 def oklab(color: Sequence[float]) -> Vec:
     """Return an sRGB colour (0 to 1) in Oklab, where distances match what eyes tell apart; white is 1 from black.
 

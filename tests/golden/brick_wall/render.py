@@ -52,6 +52,9 @@ BACKDROP = {
     "center": (0.0, -1.0867, 0.42),
     "radius": 13.861,
     "planes": [],
+    "floor": {"pattern": "slabs", "color": (0.6627, 0.6431, 0.6078), "tile": 0.5},
+    "sky": (0.5255, 0.6941, 0.8706),
+    "skyline": "wood",
     "supports": True,
 }
 GAIN = 0.8044  # exposure: a white sheet that faces the strongest light appears white
