@@ -164,6 +164,8 @@ def test_what_a_plan_says_in_passing_brings_no_pages() -> None:
         "nothing deforms"
     )
     assert "noslip" not in writer_pages("scene", agreed)
+    slippery = agreed.model_copy(update={"shared": ["The pair of puck and rink has friction 0.02."]})
+    assert "ice: {between" in writer_pages("scene", slippery), "friction of a pair belongs to the scene"
 
 
 def test_a_mending_letter_has_the_pages_that_its_problems_name(tmp_path: Path) -> None:

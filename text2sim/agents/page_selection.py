@@ -22,7 +22,7 @@ MPM = frozenset({"soft", "granular", "liquid", "snow"})
 JOINTED = frozenset({"hinge", "slider", "ball", *LINKED})
 COPIES = frozenset({"line", "grid", "ring", "spiral", "stack", "running_bond", "packing", "glyphs"})
 KINDS_BY_MODEL: dict[str, frozenset[str]] = {
-    "Contact": MPM | {"cloth", "fem", "ipc"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
+    "Contact": MPM | {"cloth", "fem", "ipc", "pairs"}, "Solver": frozenset({"newton", "cg"}), "Material": frozenset(),
     "Look": frozenset(), "Pose": frozenset(),
     "Mpm": MPM, "Pbd": frozenset({"cloth"}), "Fem": frozenset({"fem"}), "Ipc": frozenset({"ipc"}),
     "SolverBounds": MPM | {"cloth"}, "JointDynamics": frozenset({"articulated"}),

@@ -230,6 +230,7 @@ def _kinds_for(section: str, plan: CasePlan, words: str) -> set[str]:
     found = needed_kinds(plan.model_copy(update={"bodies": own, "checks": type(plan.checks)()}))
     if statics:  # the moving bodies determine the solvers
         found |= {body.kind for body in plan.bodies.values()} | ({"fem"} if "fem" in words.lower() else set())
+        found |= {"pairs"} if re.search(r"\bpairs?\b", words) else set()  # friction of two bodies is set in the scene
     return found
 
 
