@@ -110,6 +110,8 @@ def test_names_that_expressions_know(name: str) -> None:
         ("checks__expect__opens", {"measure": "opening", "at": 3.2, "above": 0.4}, "is after the end of the run"),
         ("checks__expect__opens", {"measure": "opening", "during": [1, 9], "above": 0.4}, "lasts beyond the end of the run"),
         ("checks__expect__opens", {"measure": "opening", "at": "end", "over": 0.4}, "/checks/expect/opens"),
+        ("checks__expect__opens", {"measure": "opening", "at": "end", "above": 0.4, "equals": 5, "tolerance": 1},
+         "/checks/expect/opens: either `equals` with `tolerance`, or `above` and `below`"),
         ("bodies__mug", {"kind": "magnet"}, "/bodies/mug/kind: `magnet` is not"),
         ("bodies__mug", {"kind": "rigid", "shape": "spere"}, "did you mean `sphere`"),
         ("bodies__gate", {"kind": "rigid", "shape": "box", "mount": "hinged"}, "did you mean `hinge`"),

@@ -48,7 +48,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
         plan: The plan.
         path: Future path of the case file.
     """
-    words = [*_shape_faults(plan), *_word_faults(plan)]
+    words = [*_shape_faults(plan), *_word_faults(plan), *_bound_faults(plan)]
     if wrong := list(_kind_faults(plan)):
         return wrong + words  # measures can only be checked once the kinds of bodies are known
     try:
@@ -73,6 +73,13 @@ def _in_terms_of_plan(problems: Iterable[Problem]) -> Iterator[str]:
                 hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
                 way = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
                 yield f"{plans}{problem.path.removeprefix(ours)}: {problem.message}{hint}{way} [{problem.rule}]"
+
+
+def _bound_faults(plan: CasePlan) -> Iterator[str]:
+    """Report both sorts of bounds: often one is left of an expectation that `changes` were merged into."""
+    for name, row in plan.checks.expect.items():
+        if row.get("equals") is not None and not (row.get("above") is None and row.get("below") is None):
+            yield f"/checks/expect/{name}: either `equals` with `tolerance`, or `above` and `below` (null removes one)"
 
 
 # --- words ---------------------------------------------------------------------------------------------------------

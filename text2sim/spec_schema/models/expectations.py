@@ -73,8 +73,6 @@ class Expect(Model):
             raise ValueError("a measure needs above, below or equals")
         if (self.equals is None) != (self.tolerance is None):
             raise ValueError("equals and tolerance go together")
-        if self.equals is not None and not (self.above is None and self.below is None):
-            raise ValueError("either equals with its tolerance, or above and below")
         return self
 
 
