@@ -1,6 +1,7 @@
 """Trials: runs with other parameters before a decision; and attempts that are gone back to."""
 
 import json
+from math import inf
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -131,3 +132,16 @@ def test_trials_that_can_be_run_are_run_although_others_cannot() -> None:
     sound = _sound_part(wanted, faults)
     assert sound is not None
     assert (sound.action, sound.trials) == ("try", [{"height": 2}])
+
+
+def test_a_first_run_is_not_to_take_nearly_all_the_time_left() -> None:
+    history = History(Attempts(Path("none")), LoopLimits(minutes_left=lambda: 20.0))
+    assert history.patience() == pytest.approx(0.45 * 1200)
+    history.begin("name: a\n", "").state = "timeout"
+    assert history.patience() == pytest.approx(0.6 * 1200), "the same case in fewer cells may take a little longer"
+    history.begin("name: b\n", "").state = "timeout"
+    assert history.patience() == inf, "rather one run than none"
+    finished = History(Attempts(Path("none")), LoopLimits(minutes_left=lambda: 20.0))
+    finished.begin("name: a\n", "").state = "finished"
+    assert finished.patience() == inf
+    assert History(Attempts(Path("none")), LoopLimits()).patience() == inf

@@ -142,6 +142,20 @@ with (OUT / "progress.jsonl").open("a", buffering=1) as progress:
     assert done.ended.wall < 10
 
 
+def test_a_simulation_is_stopped_early_where_patience_is_shorter_than_the_timeout(make_run, monkeypatch):
+    monkeypatch.setattr("text2sim.runtime.program.SPEED_SETTLES_AFTER", 0.3)
+    body = """
+with (OUT / "progress.jsonl").open("a", buffering=1) as progress:
+    for k in range(300):  # 10 s at this pace take 20 s
+        print(json.dumps({"phase": "simulate", "t": 0.01 * k, "duration": 10.0}), file=progress)
+        time.sleep(0.02)
+"""
+    done = run(make_run(body), Limits(timeout=60.0, patience=8.0, grace=2.0))
+    assert done.outcome.state == "timeout"
+    assert "the limit is 8 s" in done.outcome.message
+    assert done.ended.wall < 5
+
+
 def test_a_program_that_ignores_the_timeout_is_killed_with_its_children(make_run):
     body = """
 import subprocess

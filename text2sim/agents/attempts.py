@@ -4,6 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -143,6 +144,7 @@ class Attempts:
         given: Sequence[str],
         timeout: float,
         on_progress: Callable[[Any], None],
+        patience: float = inf,
     ) -> None:
         """Simulate an attempt and record its evidence.
 
@@ -152,6 +154,7 @@ class Attempts:
             given: Names of the expectations that come from the request.
             timeout: Longest wall time of the simulation [s].
             on_progress: Callback for the simulation's progress.
+            patience: Expected wall time [s] from which it is stopped as soon as its speed is known.
 
         Raises:
             MachineError: If this machine cannot run the simulation.
@@ -170,7 +173,7 @@ class Attempts:
         }
         try:
             # The Critic sees path-traced frames, and a preview film would take longer than most simulations.
-            result = run_case(loaded, film=False, runner=self.runner, **rest)
+            result = run_case(loaded, film=False, runner=self.runner, patience=patience, **rest)
         except RunError as error:
             attempt.state, attempt.problems = "failed", [str(error)]
             return

@@ -1,6 +1,7 @@
 """History of a loop: the versions that it has made, and what is left of its attempts and time."""
 
 from copy import copy
+from math import inf
 
 from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
@@ -8,6 +9,9 @@ from text2sim.agents.attempt import Attempt
 from text2sim.agents.attempts import Attempts
 from text2sim.agents.loop_result import LoopLimits
 
+FIRST_RUN_SHARES = (0.45, 0.6)
+"""Largest part of the time left that a run may be expected to take while none has ended by itself, first and after one
+that was too slow: otherwise the only run would be the last, too. A third one may take all of it."""
 RECENT_RUNS = 3
 """Number of the latest attempts whose longest run says what the next will take."""
 
@@ -49,6 +53,13 @@ class History:
     def timed(self) -> bool:
         """Whether a run was timed, so that estimates of its duration are of no more use."""
         return any(one.pace for one in self.made)
+
+    def patience(self) -> float:
+        """Return the expected wall time [s] from which the next run is to be stopped once its speed is known."""
+        left, slow = self.limits.minutes_left(), [one.state for one in self.made].count("timeout")
+        if left is None or slow >= len(FIRST_RUN_SHARES) or any(one.state == "finished" for one in self.made):
+            return inf
+        return 60 * left * FIRST_RUN_SHARES[slow]
 
     def rows(self) -> str:
         """Return one line for each attempt."""

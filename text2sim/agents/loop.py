@@ -238,7 +238,8 @@ class AgentLoop:
             guess = 0.0 if self.history.timed else examined.seconds
             self.emit("running", live=True, number=attempt.number, seconds=guess)
             examined.intended = self.mending.intended(examined.warnings)
-            self.attempts.run(attempt, examined, self.agreement.names, self.limits.timeout(), self.progress)
+            limit, patience = self.limits.timeout(), self.history.patience()
+            self.attempts.run(attempt, examined, self.agreement.names, limit, self.progress, patience)
         self.emit(
             "ran", number=attempt.number, state=attempt.state, expect={n: r["ok"] for n, r in attempt.expect.items()}
         )

@@ -6,6 +6,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from hashlib import sha256
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -59,6 +60,7 @@ def run_case(
     runs: Path,
     on_progress: OnProgress = ignore,
     timeout: float = 3600.0,
+    patience: float = inf,
     memory_gb: float | None = None,
     film: bool = True,
     force: bool = False,
@@ -75,6 +77,7 @@ def run_case(
         runs: The folder of run folders.
         on_progress: Receives progress.
         timeout: Wall time [s] that the program may take.
+        patience: Expected wall time [s] from which it is stopped as soon as its speed is known.
         memory_gb: Memory [GB] that it may use; 85 % of the machine's if left out.
         film: Whether a film is wanted.
         force: Simulate again even if nothing changed.
@@ -93,7 +96,8 @@ def run_case(
         from text2sim.compiler.build import compile_case
 
         compile_to = compile_case
-    limits = Limits(timeout=timeout, memory=None if memory_gb is None else int(memory_gb * 1e9))
+    memory = None if memory_gb is None else int(memory_gb * 1e9)
+    limits = Limits(timeout=timeout, patience=patience, memory=memory)
     check_ability(loaded)
     engine = _Engine.find("gpu" if needs_cuda(loaded) else device)
     with nullcontext(stop) if stop else Stop() as stop, staging(runs) as stage:

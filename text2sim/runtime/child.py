@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from threading import Thread
 from time import monotonic
@@ -53,6 +54,8 @@ class Limits:
 
     timeout: float = 3600.0
     """Wall time [s]."""
+    patience: float = inf
+    """Expected wall time [s] from which a simulation is stopped as soon as its speed is known."""
     memory: int | None = None
     """Resident memory [bytes] of the program and all its children; `default_memory` if None."""
     grace: float = 20.0

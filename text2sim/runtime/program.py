@@ -60,7 +60,7 @@ def run_program(
     folder = folder.resolve()
     program, log = folder / "program", folder / "log.txt"
     log_start = log.stat().st_size if log.is_file() else 0
-    relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits.timeout)
+    relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits)
     clock.enter("start")
     command = (sys.executable, "main.py", "--out", str(folder), *flags)
     with stop.gently():
@@ -80,9 +80,11 @@ def run_program(
 class ProgressRelay:
     """Passes on the progress that a program reports, and explains a long silence."""
 
-    def __init__(self, path: Path, clock: Clock, stop: Stop, timeout: float) -> None:
+    def __init__(self, path: Path, clock: Clock, stop: Stop, limits: Limits) -> None:
         self._tail = ProgressTail(path)
-        self._clock, self._stop, self._timeout = clock, stop, timeout
+        self._clock, self._stop = clock, stop
+        self._longest = min(HOPELESS_FACTOR * limits.timeout, limits.patience)
+        self._limit = min(limits.timeout, limits.patience)
         self._first_progress: tuple[float, float] | None = None
         self._stopping = False
         self._phase = "start"
@@ -134,11 +136,15 @@ class ProgressRelay:
         expected_wall_time = now + (duration - time) * (now - self._first_progress[0]) / (
             time - self._first_progress[1]
         )
-        if expected_wall_time > HOPELESS_FACTOR * self._timeout:
+        if expected_wall_time > self._longest:
             so_far = f"{time / duration:.1%} of it took {now:.0f} s"
             self.hopeless_because = (
-                f"{so_far}: all would take {expected_wall_time / 3600:.1f} h, and the limit is {self._timeout:g} s"
+                f"{so_far}: all would take {_duration_text(expected_wall_time)}, and the limit is {self._limit:.0f} s"
             )
+
+
+def _duration_text(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
 def _finite(value: object, otherwise: float) -> float:

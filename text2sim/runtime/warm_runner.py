@@ -76,7 +76,7 @@ class WarmRunner:
 
     def _simulate(self, folder: Path, limits: Limits, stop: Stop, clock: Clock) -> Finished:
         engine, program = self._engine, folder / "program"
-        relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits.timeout)
+        relay = ProgressRelay(folder / "progress.jsonl", clock, stop, limits)
         engine.limit, engine.peak = limits.memory or default_memory(), 0
         clock.enter("start")
         begun = monotonic()
