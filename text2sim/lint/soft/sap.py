@@ -10,6 +10,8 @@ from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
 MIN_UPRIGHT_COSINE = 1.0 - 1e-6
+MAX_LISTED = 4
+"""Largest number of bodies that a message names."""
 MIN_OVERLAP, STEP_BUDGET = 1e-3, 4000
 """Smallest depth [m] of an overlap, and budget for finding it."""
 
@@ -93,10 +95,12 @@ def _touches_all(facts: Facts) -> Iterator[Problem]:
     """Report rigid bodies with `touch_soft: false`, which sap ignores."""
     if soft_facts(facts).model != "sap":
         return
-    for name, model in (facts.case.scene.statics | facts.case.bodies).items():
-        if not touches_soft(model):
-            text = f"{_SAP} ignores `touch_soft`: fem bodies touch `{name}` anyway; leave room between them"
-            yield facts.problem("sap-touches-all", (*facts.where(name), "material", "touch_soft"), text, key=True)
+    models = facts.case.scene.statics | facts.case.bodies
+    if names := [name for name, model in models.items() if not touches_soft(model)]:
+        listed = ", ".join(f"`{name}`" for name in names[:MAX_LISTED])
+        more = f" and {len(names) - MAX_LISTED} more" if len(names) > MAX_LISTED else ""
+        text = f"{_SAP} ignores `touch_soft`: fem bodies touch {listed}{more} anyway; leave room between them"
+        yield facts.problem("sap-touches-all", (*facts.where(names[0]), "material", "touch_soft"), text, key=True)
 
 
 _SAP = "contact model sap"
@@ -164,7 +168,7 @@ bodies:
         title="Contact model sap ignores `touch_soft: false`.",
         reason="""\
 The sap coupler includes every rigid shape, whatever `material.touch_soft` is: a hook pushes the soft body that it
-holds.""",
+holds. All of them cost time, wherever they are: nine statics of a kitchen made a step four times as long.""",
         remedy="Leave `touch_soft` out and room between the bodies; or use soft bodies of solver mpm.",
         example=f"""\
 bodies:
