@@ -34,6 +34,10 @@ TINT = 0.62
 """Fraction of the light that dark glass scatters."""
 
 
+RIPPLE, RIPPLES = 0.01, 5
+"""Height of the ripples that keep reliefs from being level, relative to their depth, and their number along a side."""
+
+
 @dataclass(frozen=True)
 class Finish:
     """Parameters of a finish."""
@@ -172,7 +176,7 @@ def _made(
             "bsdf_1": _principled(finish, attribute(COLOR)),
         }
         if finish.bump:
-            relief = _bitmap(_pattern(finish.texture), raw=True, tile=finish.tile)
+            relief = _bitmap(rippled(_pattern(finish.texture)), raw=True, tile=finish.tile)
             made = {"type": "bumpmap", "texture": relief, "scale": finish.bump * finish.tile, "bsdf": made}
     else:
         made = _principled(finish, attribute(COLOR))
@@ -197,8 +201,18 @@ def _under(layer: "Layer", made: dict[str, Any], finish: Finish) -> dict[str, An
     both = {"type": "blendbsdf", "weight": alpha, "bsdf_0": made, "bsdf_1": _principled(finish, over)}
     if layer.relief is None:
         return both
-    relief = _bitmap(layer.relief, raw=True, tile=layer.period)
+    relief = _bitmap(rippled(layer.relief), raw=True, tile=layer.period)
     return {"type": "bumpmap", "texture": relief, "scale": layer.depth, "bsdf": both}
+
+
+def rippled(relief: Array) -> Array:
+    """Return a tileable height map, shape (h, w), without level parts.
+
+    Where the height does not change at all, Mitsuba's bump maps yield an undefined frame, and black, on surfaces whose
+    texture runs along the world's z: they compare the normal in local coordinates with a tangent in those of the world.
+    """
+    v, u = (2 * np.pi * RIPPLES * np.arange(n) / n for n in relief.shape)
+    return relief + RIPPLE * (np.sin(v)[:, None] + np.cos(u)[None])
 
 
 def needs_uvs(name: str) -> bool:
