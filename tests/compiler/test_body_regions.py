@@ -233,7 +233,7 @@ class TestForm:
             ("{corner: [left, right]}", "left and right do not meet: they are opposite"),
             ("{edge: [left, left]}", "left is named twice"),
             ("{corner: [left]}", "needs at least 2 entries (got 1)"),
-            ("{edge: lft}", "(got the text 'lft')"),
+            ("{edge: lft}", "(got `lft`)"),
             ("{corner: [left, tpo]}", "(got `tpo`)"),
             ("[1, 2]", "needs 3 numbers"),
             ("{box: {min: [0, 0, 0], max: [0, 1, 1]}}", "every coordinate of max must be larger"),

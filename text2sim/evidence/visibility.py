@@ -94,7 +94,8 @@ def _moments(case: Case, events: EventLog) -> list[Any]:
         if not rows:
             continue
         model = case.actions.events.get(name)
-        named = rows[0].get("between") or ([rows[0]["of"]] if getattr(model, "subjects", None) else [])
+        one = [rows[0]["of"]] if "of" in rows[0] else getattr(model, "subjects", ())
+        named = rows[0].get("between") or one
         bodies = dict.fromkeys(body_of(str(label)) for label in named)
         found.append(Moment(name, float(rows[0]["time"]), tuple(bodies)))
     return found
