@@ -245,6 +245,18 @@ def make_case() -> Callable[..., Case]:
 
 
 @pytest.fixture
+def measure(make_case):
+    """Return a function that evaluates one measure of a written run."""
+
+    def one(run: Any, bodies=("ball",), statics=("floor",), scene=None, **measure) -> Series:
+        case = make_case(bodies=bodies, statics=statics, scene=scene, measures={"m": measure})
+        folder = run.write() if hasattr(run, "write") else run
+        return evaluate(RecordedCase.load(folder, case))["m"]
+
+    return one
+
+
+@pytest.fixture
 def measure_soft(make_case):
     """Return a function that evaluates one measure of a written run."""
 
