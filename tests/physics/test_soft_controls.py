@@ -114,6 +114,31 @@ def test_a_load_is_carried_by_the_cloth_that_it_hangs_on(simulate, agree):
     assert trial.vel("thrown")[-1, 2] > -2 - 9.81 * t[-1] + 0.1, "the cloth holds it back"
 
 
+DRAG = """
+scene: {gravity: [0, 0, 0], duration: 0.004, dt: 0.004, substeps: 1, record: {rate: 250}}
+bodies:
+  slowed: {kind: cloth, cell: 0.03, shape: {kind: sheet, size: [0.3, 0.3]}, material: {air_resistance: 0.05}, pose: {pos: [0, 0, 1]}}
+  thrown: {kind: cloth, cell: 0.03, shape: {kind: sheet, size: [0.3, 0.3]}, material: {air_resistance: 0.3}, pose: {pos: [0, 2, 1]}}
+actions:
+  controls:
+    a: {kind: initial_velocity, body: slowed, linear: [1, 0, 0]}
+    b: {kind: initial_velocity, body: thrown, linear: [1, 0, 0]}
+"""
+
+
+def test_strong_drag_throws_cloth_back_faster_than_it_came(simulate, agree):
+    """A substep h takes c |v| v h / m from the speed: beyond v = 2 m / (c h), which `drag-diverges` reports, it grows."""
+    trial = simulate(DRAG)
+    h, v0, after = 0.004, 1.0, {}
+    for name, c in (("slowed", 0.05), ("thrown", 0.3)):
+        points, v = rows(trial.states, name)
+        (mass,) = (one.mass / points.shape[1] for one in trial.states.deformables if one.body == name)
+        after[name] = v[1, 0]
+        agree(f"speed of {name} after a substep [m/s]", v[1, 0], v0 - c * v0**2 * h / mass, within=0.02)
+    assert 0 < after["slowed"] < v0
+    assert after["thrown"] < -v0
+
+
 SLOPES = """
 scene:
   duration: 0.5

@@ -7,7 +7,7 @@ from text2sim.compiler.build import plan_case
 from text2sim.compiler.film_places import PLACES
 from text2sim.rendering.backdrop import Wall
 from text2sim.rendering.meshes import RenderMesh
-from text2sim.rendering.skyline import SKYLINES
+from text2sim.rendering.skyline import ROWS
 from text2sim.rendering.walls import COLUMNS, SKIRTING, WALLS, wall_picture
 from text2sim.spec_schema.load import load_text
 
@@ -63,7 +63,7 @@ def test_places_say_what_is_behind_them():
         assert made["kind"] == place.backdrop
         assert made["wall"] == place.wall
         assert made["wall"] in WALLS
-        assert made.get("skyline", SKYLINES[0]) in SKYLINES
+        assert made.get("skyline", "wood") in ROWS
     assert backdrop("{setting: kitchen}")["window"]
     for dark in ("lighting: dark_stage", "lights: {key: {kind: sun}}"):
         assert "window" not in backdrop(f"{{setting: kitchen, {dark}}}"), "its light comes from somewhere else"

@@ -142,7 +142,8 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     if floor is not None and not render.lights:
         stops += adapted(floor)
     ground = ground_planes(scene)
-    background, behind = _behind(render, place, studio)
+    kind = render.backdrop or (place.backdrop if place else studio.backdrop)
+    background, behind = _behind(render, place, studio, kind)
     if floor is None and "sky" in behind:
         floor = open_ground(scene, radius)
     return {
@@ -151,7 +152,7 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
         "lights": lights,
         "gain": round(2.0**stops * _gain(lights, center), 4),
         "backdrop": {
-            "kind": behind.pop("kind"),
+            "kind": kind,
             "level": max((plane.pos[2] for plane in ground), default=None),
             "center": center,
             "radius": round(CYCLORAMA_RADIUS * radius, 3),
@@ -163,15 +164,14 @@ def resolve_light(render: Render, scene: FilmedScene, camera: dict[str, Any]) ->
     }
 
 
-def _behind(render: Render, place: FilmPlace | None, studio: Studio) -> tuple[Vec, dict[str, Any]]:
-    """Return the background, and what is behind the scene: the kind of the backdrop, and its wall or its sky."""
-    kind = render.backdrop or (place.backdrop if place else studio.backdrop)
+def _behind(render: Render, place: FilmPlace | None, studio: Studio, kind: str) -> tuple[Vec, dict[str, Any]]:
+    """Return the background, and the wall or the sky behind the scene for a kind of backdrop."""
     sky, plain, own = studio.sky, studio.background, False
     if place:
         own = studio is STUDIOS[place.lighting]
         if own or kind != "horizon" or not sky:  # otherwise the light that the case names brings its own sky
             sky, plain = place.sky, place.behind
-    found: dict[str, Any] = {"kind": kind}
+    found: dict[str, Any] = {}
     if place:
         found["wall"] = place.wall
         if place.wall != "plain" and own and not render.lights:

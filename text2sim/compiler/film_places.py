@@ -135,7 +135,9 @@ def floor_of(place: FilmPlace, scene: FilmedScene, radius: float, *, named: bool
 
 
 def open_ground(scene: FilmedScene, radius: float) -> dict[str, Any] | None:
-    """Return the floor below a sky without a place: grass if the ground is green; None if it has no colour.
+    """Return the floor below a sky without a place: grass, earth or asphalt by the colour of the ground.
+
+    None if no plane has one colour of its own.
 
     Args:
         scene: The scene at its start.

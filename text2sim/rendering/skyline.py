@@ -13,7 +13,6 @@ from text2sim.rendering.noise import fractal_noise, sampled
 
 Array = NDArray[np.floating]
 
-SKYLINES = ("wood", "town")
 STEPS = 16384
 """Directions around the horizon at which its outline is known."""
 TEXELS = 512
@@ -43,7 +42,7 @@ def skyline(kind: str, rays: Array, haze: Array, pixel: float, behind: Array) ->
     """Paint clouds and a horizon over a sky.
 
     Args:
-        kind: One of `SKYLINES`.
+        kind: One of `ROWS`.
         rays: Unit vectors of the directions of view, shape (h, w, 3).
         haze: Colour of the haze at the horizon, sRGB.
         pixel: Angle that a pixel covers.

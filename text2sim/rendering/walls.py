@@ -115,13 +115,13 @@ def _stones(kind: str, chance: np.random.Generator, x: Array, y: Array, stage: f
 def _window_light(x: Array, y: Array) -> Array:
     """Return how much of a window's light reaches points of a wall, 0 to 1; lengths are in radii of the scene."""
     across = LIGHT_AT[0] - (x + SLANT * (y - LIGHT_AT[1])) + PANES[0] * (PANE[0] + FRAME)
-    made = np.zeros(x.shape)
-    for i in range(PANES[0]):
-        for j in range(PANES[1]):
-            low = np.array([i * (PANE[0] + FRAME), LIGHT_AT[1] + j * (PANE[1] + FRAME)])
-            made += _within(across, low[0], low[0] + PANE[0]) * _within(y, low[1], low[1] + PANE[1])
-    return made
+    return _panes(across, PANES[0], PANE[0]) * _panes(y - LIGHT_AT[1], PANES[1], PANE[1])
 
 
-def _within(x: Array, low: float, high: float) -> Array:
-    return np.clip((x - low) / LIGHT_EDGE + 0.5, 0, 1) * np.clip((high - x) / LIGHT_EDGE + 0.5, 0, 1)
+def _panes(x: Array, count: int, size: float) -> Array:
+    """Return 1 where x is within one of several panes side by side from 0, and 0 on the bars between them."""
+    low = np.arange(count) * (size + FRAME)
+    return sum(
+        (np.clip((x - a) / LIGHT_EDGE + 0.5, 0, 1) * np.clip((a + size - x) / LIGHT_EDGE + 0.5, 0, 1) for a in low),
+        start=np.zeros(x.shape),
+    )

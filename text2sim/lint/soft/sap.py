@@ -168,7 +168,7 @@ bodies:
         title="Contact model sap ignores `touch_soft: false`.",
         reason="""\
 The sap coupler includes every rigid shape, whatever `material.touch_soft` is: a hook pushes the soft body that it
-holds. All of them cost time, wherever they are: nine statics of a kitchen made a step four times as long.""",
+holds.""",
         remedy="Leave `touch_soft` out and room between the bodies; or use soft bodies of solver mpm.",
         example=f"""\
 bodies:
