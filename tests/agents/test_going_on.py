@@ -132,3 +132,17 @@ def test_attempts_that_only_film_again_are_cheap(runs: list[str], ended: int | N
     made[0].critique = {"verdict": "repair", "score": 90}
     best = unbettered(made, ())
     assert (best and best.number) == ended
+
+
+def test_a_first_run_gets_a_part_of_the_time_left(tmp_path: Path) -> None:
+    loop, given = quiet_loop(tmp_path, minutes_left=lambda: 20.0), list[Any]()
+
+    def run(attempt: Any, *more: Any) -> None:
+        given.append(more)
+        attempt.state, attempt.problems = "failed", ["not run"]
+
+    loop.attempts.run = run  # type: ignore[method-assign]
+    case = "text2sim: 2\nname: a\nscene: {duration: 1}\nbodies: {ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}}}\n"
+    loop._try_attempt(loop.history.begin(case, "first version"))
+    ((*_, timeout, _, patience),) = given
+    assert (timeout, patience) == (1200, pytest.approx(0.45 * 1200))
