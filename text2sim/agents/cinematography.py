@@ -123,6 +123,7 @@ class Cinematography:
         """
         if not self._chat.vision("viewer"):
             return None
+        text = self._composed(text)
         self._tried = [self._judge_still("as_it_is", text, self._sheet(text))]
         try:
             for round_ in range(MAX_ROUNDS):
@@ -147,14 +148,27 @@ class Cinematography:
     def _proposed(self, best: FilmedTreatment, *, first: bool) -> dict[str, str]:
         """Return the text of the case for each treatment, by its name."""
         found: dict[str, str] = {}
-        if first:
-            derived = {"automatic": self._automatic(best.text), "suggested": self._suggested(best.text)}
-            found |= {name: text for name, text in derived.items() if text is not None}
+        if first and (automatic := self._automatic(best.text)) is not None:
+            found["automatic"] = automatic
+        elif first and (suggested := self._suggested(best.text)) is not None:
+            found["suggested"] = suggested
         try:
             found |= self._written(best, FIRST_PROPOSALS if first else 1)
         except RoleFailed as failed:  # go on with the treatments at hand
             self._emit("treatments_failed", why=str(failed))
         return found
+
+    def _composed(self, text: str) -> str:
+        """The case with cameras that cut off less; unchanged if nothing can be gained."""
+        from text2sim.rendering.composition import composed
+
+        loaded = load_text(text, self._path)
+        try:
+            patch = composed(_recording(self._run, loaded), data_of(text).get("render") or {})
+            return restyle(text, patch, self._path) if patch else text
+        except (Text2SimError, PatchError) as error:
+            self._emit("treatments_failed", why=f"composition: {error}")
+            return text
 
     def _automatic(self, text: str) -> str | None:
         """The case with the film that is derived from what was recorded; None if it has that already."""
@@ -188,7 +202,8 @@ class Cinematography:
             wrong: list[str] = []
             for number, treatment in enumerate(answer.treatments[:count]):
                 try:
-                    texts[treatment.name] = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
+                    styled = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
+                    texts[treatment.name] = self._composed(styled)
                 except SpecError as error:
                     wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:

@@ -1,0 +1,187 @@
+"""Cameras turned and widened slightly, so that the edge of the picture cuts off nothing that fits into it.
+
+An author who writes `from`, `look_at` and `fov_deg` cannot see that a crate's corner ends up below the picture. Here
+the recording is projected into the pictures of each camera. What is mostly in the picture, and cut in most of
+them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from text2sim.legibility.film import Watcher, spread_numbers
+from text2sim.recording.film_record import FilmRecord
+from text2sim.spec_schema.changes.operation import Operation
+from text2sim.templates.cadence import MAIN, Frame, frames, reels
+from text2sim.templates.cameras import View, project
+from text2sim.templates.viewpoints import basis
+
+Array = NDArray[Any]
+
+PICTURES = 7
+"""Number of pictures of each camera that are measured."""
+TURNED, WIDENED = ("still", "dolly"), ("still", "dolly", "follow")
+"""Kinds of cameras whose target can be moved, and whose field of view can be changed."""
+WIDEST, FARTHEST = 1.2, 0.15
+"""Largest factor by which a picture becomes wider, and largest distance [half widths or heights] by which its centre
+moves: what needs more is left cut."""
+EDGE = 0.05
+"""Distance [half heights or widths of the picture] that is left to its edge."""
+MOSTLY, WHOLE = 0.5, 0.999
+"""Fractions of a thing's points in the picture from which it belongs there, and from which it is whole."""
+LEAST_SHARE = 0.003
+"""Share of the picture from which it matters that a thing is cut."""
+STEPS = 3
+"""Number of corrections: turning a camera changes the perspective slightly."""
+
+Extent = tuple[Array, Array]
+"""Lowest and highest coordinates in the picture, each of shape (2,); the picture reaches from -1 to 1."""
+
+
+def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operation]:
+    """Return a JSON Patch of a case's cameras with which its main film cuts off less; empty if nothing can be gained.
+
+    Cameras with `frame` are left alone: they show their bodies whole.
+
+    Args:
+        recording: The recorded run, with the film of the case.
+        written: The section `render` of the case as its author wrote it.
+    """
+    cameras: Mapping[str, Any] = written.get("cameras") or {}
+    patch: list[Operation] = []
+    for name, shown in _pictures(recording).items():
+        camera = recording.film["cameras"][name]
+        if camera["kind"] not in WIDENED or "frame" in camera or name not in cameras:
+            continue
+        if (fitted := _fitted(recording, name, shown)) is not None:
+            patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
+    return patch
+
+
+def _pictures(recording: FilmRecord) -> dict[str, list[Frame]]:
+    """Return some pictures of the main film for each of its cameras."""
+    found: dict[str, list[Frame]] = {}
+    for camera, group in groupby(
+        frames(recording.film, reels(recording.film)[MAIN], recording.last), lambda f: f.camera
+    ):
+        found.setdefault(camera, []).extend(group)
+    return {name: [shown[k] for k in spread_numbers(len(shown), PICTURES)] for name, shown in found.items()}
+
+
+def _fitted(recording: FilmRecord, name: str, shown: list[Frame]) -> dict[str, Any] | None:
+    """Return a camera of a film that cuts off less; None if it would remain as it is."""
+    first = camera = recording.film["cameras"][name]
+    names: list[int] | None = None
+    for _ in range(STEPS):
+        watcher = Watcher(_with_camera(recording, name, camera))
+        extents = [dict(_extents(watcher, frame)) for frame in shown]
+        if names is None:
+            names = _kept(watcher, shown, extents, turned=camera["kind"] in TURNED)
+            if names is None:
+                return None
+        window = _union([one[k] for one in extents for k in names if k in one])
+        middle, wider = _centred(window, turned=camera["kind"] in TURNED, least=_narrowing(first, camera))
+        camera = _turned(camera, watcher.cameras.view(name, shown[0].t, shown[0].part), middle, wider, watcher.size)
+    return None if camera == first else camera
+
+
+def _with_camera(recording: FilmRecord, name: str, camera: dict[str, Any]) -> FilmRecord:
+    film = recording.film
+    return replace(recording, film=film | {"cameras": film["cameras"] | {name: camera}})
+
+
+def _extents(watcher: Watcher, frame: Frame) -> Iterator[tuple[int, Extent]]:
+    """Yield the extent in a picture of every thing that is entirely in front of the camera."""
+    view, things = watcher.cameras.view(frame.camera, frame.t, frame.part), watcher.recorded.things(frame.t)
+    wide, tall = watcher.size
+    places = project(view, things.triangles, wide / tall).reshape(-1, 3, 3)
+    for k in np.unique(things.owner).tolist():
+        mine = places[things.owner == k].reshape(-1, 3)
+        if (mine[:, 2] > 0).all():
+            yield k, (mine[:, :2].min(axis=0), mine[:, :2].max(axis=0))
+
+
+def _kept(watcher: Watcher, shown: list[Frame], extents: list[dict[int, Extent]], *, turned: bool) -> list[int] | None:
+    """Return what the pictures should show whole; None if nothing is cut, or nothing of it fits."""
+    sights = [watcher.sight(frame) for frame in shown]
+    inside = np.array([sight.inside for sight in sights])
+    share = np.array([sight.seen / sight.size for sight in sights])
+    there = inside > 0
+    whole = ((inside >= WHOLE) | ~there).all(axis=0) & there.any(axis=0)
+    cut = (inside >= MOSTLY) & (inside < WHOLE) & (share >= LEAST_SHARE)
+    often = 2 * cut.sum(axis=0) >= np.maximum(there.sum(axis=0), 1)
+    kept = np.flatnonzero(whole).tolist()
+    moving = set(watcher.moving)
+    order = sorted(
+        np.flatnonzero(often).tolist(), key=lambda k: (watcher.recorded.names[k] not in moving, -share[:, k].max())
+    )
+    gained = False
+    for k in order:
+        rows = [[one[j] for j in [*kept, k] if j in one] for one in extents]
+        if not all(k in one for one, present in zip(extents, there[:, k], strict=True) if present):
+            continue  # partly behind the camera
+        window = _union([extent for row in rows for extent in row])
+        middle, wider = _centred(window, turned=turned)
+        if wider <= WIDEST and np.abs(middle).max() <= FARTHEST:
+            kept.append(k)
+            gained = True
+    return kept if gained else None
+
+
+def _union(extents: list[Extent]) -> Extent:
+    low, high = (np.stack(side) for side in zip(*extents, strict=True))
+    return low.min(axis=0), high.max(axis=0)
+
+
+def _centred(window: Extent, *, turned: bool, least: float = 1.0) -> tuple[Array, float]:
+    """Return where the centre of the picture should be, and the factor on its width and height.
+
+    Args:
+        window: What should be in the picture.
+        turned: Whether its centre can move.
+        least: Smallest factor.
+    """
+    low, high = window[0] - EDGE, window[1] + EDGE
+    if not turned:
+        return np.zeros(2), max(least, float(np.abs([low, high]).max()))
+    wider = max(least, float((high - low).max() / 2))
+    # The nearest centre from which both sides are in the picture.
+    return np.clip(np.zeros(2), high - wider, low + wider), wider
+
+
+def _narrowing(first: dict[str, Any], camera: dict[str, Any]) -> float:
+    """The factor with which a widened camera has its first field of view again."""
+    return float(_slope(first["fov"]) / _slope(camera["fov"]))
+
+
+def _slope(fov: float) -> float:
+    return math.tan(math.radians(fov) / 2)
+
+
+def _turned(camera: dict[str, Any], view: View, middle: Array, wider: float, size: tuple[int, int]) -> dict[str, Any]:
+    """Return a camera with another centre of the picture and another field of view."""
+    tall = _slope(view.fov)
+    made = camera | {"fov": round(math.degrees(2 * math.atan(tall * wider)), 2)}
+    if np.abs(middle).max() < 1e-3:
+        return made
+    right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))
+    way = ahead + middle[0] * tall * size[0] / size[1] * right + middle[1] * tall * up
+    away = float(np.linalg.norm(view.look_at - view.pos))
+    target = view.pos + away * way / np.linalg.norm(way)
+    return made | {"look_at": tuple(round(float(c), 4) for c in target)}
+
+
+def _operations(
+    path: str, written: Mapping[str, Any], before: dict[str, Any], after: dict[str, Any]
+) -> Iterator[Operation]:
+    if after["fov"] != before["fov"]:
+        if "lens_mm" in written:
+            yield {"op": "remove", "path": f"{path}/lens_mm"}
+        yield {"op": "add", "path": f"{path}/fov_deg", "value": round(after["fov"], 1)}
+    if after.get("look_at") != before.get("look_at"):
+        yield {"op": "add", "path": f"{path}/look_at", "value": [round(c, 3) for c in after["look_at"]]}
