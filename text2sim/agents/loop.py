@@ -35,6 +35,8 @@ JUDGING_OVERTIME = 5.0
 """Minutes after the end of the time within which the last run is still judged, if all expectations are true."""
 MAX_UNASKED_SHARE = 0.25
 """Largest estimated share of the time left for a first run about which the Planner is not asked."""
+UNASKED_MINUTES = 5.0
+"""Minutes left below which a first run is not put off by a question: what ran can be judged and filmed."""
 
 
 class AgentLoop:
@@ -281,6 +283,9 @@ class AgentLoop:
     def _settle_doubts(self, attempt: Attempt, examined: Examination, doubts: list[str]) -> Examination:
         """Ask the Planner once, before the run, about problems of the expectations themselves."""
         assert examined.loaded is not None
+        left = self.limits.minutes_left()
+        if left is not None and left < UNASKED_MINUTES and not self.history.timed:
+            return examined
         plan = self.agreement.plan
         held = held_at_start(examined.loaded, [name for name in self.agreement.names if name not in plan.keeps])
         fresh = {name: row for name, row in held.items() if ("held-at-start", name) not in self._known_doubts}
