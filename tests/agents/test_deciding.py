@@ -93,7 +93,8 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
 
 
 @pytest.mark.parametrize(
-    ("left", "pace", "asked"), [(8.0, 0.0, True), (60.0, 0.0, False), (8.0, 2.0, False), (None, 0.0, False)]
+    ("left", "pace", "asked"),
+    [(8.0, 0.0, True), (4.0, 0.0, False), (60.0, 0.0, False), (8.0, 2.0, False), (None, 0.0, False)],
 )
 def test_a_run_that_would_take_most_of_the_time_left_is_doubted_once(
     tmp_path: Path, left: float | None, pace: float, asked: bool

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from tests.agents.scripted import quiet_loop
-from text2sim.agents.attempt import Attempt, unbettered
+from text2sim.agents.attempt import Attempt, best_of, unbettered
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.loop import AgentLoop
 from text2sim.agents.loop_result import LoopOutcome
@@ -146,3 +146,11 @@ def test_a_first_run_gets_a_part_of_the_time_left(tmp_path: Path) -> None:
     loop._try_attempt(loop.history.begin(case, "first version"))
     ((*_, timeout, _, patience),) = given
     assert (timeout, patience) == (1200, pytest.approx(0.45 * 1200))
+
+
+def test_between_equals_the_one_with_fewer_false_facts_is_better() -> None:
+    false = {"requirement": "waves", "ok": False, "told": "it waves without wind, too"}
+    one, other = Attempt(1, "a", "first", facts=[false], state="finished"), Attempt(2, "b", "second", state="finished")
+    assert best_of([one, other], []) is other
+    other.facts = [false | {"requirement": "lifts"}]
+    assert best_of([one, other], []) is one, "the earlier of two that are alike"

@@ -68,3 +68,14 @@ def test_the_digest_is_what_tells_physics_apart() -> None:
     heavier = CASE.replace('radius: "${r}"}, pose', 'radius: "${r}"}, material: {density: 500}, pose')
     assert physics_digest(heavier, PATH) != physics_digest(CASE, PATH)
     assert physics_digest(CASE.replace("[0.1, 0.5]", "[0.1, 0.6]"), PATH) != physics_digest(CASE, PATH)
+
+
+def test_the_operation_that_touches_the_physics_is_named() -> None:
+    hidden = {"op": "add", "path": "/scene/statics/floor/look", "value": {"visible": False}}
+    before, after = (
+        {"op": "add", "path": "/render", "value": {}},
+        {"op": "add", "path": "/render/speed", "value": 0.5},
+    )
+    for operations, number in (([before, hidden, after], 2), ([before, hidden], 2), ([hidden], 1)):
+        with pytest.raises(TouchesPhysics, match=rf"with operation {number} \(`/scene/statics/floor/look`\)"):
+            restyle(CASE, operations, PATH)

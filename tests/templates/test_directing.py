@@ -222,3 +222,23 @@ def test_the_camera_goes_along_with_what_moves_and_not_with_what_waits_for_it():
     for way, half, seen in ((rolls, 0.3, True), (is_hit, 0.1, True), (drops, 0.05, False)):
         places = project(view, way(last) + CORNERS * half, 16 / 9)[:, :2]
         assert (np.abs(places) < 1).all() == seen, "the peg has lain there long since"
+
+
+OUTSIDE = {"backdrop": {"kind": "horizon", "level": 0.0, "skyline": "wood"}}
+
+
+@pytest.mark.parametrize(
+    ("height", "place_", "low"),
+    [(3.0, OUTSIDE, True), (0.5, OUTSIDE, False), (3.0, {"backdrop": {"kind": "wall", "level": 0.0}}, False)],
+    ids=["aloft", "near the ground", "indoors"],
+)
+def test_what_stays_aloft_out_of_doors_is_seen_before_the_sky(height, place_, low):
+    def waves(t):
+        return np.array([0.6 + 0.1 * np.sin(3 * t), 0.3 * np.sin(2 * t), height + 0.2 * np.sin(3 * t)])
+
+    made = directed(film(["flag"], **place_), Ways({"flag": ((0.6, 0.02, 0.3), waves)}))
+    x, y, z = stands_at(made)
+    assert (np.degrees(np.arctan2(z, np.hypot(x, y))) < 5) == low
+    camera = made["cameras"]["main"]
+    pos = camera["pos"] if "pos" in camera else camera["positions"][0]
+    assert pos[2] > 0.1, "and not from below the ground"

@@ -87,7 +87,8 @@ class Attempt:
         """Sort key of an attempt's quality; larger is better."""
         critique = self.critique or {}
         passed, missed = critique.get("verdict") == "pass", len(self.missed(names))
-        return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -self.number
+        false = len({fact["requirement"] for fact in self.facts if fact["ok"] is False})
+        return self.accepted, self.state == "finished", passed, -missed, critique.get("score", 0), -false, -self.number
 
 
 def best_of(made: Sequence[Attempt], names: Sequence[str]) -> Attempt:

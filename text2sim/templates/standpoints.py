@@ -23,6 +23,11 @@ AZIMUTHS = (-61, -119, -75, -105, -90, -30, -150, 0, 180, 119, 61, 90)
 ELEVATIONS = {13: 0.0, 19: 0.01, 8: 0.05, 27: 0.05, 42: 0.14}
 """Candidate directions to the camera [deg]: azimuths from +x, the most usual first, and elevations above the horizon
 with the score that each costs."""
+ELEVATIONS_ALOFT, ALOFT = {-5: 0.0, 3: 0.02, 8: 0.06, 13: 0.1}, 0.3
+"""Elevations out of doors for bodies that stay at least `ALOFT` times their vertical extent above the ground: flags,
+kites and laundry are seen before the sky."""
+LEAST_HEIGHT = 0.08
+"""Least height of such a camera above the ground, as a fraction of its distance."""
 UNUSUAL_COST, BEHIND_COST = 0.006, 0.06
 """Score that each step down the list of azimuths costs, and that a view from behind costs: scenes face -y."""
 HIDDEN_WEIGHT, FILLED_WEIGHT, MOTION_WEIGHT, BROAD_SIDE_WEIGHT, CONTRAST_WEIGHT = 1.0, 0.5, 0.3, 0.25, 0.35
@@ -61,8 +66,12 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     sights = _Sights(film, states, moments)
     displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
     best, best_score = camera, -math.inf
-    for direction, cost in _directions(frame["direction"], free=auto["turn_lights"]):
+    ground = _ground_below(film, np.concatenate(clouds))
+    elevations = ELEVATIONS if ground is None else ELEVATIONS_ALOFT
+    for direction, cost in _directions(frame["direction"], elevations, free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
+        if ground is not None and tried["pos"][2] - ground < LEAST_HEIGHT * math.dist(tried["pos"], tried["look_at"]):
+            continue
         view, way = view_of(tried), np.asarray(direction) / np.linalg.norm(direction)
         filled = float(np.mean([_filled_share(view, cloud, aspect) for cloud in clouds if len(cloud)]))
         hidden, contrast = sights.visibility(way, float(np.linalg.norm(view.pos - view.look_at)))
@@ -86,15 +95,25 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     return np.interp(np.linspace(0, 1, FRAMING_MOMENTS), np.append(0.0, np.cumsum(share)), times)
 
 
-def _directions(derived: Any, *, free: bool) -> list[tuple[tuple[float, float, float], float]]:
+def _ground_below(film: dict, moving: np.ndarray) -> float | None:
+    """Height of the ground [m] if what moves (n, 3) stays well above it, out of doors; else None."""
+    backdrop = film.get("backdrop", {})
+    level = backdrop.get("level")
+    if level is None or "skyline" not in backdrop or not len(moving):
+        return None
+    low, high = float(moving[:, 2].min()), float(moving[:, 2].max())
+    return level if low - level > ALOFT * (high - low) else None
+
+
+def _directions(
+    derived: Any, elevations: dict[int, float], *, free: bool
+) -> list[tuple[tuple[float, float, float], float]]:
     """Directions to the camera, and the score that each costs: the derived one, and if `free` all candidates."""
     x, y, z = (float(c) for c in derived)
     derived_elevation = math.degrees(math.atan2(z, math.hypot(x, y)))
-    elevations = sorted(ELEVATIONS)
-    directions = [
-        ((x, y, z), float(np.interp(derived_elevation, elevations, [ELEVATIONS[angle] for angle in elevations])))
-    ]
-    for elevation, cost in ELEVATIONS.items():
+    angles = sorted(elevations)
+    directions = [((x, y, z), float(np.interp(derived_elevation, angles, [elevations[angle] for angle in angles])))]
+    for elevation, cost in elevations.items():
         for k, azimuth in enumerate(AZIMUTHS):
             up, turn = math.radians(elevation), math.radians(azimuth)
             direction = (math.cos(up) * math.cos(turn), math.cos(up) * math.sin(turn), math.sin(up))
