@@ -121,8 +121,8 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
     return Supplies(shapes={asset.body: shape}, words=[f"`{asset.body}`: its `shape`. {answer.note}"])
 
 
-_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "ellipsoid",
-                     "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
+_SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "rock",
+                     "ellipsoid", "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
 """Parts of a sculpt, which are not shapes by themselves."""
 

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_multiply, quat_of, quat_rotate, vector_cross
 from text2sim.spec_schema.models.base import AXES
-from text2sim.spec_schema.models.shapes import Compound
+from text2sim.spec_schema.models.shapes import Compound, Faceted
 
 MAX_LEVEL_TILT = 0.0087
 """Largest tilt [rad] of a level face: half a degree."""
@@ -53,8 +53,8 @@ def _has_tilted_faces(shape: Any, quat: Quaternion, up: Vec) -> bool:
     """Return whether a shape's faces are neither level nor upright."""
     if shape.kind in SHAPES_WITHOUT_FACES:
         return False
-    if shape.kind == "polyhedron":
-        return True  # slanted faces are what a polyhedron is used for
+    if isinstance(shape, Faceted):
+        return True  # slanted faces are what they are used for
     z = _sine(quat, "z", up)
     if shape.kind in SHAPES_OF_REVOLUTION:
         return MAX_LEVEL_TILT < z < cos(MAX_LEVEL_TILT)

@@ -27,7 +27,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Faceted, Funnel, Mesh, Sketch, Text, Tube
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""
@@ -83,6 +83,10 @@ def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
     return float((sculpted(shape).vertices @ u).max())
 
 
+def _reach_points(shape: Faceted, u: Vec, folder: Path) -> float:
+    return max(x * u[0] + y * u[1] + z * u[2] for x, y, z in shape.points)
+
+
 def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
     best = -math.inf
     for part in shape.solids.values():
@@ -96,7 +100,8 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "sphere": lambda shape, u, folder: shape.radius,
     "cylinder": lambda shape, u, folder: _reach_ring(shape.radius, shape.height / 2, (u[0], u[1], abs(u[2]))),
     "capsule": lambda shape, u, folder: shape.radius + shape.length / 2 * abs(u[2]),
-    "polyhedron": lambda shape, u, folder: max(x * u[0] + y * u[1] + z * u[2] for x, y, z in shape.points),
+    "polyhedron": _reach_points,
+    "rock": _reach_points,
     "ellipsoid": _reach_ellipsoid,
     "cone": _reach_cone,
     "torus": lambda shape, u, folder: shape.bar_radius + _reach_ring(shape.radius, 0.0, u),

@@ -16,7 +16,7 @@ from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Polyhedron, Sheet, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cup, Faceted, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
@@ -49,7 +49,7 @@ def key_of(shape: Any, folder: Path) -> Any:
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
         return (content_of(shape), *(_content(part, folder) for part in parts))
-    if isinstance(shape, Sculpt | Polyhedron):
+    if isinstance(shape, Sculpt | Faceted):
         return content_of(shape)
     return (*vars(shape).values(), _content(shape, folder))
 
@@ -79,8 +79,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return [Piece("ellipsoid", size=shape.radii)]
     if kind == "cone":
         return [cone_piece(shape.radius, shape.height)]
-    if kind == "polyhedron":
-        return [_polyhedron_piece(shape)]
+    if isinstance(shape, Faceted):
+        return [_faceted_piece(shape)]
     if kind == "torus":
         return ring_pieces(shape.radius, shape.bar_radius, shape.segments)
     if kind == "mesh":
@@ -112,7 +112,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
     return wall_pieces(bottom, top, -half, half, shape.segments)
 
 
-def _polyhedron_piece(shape: Polyhedron) -> Piece:
+def _faceted_piece(shape: Faceted) -> Piece:
     vertices, faces = corners_and_sides(shape.points)
     corners = tuple((x, y, z) for x, y, z in vertices.tolist())
     return Piece("hull", vertices=corners, faces=tuple((a, b, c) for a, b, c in faces.tolist()))

@@ -20,7 +20,7 @@ from text2sim.compiler.shapes.sagging import points_along_sheet
 from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Polyhedron, Sheet, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Faceted, Mesh, Sheet, Torus
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         from text2sim.compiler.shapes.remesh import file_surface
 
         return _build(*file_surface(shape, folder, edge, coarsen=coarsen))
-    if isinstance(shape, Sculpt | Compound | Polyhedron):
+    if isinstance(shape, Sculpt | Compound | Faceted):
         return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen))
     rows = THIN_ROWS.get(type(shape), THIN_ROUND)
     refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
@@ -102,7 +102,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
 
 
 def _mesh_union(
-    shape: Sculpt | Compound | Polyhedron, folder: Path, edge: float, *, coarsen: bool
+    shape: Sculpt | Compound | Faceted, folder: Path, edge: float, *, coarsen: bool
 ) -> "tuple[np.ndarray, np.ndarray]":
     """Return vertices [m] and faces of the surface, in triangles whose edges are about `edge` [m] long.
 
@@ -123,7 +123,7 @@ def _mesh_union(
     if isinstance(shape, Sculpt):
         made = sculpted(shape)
         vertices, faces = made.vertices, made.faces
-    elif isinstance(shape, Polyhedron):
+    elif isinstance(shape, Faceted):
         (vertices, faces), coarsen = corners_and_sides(shape.points), False
     else:
         mesh = union(shape, folder).to_mesh64()

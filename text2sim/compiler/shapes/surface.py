@@ -20,8 +20,8 @@ from text2sim.spec_schema.models.shapes import (
     Cup,
     Cylinder,
     Ellipsoid,
+    Faceted,
     Funnel,
-    Polyhedron,
     Sphere,
     Torus,
     Tube,
@@ -160,7 +160,7 @@ def learn_digests(meshes: Iterable[VisualMesh]) -> None:
             mesh.__dict__["digest"] = digest
 
 
-Drawn = Box | Cylinder | Cone | Polyhedron | Torus | Tube | Cup | Funnel
+Drawn = Box | Cylinder | Cone | Faceted | Torus | Tube | Cup | Funnel
 """Shapes with edges, which the engine would shade as if they were smooth."""
 
 
@@ -176,7 +176,7 @@ def _surface(shape: Any) -> VisualMesh:
         return _egg(shape)
     if isinstance(shape, Torus):
         return _lathe_smooth(shape)
-    if isinstance(shape, Polyhedron):
+    if isinstance(shape, Faceted):
         return _facets(shape)
     h = shape.height / 2
     if isinstance(shape, Cylinder):
@@ -205,7 +205,7 @@ def _box(box: Box) -> VisualMesh:
     return VisualMesh(np.array(vertices) * np.array(box.size) / 2, np.array(faces), np.array(normals))
 
 
-def _facets(shape: Polyhedron) -> VisualMesh:
+def _facets(shape: Faceted) -> VisualMesh:
     import numpy as np
 
     hull, _ = hull_of(np.array(shape.points))

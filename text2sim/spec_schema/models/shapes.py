@@ -1,6 +1,8 @@
 """Shapes, centred on the origin of their frame and with the axis along z unless stated otherwise."""
 
-from math import hypot, pi
+from functools import cached_property
+from math import cos, hypot, pi, sin, sqrt
+from random import Random
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -111,6 +113,49 @@ class Polyhedron(Model):
         if thin < max(1e-6, FLATTEST * size):
             raise ValueError(f"its points lie in one plane or line, within {thin:.2g} m: they enclose no volume")
         return self
+
+
+ROCK_CORNERS = 22
+"""Points whose hull a rock is; some of them lie inside it."""
+ROCK_DEPTH = 0.35
+"""Largest depth of these points below an ellipsoid, as a fraction of its radius."""
+
+
+class Rock(Model):
+    """An angular stone: the hull of points near an ellipsoid, with the given full lengths.
+
+    It fills about 0.4 of its bounding box. With `seed: ${i}` each copy has a shape of its own.
+    """
+
+    kind: Literal["rock"]
+    size: Size3
+    """Full lengths [m] along x, y, z, exactly."""
+    seed: Annotated[Integer, Field(ge=0, le=1_000_000)] = 0
+    """Same seed, same stone."""
+
+    @cached_property
+    def points(self) -> list[Vec3]:
+        """Points [m] whose convex hull it is."""
+        dice = Random(self.seed)
+        turn = pi * (3 - sqrt(5))  # the golden angle spreads points evenly over a sphere
+        corners = []
+        for k in range(ROCK_CORNERS):
+            z = 1 - (2 * k + 1 + dice.uniform(-0.8, 0.8)) / ROCK_CORNERS
+            angle, r = k * turn + dice.uniform(-0.5, 0.5), 1 - ROCK_DEPTH * dice.random()
+            flat = sqrt(1 - z * z)
+            corners.append((r * flat * cos(angle), r * flat * sin(angle), r * z))
+        sides = [(min(axis), max(axis)) for axis in zip(*corners, strict=True)]
+        return [
+            tuple(
+                length * ((c - low) / (high - low) - 0.5)
+                for c, (low, high), length in zip(corner, sides, self.size, strict=True)
+            )  # type: ignore[misc]
+            for corner in corners
+        ]
+
+
+Faceted = Polyhedron | Rock
+"""Convex shapes with flat faces, given by `points`."""
 
 
 class Ellipsoid(Model):
@@ -315,6 +360,7 @@ _Solid = (
     | Capsule
     | Cone
     | Polyhedron
+    | Rock
     | Ellipsoid
     | Torus
     | Tube
