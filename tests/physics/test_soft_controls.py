@@ -139,6 +139,36 @@ def test_strong_drag_throws_cloth_back_faster_than_it_came(simulate, agree):
     assert after["thrown"] < -v0
 
 
+AIR = """
+scene: {gravity: [0, 0, 0], duration: 0.004, dt: 0.004, substeps: 1, record: {rate: 250}}
+bodies:
+  across: {kind: cloth, cell: 0.03, shape: {kind: sheet, size: [0.3, 0.3]}, material: {area_density: 0.2}, pose: {pos: [0, 0, 1]}}
+  slanted: {kind: cloth, cell: 0.03, shape: {kind: sheet, size: [0.3, 0.3]}, material: {area_density: 0.2}, pose: {pos: [0, 2, 1]}}
+  calm: {kind: cloth, cell: 0.03, shape: {kind: sheet, size: [0.3, 0.3]}, material: {area_density: 0.2, air_resistance: 9}, pose: {pos: [0, 4, 1]}}
+actions:
+  controls:
+    a: {kind: airflow, body: across, velocity: [0, 0, 5], gusts: 0}
+    b: {kind: airflow, body: slanted, velocity: [6, 0, 8], scale: 0.5, gusts: 0}
+    start: {kind: initial_velocity, body: calm, linear: [0, 0, 2]}
+    c: {kind: airflow, body: calm, velocity: [0, 0, 50], during: [0.002, 0.004]}
+"""
+
+
+def test_air_presses_on_cloth_by_its_area_and_direction(simulate, agree):
+    """F = rho A |u| (1.5 u_n + 0.05 u_t) / 2 over a substep h: u goes by the factor exp(-rho |u| C h / (2 m / A))."""
+    trial = simulate(AIR)
+
+    def taken(speed, coefficient):
+        return 1 - np.exp(-1.225 * speed * coefficient * 0.004 / (2 * 0.2))
+
+    _, v = rows(trial.states, "across")
+    agree("5 m/s across [m/s]", v[1], [0, 0, 5 * taken(5, 1.5)], within=1e-3)
+    _, v = rows(trial.states, "slanted")
+    agree("5 m/s at a slant [m/s]", v[1], [3 * taken(5, 0.05), 0, 4 * taken(5, 1.5)], within=1e-3)
+    _, v = rows(trial.states, "calm")
+    agree("still air, before it flows, slows [m/s]", v[1], [0, 0, 2 - 2 * taken(2, 1.5)], within=1e-3)
+
+
 SLOPES = """
 scene:
   duration: 0.5

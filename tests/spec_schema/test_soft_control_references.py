@@ -8,6 +8,7 @@ from text2sim.spec_schema.names.references import check_references
 
 CONTROL = "/actions/controls/it"
 PUSH = {"kind": "force", "force": [0, 0, 1]}
+FLOW = {"kind": "airflow", "velocity": [3, 0, 0]}
 TOP, BACK = {"face": "top"}, {"edge": "back"}
 SAND = {"kind": "granular", "shape": {"kind": "box", "size": [0.2, 0.2, 0.2]}, "pose": {"pos": [3, -3, 1]}}
 
@@ -25,6 +26,9 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         None,
         {CONTROL: {"kind": "impulse", "body": "jelly", "impulse": [0, 0, 1], "at": 1, "point": [0, 0, 0.1]}},
     ),
+    ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "jelly"}}),
+    ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "ball"}}),
+    ("second-airflow", f"{CONTROL}/body", None, {"/actions/controls/first": {**FLOW, "body": "curtain"}, CONTROL: {**FLOW, "body": "curtain"}}),
     ("unknown-link", f"{CONTROL}/body", "jelly", {CONTROL: {**PUSH, "body": "jelly.top"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "jelly"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "jelly"}}),
@@ -50,6 +54,7 @@ SILENT: list[dict[str, Any]] = [
     {CONTROL: {"kind": "attach", "body": "jelly", "region": TOP, "to": "drum", "stiffness": 200}},
     {CONTROL: {"kind": "attach", "body": "ball", "to": "world"}},
     {"/actions/controls/let_go": {"kind": "release", "attach": "grip", "on": "impact"}},
+    {CONTROL: {**FLOW, "body": "curtain", "during": [0.5, 1]}},
     {CONTROL: {"kind": "wind", "direction": "x", "acceleration": 3, "during": [0.5, 1]}},
 ]
 

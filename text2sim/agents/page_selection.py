@@ -44,7 +44,7 @@ KINDS_BY_PAGE: dict[str, frozenset[str]] = {
 }  # fmt: skip
 """Pages, and the kinds that require them; other pages are always included."""
 DEFORMABLE_KINDS = MPM | {"cloth"}
-FIELD_CONTROLS = frozenset({"wind", "drag", "attraction", "vortex", "turbulence"})
+FIELD_CONTROLS = frozenset({"wind", "airflow", "drag", "attraction", "vortex", "turbulence"})
 """Controls that act on deformable bodies alone; in a plan without any, they are everyday words."""
 SOFT_FIELDS = ("touch_soft", "soft_reach", "mpm", "pbd", "fem", "ipc")
 """Fields that concern deformable bodies alone."""

@@ -109,6 +109,7 @@ def resolve_case(loaded: LoadedCase) -> Resolution:
         prescribed=tuple(lower_motions(placed)),
         holds=tuple(rows.holds),
         pushes=tuple(rows.pushes),
+        airflows=tuple(rows.airflows),
         fields=tuple(rows.fields),
         frictions=tuple(_frictions(loaded, placed)),
         removals=tuple(rows.removals),

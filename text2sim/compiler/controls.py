@@ -10,6 +10,7 @@ from text2sim.compiler.drives import DriveTarget, DriveTargets, add_drive, joint
 from text2sim.compiler.placing.body_points import BodyPoints
 from text2sim.compiler.placing.place_error import ReachError
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Airflow as AirflowRow
 from text2sim.compiler.plan import (
     Field,
     Hold,
@@ -33,6 +34,7 @@ from text2sim.compiler.soft.controls import (
     SoftControls,
     ends_of,
     held_copies,
+    lower_airflow,
     lower_field,
 )
 from text2sim.compiler.soft.solvers import is_soft
@@ -52,6 +54,7 @@ from text2sim.spec_schema.models.controls import (
     Remove,
     Torque,
 )
+from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import Oscillate, Spin
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.names.selectors import body_of, parse_selector
@@ -68,6 +71,7 @@ class ControlRows:
     removals: list[Removal] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)
     pushes: list[Push] = field(default_factory=list)
+    airflows: list[AirflowRow] = field(default_factory=list)
     fields: list[Field] = field(default_factory=list)
     targets: DriveTargets = field(default_factory=dict)
     """What `drives` are made of, by copy and joint, in the order of the case."""
@@ -121,6 +125,8 @@ def lower_controls(
                 own = loaded.control_copy(name, copy.variables) if varies else control
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
+                elif isinstance(own, Airflow):
+                    rows.airflows.append(lower_airflow(copy, own, line, name))
                 elif isinstance(own, Reach):
                     _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
                 else:

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.literal import Code
 from text2sim.compiler.plan import Plan
 
-COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "fields.py", "removals.py", "triggers.py")
+COPIED_ACTIONS = ("points.py", "holds.py", "pushes.py", "airflow.py", "fields.py", "removals.py", "triggers.py")
 """Modules that a program gets only if it needs them."""
 OWN_FIELDS = ("Attraction", "Changing", "Fields", "Whirl")
 """Names of `fields.py` that a program may call."""
@@ -59,6 +59,8 @@ def action_context(plan: Plan) -> dict[str, Any]:
         "released_holds": any(isinstance(end, str) for row in plan.holds for end in row.until),
         "pushes": plan.pushes,
         "scaled_pushes": any(row.scale is not None for row in plan.pushes),
+        "airflows": plan.airflows,
+        "scaled_airflows": any(row.scale is not None for row in plan.airflows),
         "fields": plan.fields,
         "scaled_fields": any(row.scale is not None for row in plan.fields),
         "changing_fields": [(number, row) for number, row in enumerate(plan.fields) if row.changes],
@@ -78,7 +80,8 @@ def _schedules(plan: Plan) -> Iterable[str]:
     """Yield the sources of all functions of time."""
     for drive in plan.drives:
         yield from (segment.target for segment in (*drive.segments, *drive.later))
-    yield from (row.scale for row in (*plan.wrenches, *plan.pushes, *plan.fields) if row.scale is not None)
+    scaled = (*plan.wrenches, *plan.pushes, *plan.airflows, *plan.fields)
+    yield from (row.scale for row in scaled if row.scale is not None)
     yield from (code for row in plan.prescribed for code in row.velocity)
 
 
@@ -86,9 +89,10 @@ def copied_actions(plan: Plan) -> list[str]:
     """Return the names of the modules that actions of a plan use."""
     soft_velocities = any(row.entity in plan.deformables for row in plan.velocities)
     needed = {
-        "points.py": bool(plan.holds or plan.pushes or plan.watches or soft_velocities),
+        "points.py": bool(plan.holds or plan.pushes or plan.airflows or plan.watches or soft_velocities),
         "holds.py": bool(plan.holds),
         "pushes.py": bool(plan.pushes or soft_velocities),
+        "airflow.py": bool(plan.airflows),
         "fields.py": bool(plan.fields),
         "removals.py": bool(plan.removals),
         "triggers.py": bool(plan.watches),

@@ -257,6 +257,23 @@ class Push:
 
 
 @dataclass(frozen=True)
+class Airflow:
+    """Air that flows past a cloth over a span of time [s]."""
+
+    entity: str
+    velocity: Vec
+    """[m/s]"""
+    scale: Code | None
+    gusts: float
+    size: float
+    seed: int
+    start: float
+    end: float
+    line: int
+    control: str
+
+
+@dataclass(frozen=True)
 class Field:
     """An acceleration that fills space, over a span of time [s]."""
 
@@ -335,6 +352,7 @@ class Plan:
     """Cameras, lights and cadence, resolved."""
     holds: tuple[Hold, ...]
     pushes: tuple[Push, ...]
+    airflows: tuple[Airflow, ...]
     fields: tuple[Field, ...]
     frictions: tuple[Friction, ...]
     removals: tuple[Removal, ...]

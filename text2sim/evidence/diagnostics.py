@@ -10,7 +10,7 @@ from text2sim.evidence.recorded_case import RecordedCase, links_of
 from text2sim.recording.states import Array
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Force, Impulse, InitialVelocity, Torque
-from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.names.selectors import body_of
 
 MADE_UP, MADE_UP_IN_JOINTS = 0.01, 0.05
@@ -18,7 +18,7 @@ MADE_UP, MADE_UP_IN_JOINTS = 0.01, 0.05
 where a double pendulum gains 1.7 % with steps of 0.5 ms (`tests/physics/test_pendulums.py`)."""
 LIFT = 1e-4
 """The same as a height [m] by which all bodies rise: those that start a little inside each other are pushed out."""
-FORCE_FIELDS = (Wind, Drag, Attraction, Vortex, Turbulence)
+FORCE_FIELDS = (Wind, Airflow, Drag, Attraction, Vortex, Turbulence)
 
 
 def extremes(time: Array, values: Array) -> dict[str, Any]:

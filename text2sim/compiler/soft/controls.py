@@ -5,6 +5,7 @@ from pathlib import Path
 
 from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Airflow as AirflowRow
 from text2sim.compiler.plan import Field, Hold, Push
 from text2sim.compiler.schedules import call_of, constructor
 from text2sim.compiler.selection import select
@@ -16,7 +17,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Rigid
 from text2sim.spec_schema.models.controls import Attach, Force, Impulse, Release
-from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.scene import Scene
@@ -144,6 +145,21 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
         if isinstance(control, Release) and control.attach == name:
             ends += [end for end in (control.at, control.on) if end is not None]
     return ends
+
+
+def lower_airflow(copy: Copy, control: Airflow, line: int, name: str) -> AirflowRow:
+    """Return the row of the air that flows past a copy of a cloth.
+
+    Args:
+        copy: The cloth.
+        control: The airflow, as the copy has it.
+        line: Line of the case, for the program.
+        name: Name of the control.
+    """
+    start, end = span_of(control.during, NEVER_REACHED)
+    scale = None if control.scale == 1.0 else constructor(control.scale)
+    gusts = (control.gusts, control.gust_size, control.seed)
+    return AirflowRow(copy.name, control.velocity, scale, *gusts, start, end, line, name)
 
 
 def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:

@@ -17,7 +17,7 @@ from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
-from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene
 
@@ -28,6 +28,8 @@ MOTOR_SPEED = 20.0
 """Speed [m/s] that any motor is assumed to cause, since a stiff one jumps to its target."""
 PART_SPEED_FACTOR = 4.0
 """Speed that a force gives the part of a body on which it acts, over that of the whole body."""
+GUST_FACTOR = 4.0
+"""Speed of the strongest gust over its root mean square."""
 
 
 def speed_limit(
@@ -60,6 +62,7 @@ def speed_limit(
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
+        "air": max((_flow(control, time) for control in controls), default=0.0),
         "fields": sum(_field(control, time) for control in controls) * time,
     }
     most = SPEED_FACTOR * sum(given.values()) + SPEED_MARGIN
@@ -108,6 +111,13 @@ def _push(push: Any, masses: dict[str, float], duration: float) -> float:
     span = min(push.end, duration) - push.start
     speed = PART_SPEED_FACTOR * force / mass * (span if push.end > push.start else 1.0)
     return min(speed, force / push.drag) if push.drag else speed
+
+
+def _flow(control: Control, duration: float) -> float:
+    """Return the largest speed [m/s] of the air that flows past a cloth, gusts included."""
+    if not isinstance(control, Airflow):
+        return 0.0
+    return largest(control.scale, duration) * hypot(*control.velocity) * (1 + GUST_FACTOR * control.gusts)
 
 
 def _field(control: Control, duration: float) -> float:

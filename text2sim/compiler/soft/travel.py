@@ -16,6 +16,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, Slide
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
+from text2sim.spec_schema.models.shapes import Sheet
 
 MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""
@@ -86,6 +87,15 @@ def travel(
         elif push.drag:
             way = min(way, force / push.drag * span)
         _fly(flights, push.entity, push.force, min(way, MAX_FOLLOWED_DISTANCE) / force)
+    held = {hold.entity for hold in rows.holds}
+    for flow in rows.airflows:
+        fast = hypot(*flow.velocity)
+        if fast:
+            shape = copies[flow.entity].shape
+            far = min(fast * duration, MAX_FOLLOWED_DISTANCE)
+            if flow.entity in held and isinstance(shape, Sheet):  # it may be blown to the other side
+                far = 2 * hypot(*shape.size)
+            _fly(flights, flow.entity, flow.velocity, far / fast)
     for control in controls:
         for name in masses:
             _carry(flights, control, copies[name], duration)

@@ -16,7 +16,7 @@ from text2sim.spec_schema.models.base import (
     Vec3,
     Window,
 )
-from text2sim.spec_schema.models.fields import Acting, Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Acting, Airflow, Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule
 from text2sim.spec_schema.models.regions import BodyRegion
 
@@ -241,6 +241,7 @@ Control = Annotated[
     | Release
     | Remove
     | Wind
+    | Airflow
     | Drag
     | Attraction
     | Vortex

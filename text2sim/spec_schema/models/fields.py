@@ -4,7 +4,18 @@ from typing import Literal
 
 from pydantic import Field
 
-from text2sim.spec_schema.models.base import Axis, Integer, Model, Multiple, NonNegative, Positive, Real, Vec3, Window
+from text2sim.spec_schema.models.base import (
+    Axis,
+    Integer,
+    Model,
+    Multiple,
+    NonNegative,
+    Positive,
+    Real,
+    Selector,
+    Vec3,
+    Window,
+)
 from text2sim.spec_schema.models.motion import Schedule
 
 
@@ -23,7 +34,10 @@ class _During(Acting):
 
 
 class Wind(_During):
-    """A wind in a cylindrical stream or everywhere; acts only on mpm and pbd bodies."""
+    """A wind in a cylindrical stream or everywhere; acts only on mpm and pbd bodies.
+
+    It is an acceleration, like another gravity; cloth that streams and waves in a wind needs an `airflow`.
+    """
 
     kind: Literal["wind"]
     direction: Axis
@@ -34,6 +48,28 @@ class Wind(_During):
     """A point [m] on the axis of the stream."""
     radius: Positive | None = None
     """Radius [m] of the stream; everywhere by default."""
+
+
+class Airflow(_During):
+    """Air that flows past a cloth, which streams, waves and fills.
+
+    Only for solver pbd. The force on a triangle of the cloth is
+    `rho A |u| (1.5 u_across + 0.05 u_along) / 2` with the air's velocity u relative to it and `rho` = 1.225 kg/m3. It
+    replaces the cloth's `air_resistance`; outside `during` the air is still. Other bodies give no shelter.
+    """
+
+    kind: Literal["airflow"]
+    body: Selector
+    """The cloth, or copies of one. One airflow for each."""
+    velocity: Vec3
+    """Velocity [m/s] of the air, multiplied by `scale`. A flag of 0.15 kg/m2 hangs below 2 m/s and streams above 6."""
+    gusts: NonNegative = Field(default=0.15, le=1.0)
+    """Root mean square of gusts in each direction, as a fraction of the velocity. They travel with the air: their waves
+    run along a flag."""
+    gust_size: Positive = 1.0
+    """Length [m] of the largest gusts, about the length of the cloth; the smallest are a quarter of it."""
+    seed: Integer = Field(default=0, ge=0)
+    """Same seed, same gusts."""
 
 
 class Drag(_During):

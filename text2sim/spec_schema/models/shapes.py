@@ -122,9 +122,9 @@ ROCK_DEPTH = 0.35
 
 
 class Rock(Model):
-    """An angular stone: the hull of points near an ellipsoid, with the given full lengths.
+    """An angular stone.
 
-    It fills about 0.4 of its bounding box. With `seed: ${i}` each copy has a shape of its own.
+    It is the hull of points near an ellipsoid, and fills about 0.4 of its bounding box. With `seed: ${i}` each copy has a shape of its own.
     """
 
     kind: Literal["rock"]

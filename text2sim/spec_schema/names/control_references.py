@@ -17,11 +17,13 @@ from text2sim.spec_schema.models.controls import (
     Release,
     Torque,
 )
+from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
+    check_airflow,
     check_attach_kind,
     check_push_kind,
     check_release_moment,
@@ -38,6 +40,8 @@ def check_controls(table: NameTable) -> None:
             _check_initial_velocity(table, where, control)
         elif isinstance(control, Impulse | Force | Torque):
             _check_push(table, where, control)
+        elif isinstance(control, Airflow):
+            check_airflow(table, where, name, control)
         elif isinstance(control, Drive):
             _check_drive(table, where, control)
         elif isinstance(control, Reach):
