@@ -256,3 +256,19 @@ def test_the_weights_of_the_marks() -> None:
     assert Marks(seen="", content=0, clarity=100, polish=0, appeal=0).total == 30
     assert Marks(seen="", content=0, clarity=0, polish=100, appeal=0).total == 25
     assert Marks(seen="", content=0, clarity=0, polish=0, appeal=100).total == 15
+
+
+@pytest.mark.usefixtures("untraced")
+def test_who_films_it_hears_what_was_not_filmed(make_run: MakeRun, tmp_path: Path) -> None:
+    low, less = marks(40, 40, 40, 40), marks(30, 30, 30, 30)
+    both = fenced(
+        "treatments:\n"
+        "  - {name: warm, operations: [{op: add, path: /render/lighting, value: overcast}]}\n"
+        "  - {name: heavy, operations: [{op: add, path: /bodies/box/material, value: {density: 1}}]}\n"
+    )
+    replies = {"viewer": [low, less, marks(90, 90, 90, 90)], "render": [both, light("golden_hour")]}
+    studio = Studio(make_run, tmp_path, replies)
+    studio.shoot()
+    first, second = studio.model.questions("render")
+    assert "not filmed" not in first
+    assert "- /treatments/1: operation 1: `/bodies/box/material` is neither below /render nor a look" in second

@@ -109,6 +109,8 @@ class Cinematography:
     def __init__(self, chat: Conversation, request: str, path: Path, run: Path, emit: Emit) -> None:
         self._chat, self._request, self._path, self._run, self._emit = chat, request, path, run, emit
         self._tried: list[FilmedTreatment] = []
+        self._refused: list[str] = []
+        """What was wrong with treatments of the last answer that were not filmed."""
 
     def best(self, text: str) -> FilmedTreatment | None:
         """Return the best treatment of a case; None if the judge's model does not accept images.
@@ -210,6 +212,7 @@ class Cinematography:
                     wrong.append(f"/treatments/{number}: {error}")
             if wrong and not texts:
                 raise Wrong(wrong)  # one usable treatment is enough: asking again costs more
+            self._refused = wrong
 
         many = f"{count} treatments" if count > 1 else "one treatment"
         system = system_prompt(
@@ -228,6 +231,7 @@ class Cinematography:
             marks=yaml_text(
                 {take.name: {"total": take.marks.total, **take.marks.model_dump()} for take in self._tried}
             ),
+            refused=self._refused,
             sheet=self._chat.vision("render"),
             evenly=EVEN_STILLS,
             events=MAX_EVENT_STILLS,

@@ -16,6 +16,9 @@ LOADED_WALL_CELLS, LEAKING_WALL_CELLS, UNLOADED_WALL_CELLS = 3.0, 2.0, 1.0
 """Thickness [cells] of a wall under pressure that avoids a warning and an error, and of a wall at rest. Measured at a
 load of 65 to 90 N on 31 cm2: of 1668 particles 440 passed a plate of 1.3 cells, 164 one of 1.9, 40 were some
 millimetres in one of 2.9, none passed one of 5. Walls at rest of 1 to 1.3 cells never leaked."""
+HIT_WALL_CELLS = 1.6
+"""The same of a wall at rest that soft bodies may hit. Measured with cubes of 0.15 m and 40 kPa at 4 m/s
+(tests/physics/test_soft_controls.py -k walls): one of 1.2 cells let the whole cube through, one of 1.6 held it."""
 ON_TOP = 2.0
 """Thickness [cells] of a free body on top of an mpm body."""
 HOLDING_CELLS = 0.5
@@ -31,7 +34,7 @@ def _thin_wall(facts: Facts) -> Iterator[Problem]:
     for body, copy in soft.pairs("mpm"):
         if copy.body in seen:
             continue
-        wanted, why = _wanted_cells(facts, copy)
+        wanted, why = _wanted_cells(facts, copy, body.model.kind)
         thin, link = _thinnest(facts, copy)
         more = 2 * max(free_by(copy, soft) - soft.scales.reach, 0.0)
         cells = (thin + more) / soft.cell
@@ -64,14 +67,16 @@ def _thinnest(facts: Facts, copy: Copy) -> tuple[float, str | None]:
     return (math.inf, None) if thinnest is None else (thinnest.thickness, thinnest.link)
 
 
-def _wanted_cells(facts: Facts, copy: Copy) -> tuple[float, str]:
-    """Return how many cells thick a rigid copy should be, and why."""
+def _wanted_cells(facts: Facts, copy: Copy, kind: str) -> tuple[float, str]:
+    """Return how many cells thick a rigid copy should be beside an mpm body of a kind, and why."""
     mount = facts.mount(copy)
     if mount == "driven":
         return LOADED_WALL_CELLS, "it is driven"
     if any(motor.entity == copy.name for motor in facts.plan.motors):
         return LOADED_WALL_CELLS, "a motor presses it"
     if not facts.moves(copy):
+        if kind == "soft":
+            return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them"
         return UNLOADED_WALL_CELLS, "thinner walls let particles through"
     if mount == "tree":  # leaks through thin limbs and ropes are not visible
         return 0.0, ""
@@ -139,7 +144,8 @@ RULES = (
 The mpm grid detects rigid bodies only at its nodes. Measured with a piston on soft cubes, of 1668 particles: 440 passed
 a plate of 1.3 cells, 164 one of 1.9; 40 were some millimetres in one of 2.9, and none passed one of 5. A body that a
 motor or a prescribed motion presses on mpm bodies should be {LOADED_WALL_CELLS:g} cells thick, and is an error below
-{LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}.""",
+{LEAKING_WALL_CELLS:g}; a body on top of them {ON_TOP:g}; a wall at rest {UNLOADED_WALL_CELLS:g}, or
+{HIT_WALL_CELLS:g} where soft bodies may hit it: at 4 m/s a cube passed through 1.2 cells.""",
         remedy="""\
 Make it thicker (or use a `compound` with a thin visible part and a thick one for contact), or make the grid finer with
 `scene.mpm.cell`; half the cell takes sixteen times as long.""",

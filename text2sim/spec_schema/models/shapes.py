@@ -124,7 +124,8 @@ ROCK_DEPTH = 0.35
 class Rock(Model):
     """An angular stone.
 
-    It is the hull of points near an ellipsoid, and fills about 0.4 of its bounding box. With `seed: ${i}` each copy has a shape of its own.
+    It is the hull of points near an ellipsoid, and fills about 0.4 of its bounding box. With `seed: ${i}` each copy has
+    a shape of its own.
     """
 
     kind: Literal["rock"]
