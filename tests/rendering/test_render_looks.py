@@ -5,12 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from text2sim.compiler.build import plan_case
 from text2sim.compiler.emit import emit
 from text2sim.recording.film_record import _look_by_color
 from text2sim.rendering.backdrop import backdrop_mesh, clearness, haze_distance
 from text2sim.rendering.finishes import FINISHES, _pattern, drawn_finish
+from text2sim.rendering.meshes import RenderMesh
+from text2sim.rendering.rigid import narrow_sides
 from text2sim.rendering.scene import texture_scale
 from text2sim.spec_schema.load import load_case
 
@@ -123,3 +126,19 @@ def test_textures_are_finer_in_small_scenes_and_never_show_their_texels() -> Non
         values = _pattern(name)
         step = np.abs(np.diff(values, axis=0)).mean()
         assert step < 0.6 * values.std(), name  # white noise: 1.13
+
+
+def test_panes_of_clear_glass_have_sides_that_show_and_other_glass_has_none() -> None:
+    def box(*size: float) -> RenderMesh:
+        made = trimesh.creation.box(size)
+        return RenderMesh(np.array(made.vertices), np.array(made.faces), np.array(made.vertex_normals))
+
+    pane = narrow_sides(box(0.6, 0.02, 0.4))
+    assert pane is not None
+    corners = pane.vertices[pane.faces]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+    assert area == pytest.approx(2 * 0.02 * (0.6 + 0.4)), "all sides but the broad ones"
+    assert narrow_sides(box(0.3, 0.2, 0.4)) is None, "a block"
+    ball = trimesh.creation.icosphere(3)
+    flat = np.array(ball.vertices) * (1, 1, 0.1)
+    assert narrow_sides(RenderMesh(flat, np.array(ball.faces), flat)) is None, "a lens"

@@ -32,6 +32,10 @@ GEL = 0.2
 """Fraction of the light that jelly scatters back, because it is cloudy; the rest passes through."""
 TINT = 0.62
 """Fraction of the light that dark glass scatters."""
+EDGE = 0.55
+"""The same of the narrow sides of clear panes, where one looks along the glass."""
+EDGE_TINT = (0.5, 0.8, 0.74)
+"""Factor on the colour of these sides: the iron of plain glass absorbs red."""
 
 
 RIPPLE, RIPPLES = 0.01, 5
@@ -57,7 +61,7 @@ class Finish:
     bump: float = 0.0
     """Depth of its relief, as a fraction of the tile."""
     kind: str = "solid"
-    """solid, clear, frosted, tinted or gel."""
+    """solid, clear, edge (of clear), frosted, tinted or gel."""
 
 
 FINISHES = {
@@ -75,6 +79,7 @@ FINISHES = {
     "brick": Finish(0.85, 0.2, texture="pits", shade=0.7, tile=0.25, bump=0.012),
     "ceramic": Finish(0.09, 0.6, clearcoat=1.0),
     "glass": Finish(0.0, kind="clear"),
+    "glass_edge": Finish(0.15, 0.6, clearcoat=0.8, kind="edge"),
     "frosted_glass": Finish(0.3, kind="frosted"),
     "tinted_glass": Finish(0.05, 0.6, clearcoat=1.0, kind="tinted"),
     "cloth": Finish(0.85, 0.15, sheen=0.7, texture="weave", shade=0.8, tile=0.03, bump=0.01),
@@ -93,6 +98,8 @@ FINISHES = {
     "crust": Finish(0.45, 0.4, sheen=0.2, clearcoat=0.2, texture="blotches", shade=0.62, tile=0.7, bump=0.012),
     "stone": Finish(0.9, 0.2, texture="chips", shade=0.58, tile=0.8, bump=0.025),
 }
+SCATTERED = {"frosted": MILKY, "tinted": TINT, "edge": EDGE}
+"""Fraction of the light that kinds of glass scatter; the rest passes straight through."""
 PLAIN = "rough"
 DEEP = 0.65
 """Brightest channel of a colour below which glass is dark, like a wine bottle, and tints what is behind it."""
@@ -152,9 +159,9 @@ def _made(
         return mi.load_dict({
             "type": "blendbsdf", "weight": HAZE, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
         })  # fmt: skip
-    if finish.kind in ("frosted", "tinted"):
+    if finish.kind in SCATTERED:
         milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}
-        return mi.load_dict({"type": "mask", "opacity": TINT if finish.kind == "tinted" else MILKY, "bsdf": milky})
+        return mi.load_dict({"type": "mask", "opacity": SCATTERED[finish.kind], "bsdf": milky})
     made: dict[str, Any]
     if finish.kind == "gel":
         # A refracting material is transparent; a scattering one shows its colour where it is thick.

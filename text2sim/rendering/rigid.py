@@ -9,11 +9,17 @@ from numpy.typing import NDArray
 
 from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
-from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
+from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
 from text2sim.rendering.shapes import mesh_shape, shaded
 
 Array = NDArray[np.floating]
+
+PANE = 0.35
+"""Largest thickness of a box that is a pane, as a fraction of its middle extent."""
+FACING, BOXY = 0.9, 0.7
+"""Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
+less, and the shape is no box."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +135,31 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         moves, has_uvs = part.body not in statics, mesh.uvs is not None
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
+        if finish_of(finish).kind == "clear" and (narrow := narrow_sides(read[part.mesh, False])) is not None:
+            tint = tuple(c * t for c, t in zip(look.color, EDGE_TINT, strict=True))
+            edge = replace(part, look=replace(look, finish="glass_edge", color=tint))
+            sorted_parts.setdefault(BatchMaterial("glass_edge", 1.0, None, moves, False), []).append((edge, narrow))
     return [
         Batch(f"rigid{k}", shared, [part for part, _ in rows], [mesh for _, mesh in rows])
         for k, (shared, rows) in enumerate(sorted_parts.items())
     ]
+
+
+def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
+    """Return the sides of a box-shaped pane that are as narrow as it is thick; None for any other shape.
+
+    They show where a pane of clear glass ends: its broad sides are nearly invisible.
+    """
+    size = np.ptp(mesh.vertices, axis=0)
+    axis = int(size.argmin())
+    corners = mesh.vertices[mesh.faces]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    broad = 2 * np.prod(np.delete(size, axis))
+    flat = np.abs(areas[:, axis]) > np.linalg.norm(areas, axis=1) * FACING
+    covered = np.linalg.norm(areas[flat], axis=1).sum()
+    if size[axis] > PANE * np.median(size) or covered < BOXY * broad:
+        return None
+    return replace(mesh, faces=mesh.faces[~flat], uvs=None)
 
 
 def _color(part: WornMesh) -> tuple[float, float, float]:
