@@ -17,7 +17,7 @@ Array = NDArray[np.floating]
 
 PANE = 0.35
 """Largest thickness of a box that is a pane, as a fraction of its middle extent."""
-FACING, BOXY = 0.9, 0.7
+FACING, BOXY = 0.9, 0.88
 """Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
 less, and the shape is no box."""
 
