@@ -7,7 +7,8 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_multiply, quat_of, quat_rotate, vector_cross
 from text2sim.spec_schema.models.base import AXES
-from text2sim.spec_schema.models.shapes import Compound, Faceted
+from text2sim.spec_schema.models.faceted import Faceted
+from text2sim.spec_schema.models.shapes import Compound
 
 MAX_LEVEL_TILT = 0.0087
 """Largest tilt [rad] of a level face: half a degree."""

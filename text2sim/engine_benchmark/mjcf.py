@@ -14,6 +14,7 @@ NOT_YET = {
     "welds": "welds that begin or end during the simulation",
     "removals": "bodies that are removed",
     "fields": "fields",
+    "airflows": "moving air",
     "watches": "releases on events",
     "holds": "held points",
     "pushes": "pushes on points",

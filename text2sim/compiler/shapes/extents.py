@@ -24,10 +24,11 @@ from text2sim.compiler.shapes.rotation import (
 )
 from text2sim.compiler.shapes.sagging import sheet_reach
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
+from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.models.scene import Static
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Faceted, Funnel, Mesh, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cone, Cup, Ellipsoid, Funnel, Mesh, Sketch, Text, Tube
 
 TreeExtents = Callable[[Any, Quaternion, Path], Bounds]
 """Bounds of a body that is a tree of links, about its origin, turned by a quaternion."""

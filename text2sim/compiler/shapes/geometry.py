@@ -15,8 +15,9 @@ from text2sim.compiler.shapes.sagging import sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
+from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Faceted, Funnel, Mesh, Sheet, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sheet, Sketch, Text, Tube
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""

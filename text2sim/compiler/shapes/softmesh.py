@@ -19,8 +19,9 @@ from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, qua
 from text2sim.compiler.shapes.sagging import points_along_sheet
 from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Faceted, Mesh, Sheet, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet, Torus
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:

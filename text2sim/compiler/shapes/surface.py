@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.piece import wall_radii
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
+from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.shapes import (
     Box,
     Capsule,
@@ -20,7 +21,6 @@ from text2sim.spec_schema.models.shapes import (
     Cup,
     Cylinder,
     Ellipsoid,
-    Faceted,
     Funnel,
     Sphere,
     Torus,
