@@ -69,7 +69,7 @@ def test_a_film_is_as_large_and_smooth_as_there_is_time_for(make_run: MakeRun) -
     time = FrameTime(0.1, 0.7, 0.2)
     fits = {given: cut_down(filming, Filming.reels, given / 60, time) for given in (20, 13, 9, 7, 5, 3, 0)}
     assert [(fit.filming.size, fit.filming.fps, fit.filming.samples) for fit in fits.values()] == [
-        ((64, 36), 50.0, 8), ((64, 36), 50.0, 4), ((48, 28), 50.0, 4), ((48, 28), 50.0, 2), ((36, 20), 50.0, 2),
+        ((64, 36), 50.0, 8), ((64, 36), 50.0, 4), ((48, 28), 50.0, 4), ((48, 28), 50.0, 2), ((48, 28), 100 / 3, 2),
         ((36, 20), 25.0, 2), ((36, 20), 50 / 3, 2),
     ]  # fmt: skip
     assert all(fit.seconds <= given for given, fit in fits.items() if given)
@@ -115,3 +115,12 @@ def test_a_blurred_film_keeps_a_sample_for_each_moment(make_run: MakeRun) -> Non
     run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0, motion_blur=0.5)
     filming = Filming(read_recording(run))
     assert cut_down(filming, Filming.reels, 0, FrameTime(0.1, 0.7, 0.2)).filming.samples == 4
+
+
+def test_a_film_of_fewer_pictures_is_no_more_blurred(make_run: MakeRun) -> None:
+    run = make_run({"box": {"half": 0.3, "pos": (0, 0, 0.5), "velocity": (9, 0, 0)}}, fps=50.0, motion_blur=0.5)
+    for fps in (50.0, 25.0):
+        frame = Filming(read_recording(run), fps=fps).reels()[0].frames[2]
+        assert frame.close - frame.open == pytest.approx(0.5 / 50)
+    frame = Filming(read_recording(run), fps=100.0).reels()[0].frames[2]
+    assert frame.close - frame.open == pytest.approx(0.5 / 100)

@@ -136,6 +136,7 @@ class Filming:
             RunError: If there is no such camera or frame.
         """
         film: dict[str, Any] = self.recording.film | {"fps": self.fps}
+        film["motion_blur"] *= min(1.0, self.fps / self.recording.film["fps"])  # fewer pictures are no more blurred
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:
