@@ -87,3 +87,19 @@ def test_a_camera_that_follows_becomes_wider_and_keeps_its_target(make_run: Make
     patch = changed(shot)
     assert set(patch) == {"fov_deg"}
     assert inside(shot, "box", fov=patch["fov_deg"]) == 1
+
+
+def test_the_last_shot_ends_when_all_has_come_to_rest(make_run: MakeRun) -> None:
+    still = {"box": BOX | {"velocity": (0, 0, 0)}}
+    shots = [
+        {"name": "one", "camera": "main", "from": 0.0, "to": 0.1, "speed": 0.1, "hold": 0.0},
+        {"name": "rest", "camera": "main", "from": 0.1, "to": 0.4, "speed": 0.1, "hold": 0.5},
+    ]
+    cameras = {"main": FIRST | {"look_at": (0, 0, 0.5)}}
+    written = WRITTEN | {"shots": {"one": {}, "rest": {}}}
+    # 0.8 s of film at a tenth of the speed are 0.08 s.
+    ended = composed(read_recording(make_run(still, cameras=cameras, shots=shots)), written)
+    assert ended == [{"op": "add", "path": "/render/shots/rest/to", "value": 0.18}]
+    quick = {"box": BOX | {"velocity": (0.5, 0, 0)}}
+    moving = read_recording(make_run(quick, "moving", cameras=cameras, shots=shots))
+    assert composed(moving, written) == [], "it moves to the end"

@@ -44,13 +44,13 @@ class Watcher:
         self.cameras = Cameras(recording.film, recording.states)
         wide, tall = recording.film["resolution"]
         self.size = (PICTURE_WIDTH, max(2, round(PICTURE_WIDTH * tall / wide)))
-        self._moves = np.array([name not in self.recorded.statics for name in self.recorded.names], bool)
+        self.moves = np.array([name not in self.recorded.statics for name in self.recorded.names], bool)
         """Whether each thing is a body, not a static, shape (m,)."""
 
     @property
     def moving(self) -> list[str]:
         """Names of the bodies, without statics."""
-        return list(compress(self.recorded.names, self._moves))
+        return list(compress(self.recorded.names, self.moves))
 
     def sight(self, frame: Frame) -> Sight:
         """Return what is visible in a picture."""
@@ -81,14 +81,14 @@ class Watcher:
     def moves_between(self, start: float, end: float) -> bool:
         """Whether bodies move between two times [s], by more than a twentieth of the space that they take up."""
         before, after = (self.recorded.things(t) for t in (start, end))
-        one, other = (things.triangles[self._moves[things.owner], 0] for things in (before, after))
+        one, other = (things.triangles[self.moves[things.owner], 0] for things in (before, after))
         if not len(one) or len(one) != len(other):
             return len(one) != len(other)
         return bool(np.linalg.norm(other - one, axis=1).max() > np.ptp(one, axis=0).max() / 20)
 
     def _span(self, sight: Sight) -> float:
         """Part of the picture's width or height, the larger of both, that all visible bodies together span."""
-        pixels = sight.pixels[sight.visible & self._moves[sight.things]]
+        pixels = sight.pixels[sight.visible & self.moves[sight.things]]
         if not len(pixels):
             return 0.0
         wide, tall = self.size

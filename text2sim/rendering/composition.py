@@ -1,8 +1,9 @@
-"""Cameras turned and widened slightly, so that the edge of the picture cuts off nothing that fits into it.
+"""Corrections of a film that was written without sight of its pictures: cameras that cut things off, an end at rest.
 
 An author who writes `from`, `look_at` and `fov_deg` cannot see that a crate's corner ends up below the picture. Here
 the recording is projected into the pictures of each camera. What is mostly in the picture, and cut in most of
-them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole.
+them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole. And the last shot ends
+soon after nothing moves any more.
 """
 
 import math
@@ -18,7 +19,7 @@ from text2sim.legibility.film import Watcher, spread_numbers
 from text2sim.recording.film_record import FilmRecord
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
-from text2sim.templates.cameras import View, project
+from text2sim.templates.cameras import Cameras, View, project
 from text2sim.templates.viewpoints import basis
 
 Array = NDArray[Any]
@@ -36,6 +37,12 @@ MOSTLY, WHOLE = 0.5, 0.999
 """Fractions of a thing's points in the picture from which it belongs there, and from which it is whole."""
 LEAST_SHARE = 0.003
 """Share of the picture from which it matters that a thing is cut."""
+STILL, CALM, WORTHWHILE = 0.02, 0.8, 0.3
+"""Displacement [half heights of the picture] below which nothing moves, and time [s of film] for which the final state
+is shown after that, besides a `hold`; a smaller gain [s of film] than the last number changes nothing."""
+SETTLED, ENDS = 0.99, 40
+"""Fraction of all points that has to be at rest, and number of pictures of the last shot that are compared with its
+end."""
 STEPS = 3
 """Number of corrections: turning a camera changes the perspective slightly."""
 
@@ -44,7 +51,7 @@ Extent = tuple[Array, Array]
 
 
 def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operation]:
-    """Return a JSON Patch of a case's cameras with which its main film cuts off less; empty if nothing can be gained.
+    """Return a JSON Patch of a case's `render` with which its main film cuts off less, and ends when all is at rest.
 
     Cameras with `frame` are left alone: they show their bodies whole.
 
@@ -60,7 +67,36 @@ def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operatio
             continue
         if (fitted := _fitted(recording, name, shown)) is not None:
             patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
-    return patch
+    return [*patch, *_ended(recording, written)]
+
+
+def _ended(recording: FilmRecord, written: Mapping[str, Any]) -> Iterator[Operation]:
+    """Yield the operation that ends the last written shot soon after everything has come to rest."""
+    shots = written.get("shots") or {}
+    film = recording.film
+    if not shots or len(shots) != len(film["shots"]):
+        return
+    name, shot = list(shots)[-1], film["shots"][-1]
+    last = min(shot["to"], recording.last)
+    pictures = [one for one in frames(film, [shot], recording.last) if one.t <= last]
+    watcher, view = Watcher(recording), Cameras(film, recording.states).view(shot["camera"], last, 1.0)
+    height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
+    rest, final = last, _places(watcher, last)
+    for picture in reversed(pictures[:: max(1, len(pictures) // ENDS)]):
+        away = np.linalg.norm(_places(watcher, picture.t) - final, axis=1)
+        if len(away) and np.quantile(away, SETTLED) > STILL * height:
+            break
+        rest = picture.t
+    end = round(rest + CALM * shot["speed"], 3)
+    if shot["from"] < end < last - WORTHWHILE * shot["speed"]:
+        yield {"op": "add", "path": f"/render/shots/{name}/to", "value": end}
+
+
+def _places(watcher: Watcher, t: float) -> Array:
+    """Return where the corners of what moves are at a time [s], shape (n, 3) [m]; at 0 if they are gone."""
+    corners, piece, there = watcher.recorded.surfaces(t)
+    moving = np.isin(watcher.recorded.thing_of_piece[piece], np.flatnonzero(watcher.moves))
+    return np.where(there[moving, None, None], corners[moving], 0.0).reshape(-1, 3)
 
 
 def _pictures(recording: FilmRecord) -> dict[str, list[Frame]]:
