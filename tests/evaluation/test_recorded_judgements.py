@@ -61,3 +61,17 @@ def test_kept_replies_give_the_table_with_and_without_cards(prompt):
             assert len(marks) >= 2
             cells.append(f"{mean(marks):.1f}")
     assert f"| `{prompt}`, once more | {' | '.join(cells)} |" in PAGE
+
+
+@pytest.mark.parametrize("prompt", sorted({row["prompt"] for row in RECORDED["arms"]}))
+def test_kept_replies_give_the_table_of_three_arms(prompt):
+    cells = []
+    for method in ("text2sim-with-cards", "text2sim-no-cards", "agent-no-cards"):
+        no_film = [prompt, method] in NO_FILM
+        for kind in ("physical", "visual"):
+            of = (prompt, method, kind)
+            marks = [total(row) for row in RECORDED["arms"] if (row["prompt"], row["method"], row["kind"]) == of]
+            assert len(marks) == (0 if no_film and kind == "visual" else 3)
+            # Without a film, the program gives no marks for it and at most 20 for the physics.
+            cells.append(mean(marks) if not no_film else min(20.0, mean(marks)) if marks else 0.0)
+    assert f"| `{prompt}` | {' | '.join(f'{cell:.1f}' for cell in cells)} |" in PAGE
