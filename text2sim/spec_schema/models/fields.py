@@ -1,8 +1,9 @@
 """Fields: accelerations that fill space. They act on mpm and pbd bodies (cloth, soft bodies, grains, liquids, snow)."""
 
+from math import hypot
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
     Axis,
@@ -17,6 +18,10 @@ from text2sim.spec_schema.models.base import (
     Window,
 )
 from text2sim.spec_schema.models.motion import Schedule
+
+
+FASTEST_AIR = 100.0
+"""Largest speed [m/s] of moving air: beyond, its density would change, too."""
 
 
 class Acting(Model):
@@ -70,6 +75,12 @@ class Airflow(_During):
     """Length [m] of the largest gusts, about the length of the cloth; the smallest are a quarter of it."""
     seed: Integer = Field(default=0, ge=0)
     """Same seed, same gusts."""
+
+    @model_validator(mode="after")
+    def _no_storm(self) -> "Airflow":
+        if (speed := hypot(*self.velocity)) > FASTEST_AIR:
+            raise ValueError(f"velocity must be at most {FASTEST_AIR:g} m/s, that of a tornado (got {speed:.3g} m/s)")
+        return self
 
 
 class Drag(_During):
