@@ -19,7 +19,6 @@ from text2sim.spec_schema.models.base import (
 )
 from text2sim.spec_schema.models.motion import Schedule
 
-
 FASTEST_AIR = 100.0
 """Largest speed [m/s] of moving air: beyond, its density would change, too."""
 
