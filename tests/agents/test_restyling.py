@@ -77,5 +77,5 @@ def test_the_operation_that_touches_the_physics_is_named() -> None:
         {"op": "add", "path": "/render/speed", "value": 0.5},
     )
     for operations, number in (([before, hidden, after], 2), ([before, hidden], 2), ([hidden], 1)):
-        with pytest.raises(TouchesPhysics, match=rf"with operation {number} \(`/scene/statics/floor/look`\)"):
+        with pytest.raises(TouchesPhysics, match=rf"operation {number} \(`/scene/statics/floor/look`\)"):
             restyle(CASE, operations, PATH)

@@ -266,3 +266,26 @@ def test_the_line_about_a_field_says_what_it_moves(kind: str) -> None:
     """The only line that a reader of all kinds of controls sees."""
     doc = model_doc(section_kinds(Control)[kind])
     assert all(solver in doc for solver in MOVED_BY_FIELDS)
+
+
+def test_one_airflow_acts_on_each_copy(tmp_path: Path) -> None:
+    def check(*bodies: str) -> list[tuple[str, str]]:
+        rows = "".join(
+            f"    {c}: {{kind: airflow, body: '{b}', velocity: [1, 0, 0]}}\n" for c, b in zip("ab", bodies, strict=True)
+        )
+        text = (
+            "text2sim: 2\nname: line\nscene: {duration: 1}\nbodies:\n"
+            "  flag: {kind: cloth, cell: 0.1, shape: {kind: sheet, size: [0.5, 0.5]}, pose: {pos: [0, '${i}', 2]},\n"
+            "    repeat: {kind: line, count: 2, step: [0, 0, 0]}}\n"
+            f"actions:\n  controls:\n{rows}"
+        )
+        try:
+            plan_case(load_text(text, tmp_path / "case.yaml"))
+        except SpecError as error:
+            return [(problem.rule, problem.message) for problem in error.problems]
+        return []
+
+    assert check("flag[0]", "flag[1]") == []
+    assert check("flag[*]", "flag[1]") == [
+        ("second-airflow", "`a` already acts on `flag[1]`; change it by its `scale`")
+    ]

@@ -97,9 +97,9 @@ def test_the_last_shot_ends_when_all_has_come_to_rest(make_run: MakeRun) -> None
     ]
     cameras = {"main": FIRST | {"look_at": (0, 0, 0.5)}}
     written = WRITTEN | {"shots": {"one": {}, "rest": {}}}
-    # 0.8 s of film at a tenth of the speed are 0.08 s.
+    # It is at rest from the start: 1.5 s of film at a tenth of the speed are 0.15 s.
     ended = composed(read_recording(make_run(still, cameras=cameras, shots=shots)), written)
-    assert ended == [{"op": "add", "path": "/render/shots/rest/to", "value": 0.18}]
+    assert ended == [{"op": "add", "path": "/render/shots/rest/to", "value": 0.25}]
     quick = {"box": BOX | {"velocity": (0.5, 0, 0)}}
     moving = read_recording(make_run(quick, "moving", cameras=cameras, shots=shots))
     assert composed(moving, written) == [], "it moves to the end"

@@ -28,7 +28,6 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
     ),
     ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "jelly"}}),
     ("no-cloth", f"{CONTROL}/body", None, {CONTROL: {**FLOW, "body": "ball"}}),
-    ("second-airflow", f"{CONTROL}/body", None, {"/actions/controls/first": {**FLOW, "body": "curtain"}, CONTROL: {**FLOW, "body": "curtain"}}),
     ("unknown-link", f"{CONTROL}/body", "jelly", {CONTROL: {**PUSH, "body": "jelly.top"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "curtain", "to": "jelly"}}),
     ("soft-holder", f"{CONTROL}/to", None, {CONTROL: {"kind": "attach", "body": "ball", "to": "jelly"}}),

@@ -8,7 +8,7 @@ from text2sim.compiler.build import plan_case
 from text2sim.revision.revise import Revision, revise
 from text2sim.spec_schema.changes.operation import Operation, split_pointer
 from text2sim.spec_schema.changes.patch import PatchError
-from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.errors import RunError, Text2SimError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.source import Source
 
@@ -42,20 +42,20 @@ def restyle(text: str, operations: Sequence[Operation], path: Path) -> str:
     revision: Revision = revise(Source(text, str(path)), path, operations)
     if (digest := physics_digest(text, path)) != physics_digest(revision.text, path):
         culprit = _culprit(text, operations, path, digest)
-        raise TouchesPhysics(f"{culprit} the simulation would be another one; how it is shown is all that may change")
+        raise TouchesPhysics(f"{culprit} would change the simulation; only its appearance may change")
     return revision.text
 
 
 def _culprit(text: str, operations: Sequence[Operation], path: Path, digest: tuple[str, Any]) -> str:
-    """Name the first operation that changes the digest of the physics, at the beginning of a sentence."""
+    """Name the first operation that changes the digest of the physics."""
     for number in range(1, len(operations)):
         try:
             part = revise(Source(text, str(path)), path, operations[:number]).text
-        except (SpecError, PatchError):
+            if physics_digest(part, path) != digest:
+                return f"operation {number} (`{operations[number - 1].get('path')}`)"
+        except (Text2SimError, PatchError):
             continue  # valid only together with later operations
-        if physics_digest(part, path) != digest:
-            return f"with operation {number} (`{operations[number - 1].get('path')}`)"
-    return f"with operation {len(operations)} (`{operations[-1].get('path')}`)" if operations else "with this patch"
+    return f"operation {len(operations)} (`{operations[-1].get('path')}`)" if operations else "this patch"
 
 
 def is_style(pointer: str) -> bool:

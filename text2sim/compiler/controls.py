@@ -126,7 +126,10 @@ def lower_controls(
                 if isinstance(own, Force | Impulse) and soft is not None and is_soft(copy.model):
                     rows.pushes.append(soft.push(copy, own, line, name))
                 elif isinstance(own, Airflow):
-                    rows.airflows.append(lower_airflow(copy, own, line, name))
+                    if (earlier := next((row for row in rows.airflows if row.entity == copy.name), None)) is not None:
+                        text = f"`{earlier.control}` already acts on `{copy.name}`; change it by its `scale`"
+                        rows.problems.append(loaded.problem((*pointer, "body"), text, rule="second-airflow"))
+                    rows.airflows.append(lower_airflow(copy, own, loaded.case.scene.duration, line, name))
                 elif isinstance(own, Reach):
                     _reach(own, copy, part or "", points, held.get(copy.name, ()), rows, line, name)
                 else:

@@ -264,6 +264,8 @@ class Airflow:
     velocity: Vec
     """[m/s]"""
     scale: Code | None
+    strongest: float
+    """Largest absolute value of the scale during the run."""
     gusts: float
     size: float
     seed: int

@@ -41,8 +41,14 @@ STILL, CALM, WORTHWHILE = 0.02, 0.8, 0.3
 """Displacement [half heights of the picture] below which nothing moves, and time [s of film] for which the final state
 is shown after that, besides a `hold`; a smaller gain [s of film] than the last number changes nothing."""
 SETTLED, ENDS = 0.99, 40
-"""Fraction of all points that has to be at rest, and number of pictures of the last shot that are compared with its
-end."""
+"""Fraction of a body's points that has to be at rest, and number of pictures of the last shot that are compared with
+its end."""
+SHORTEST = 1.5
+"""Shortest length [s of film] to which the last shot is cut."""
+UNTIMED = ("still", "follow")
+"""Kinds of cameras that do not move faster in a shorter shot."""
+WIDEST_FOV = 140.0
+"""Largest field of view of the language [deg]."""
 STEPS = 3
 """Number of corrections: turning a camera changes the perspective slightly."""
 
@@ -77,26 +83,29 @@ def _ended(recording: FilmRecord, written: Mapping[str, Any]) -> Iterator[Operat
     if not shots or len(shots) != len(film["shots"]):
         return
     name, shot = list(shots)[-1], film["shots"][-1]
+    if film["cameras"][shot["camera"]]["kind"] not in UNTIMED:
+        return
     last = min(shot["to"], recording.last)
     pictures = [one for one in frames(film, [shot], recording.last) if one.t <= last]
     watcher, view = Watcher(recording), Cameras(film, recording.states).view(shot["camera"], last, 1.0)
     height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
     rest, final = last, _places(watcher, last)
     for picture in reversed(pictures[:: max(1, len(pictures) // ENDS)]):
-        away = np.linalg.norm(_places(watcher, picture.t) - final, axis=1)
-        if len(away) and np.quantile(away, SETTLED) > STILL * height:
+        now = _places(watcher, picture.t)
+        away = [np.linalg.norm(there - final[k], axis=1) for k, there in now.items()]
+        if any(np.quantile(far, SETTLED) > STILL * height for far in away):
             break
         rest = picture.t
-    end = round(rest + CALM * shot["speed"], 3)
+    end = round(max(rest + CALM * shot["speed"], shot["from"] + SHORTEST * shot["speed"]), 3)
     if shot["from"] < end < last - WORTHWHILE * shot["speed"]:
         yield {"op": "add", "path": f"/render/shots/{name}/to", "value": end}
 
 
-def _places(watcher: Watcher, t: float) -> Array:
-    """Return where the corners of what moves are at a time [s], shape (n, 3) [m]; at 0 if they are gone."""
+def _places(watcher: Watcher, t: float) -> dict[int, Array]:
+    """Return where the corners of each body are at a time [s], shape (n, 3) [m]; at 0 if they are gone."""
     corners, piece, there = watcher.recorded.surfaces(t)
-    moving = np.isin(watcher.recorded.thing_of_piece[piece], np.flatnonzero(watcher.moves))
-    return np.where(there[moving, None, None], corners[moving], 0.0).reshape(-1, 3)
+    things, found = watcher.recorded.thing_of_piece[piece], np.where(there[:, None, None], corners, 0.0)
+    return {k: found[things == k].reshape(-1, 3) for k in np.flatnonzero(watcher.moves).tolist() if (things == k).any()}
 
 
 def _pictures(recording: FilmRecord) -> dict[str, list[Frame]]:
@@ -123,7 +132,15 @@ def _fitted(recording: FilmRecord, name: str, shown: list[Frame]) -> dict[str, A
         window = _union([one[k] for one in extents for k in names if k in one])
         middle, wider = _centred(window, turned=camera["kind"] in TURNED, least=_narrowing(first, camera))
         camera = _turned(camera, watcher.cameras.view(name, shown[0].t, shown[0].part), middle, wider, watcher.size)
-    return None if camera == first else camera
+    kept = not names or all(_shows(recording, name, camera, frame, names) for frame in shown)
+    wider = 1 / _narrowing(first, camera)
+    return camera if camera != first and kept and wider <= WIDEST + EDGE else None
+
+
+def _shows(recording: FilmRecord, name: str, camera: dict[str, Any], frame: Frame, things: list[int]) -> bool:
+    """Whether a camera has things whole in a picture, as far as they are there."""
+    inside = Watcher(_with_camera(recording, name, camera)).sight(frame).inside
+    return all(inside[k] >= WHOLE or inside[k] == 0 for k in things)
 
 
 def _with_camera(recording: FilmRecord, name: str, camera: dict[str, Any]) -> FilmRecord:
@@ -202,7 +219,7 @@ def _slope(fov: float) -> float:
 def _turned(camera: dict[str, Any], view: View, middle: Array, wider: float, size: tuple[int, int]) -> dict[str, Any]:
     """Return a camera with another centre of the picture and another field of view."""
     tall = _slope(view.fov)
-    made = camera | {"fov": round(math.degrees(2 * math.atan(tall * wider)), 2)}
+    made = camera | {"fov": min(round(math.degrees(2 * math.atan(tall * wider)), 2), WIDEST_FOV)}
     if np.abs(middle).max() < 1e-3:
         return made
     right, up, ahead = (np.array(axis) for axis in basis(view.pos, view.look_at, view.up))

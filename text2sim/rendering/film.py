@@ -87,7 +87,7 @@ class Filming:
         how = QUALITIES[quality]
         self._how = Quality(samples, how.depth, how.blur) if samples else how
         self.size = size or tuple(recording.film["resolution"])
-        self.fps = float(fps or recording.film["fps"])
+        self.fps, self._shutter = float(fps or recording.film["fps"]), 1.0
         self.folder = recording.folder / "render"
         self._cameras = Cameras(recording.film, recording.states)
         self._digests = Digests(recording, self._how, self.size)
@@ -119,6 +119,7 @@ class Filming:
         """
         other = copy(self)
         other.size, other.fps, other._how, other._drawn = size, fps, replace(self._how, samples=samples), {}
+        other._shutter = self._shutter * min(1.0, fps / self.fps)  # fewer pictures are no more blurred
         other._digests, other._skies = Digests(self.recording, other._how, size), {}
         return other
 
@@ -136,7 +137,7 @@ class Filming:
             RunError: If there is no such camera or frame.
         """
         film: dict[str, Any] = self.recording.film | {"fps": self.fps}
-        film["motion_blur"] *= min(1.0, self.fps / self.recording.film["fps"])  # fewer pictures are no more blurred
+        film["motion_blur"] *= self._shutter
         found = reels(film)
         if camera:
             if camera not in film["cameras"]:

@@ -157,7 +157,7 @@ def narrow_sides(mesh: RenderMesh) -> RenderMesh | None:
     broad = 2 * np.prod(np.delete(size, axis))
     flat = np.abs(areas[:, axis]) > np.linalg.norm(areas, axis=1) * FACING
     covered = np.linalg.norm(areas[flat], axis=1).sum()
-    if size[axis] > PANE * np.median(size) or covered < BOXY * broad:
+    if size[axis] > PANE * np.median(size) or covered <= BOXY * broad or flat.all():
         return None
     return replace(mesh, faces=mesh.faces[~flat], uvs=None)
 

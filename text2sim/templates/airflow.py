@@ -19,7 +19,7 @@ class Airflow:
 
     A triangle with area A, unit normal n and the air's velocity u relative to it feels the force
     `rho A |u| (C_n (u . n) n + C_t (u - (u . n) n)) / 2`, a third of it at each corner. It changes velocities in every
-    substep, by the exact solution for a constant |u|, so that light cloth does not overshoot.
+    substep, by the exact solution for a constant |u|, so that light cloth of an even mesh does not overshoot.
 
     Gusts are a frozen pattern of waves that the flow carries along (Taylor's hypothesis), without divergence, with
     energies as in Kolmogorov's spectrum.

@@ -25,7 +25,7 @@ ELEVATIONS = {13: 0.0, 19: 0.01, 8: 0.05, 27: 0.05, 42: 0.14}
 with the score that each costs."""
 ELEVATIONS_ALOFT, ALOFT = {-5: 0.0, 3: 0.02, 8: 0.06, 13: 0.1}, 0.3
 """Elevations out of doors for bodies that stay at least `ALOFT` times their vertical extent above the ground: flags,
-kites and laundry are seen before the sky."""
+kites and laundry are seen against the sky."""
 LEAST_HEIGHT = 0.08
 """Least height of such a camera above the ground, as a fraction of its distance."""
 UNUSUAL_COST, BEHIND_COST = 0.006, 0.06
@@ -66,7 +66,7 @@ def best_camera(film: dict, camera: dict, states: Any, times: np.ndarray, tracks
     sights = _Sights(film, states, moments)
     displacements = np.diff(tracks[:: max(1, len(tracks) // FRAMING_MOMENTS)], axis=0).reshape(-1, 3)
     best, best_score = camera, -math.inf
-    ground = _ground_below(film, np.concatenate(clouds))
+    ground = _ground_below(film, np.concatenate(clouds), states, float(moments[0]))
     elevations = ELEVATIONS if ground is None else ELEVATIONS_ALOFT
     for direction, cost in _directions(frame["direction"], elevations, free=auto["turn_lights"]):
         tried = framed(camera | {"frame": frame | {"direction": direction}}, points, aspect)
@@ -95,14 +95,20 @@ def _moments(times: np.ndarray, tracks: np.ndarray) -> np.ndarray:
     return np.interp(np.linspace(0, 1, FRAMING_MOMENTS), np.append(0.0, np.cumsum(share)), times)
 
 
-def _ground_below(film: dict, moving: np.ndarray) -> float | None:
-    """Height of the ground [m] if what moves (n, 3) stays well above it, out of doors; else None."""
+def _ground_below(film: dict, moving: np.ndarray, states: Any, t: float) -> float | None:
+    """Height of the ground [m] if what moves (n, 3) stays well above it, out of doors and on nothing; else None."""
     backdrop = film.get("backdrop", {})
     level = backdrop.get("level")
     if level is None or "skyline" not in backdrop or not len(moving):
         return None
-    low, high = float(moving[:, 2].min()), float(moving[:, 2].max())
-    return level if low - level > ALOFT * (high - low) else None
+    low, high = moving.min(axis=0), moving.max(axis=0)
+    tall = float(high[2] - low[2])
+    for name in film["auto"]["standing"]:
+        points = states.bounds([name], t)
+        under = len(points) and level + ALOFT * tall < points[:, 2].max() <= low[2] + ALOFT * tall
+        if under and ((points.min(axis=0) < (low + high) / 2) & ((low + high) / 2 < points.max(axis=0)))[:2].all():
+            return None  # a table, a bridge
+    return level if low[2] - level > ALOFT * tall else None
 
 
 def _directions(

@@ -7,7 +7,7 @@ from text2sim.compiler.literal import Code
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import Airflow as AirflowRow
 from text2sim.compiler.plan import Field, Hold, Push
-from text2sim.compiler.schedules import call_of, constructor
+from text2sim.compiler.schedules import call_of, constructor, largest
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.rotation import vector_unit
 from text2sim.compiler.soft.regions import region_finder
@@ -147,19 +147,21 @@ def ends_of(loaded: LoadedCase, name: str) -> list[float | str]:
     return ends
 
 
-def lower_airflow(copy: Copy, control: Airflow, line: int, name: str) -> AirflowRow:
+def lower_airflow(copy: Copy, control: Airflow, duration: float, line: int, name: str) -> AirflowRow:
     """Return the row of the air that flows past a copy of a cloth.
 
     Args:
         copy: The cloth.
         control: The airflow, as the copy has it.
+        duration: Of the run [s].
         line: Line of the case, for the program.
         name: Name of the control.
     """
     start, end = span_of(control.during, NEVER_REACHED)
     scale = None if control.scale == 1.0 else constructor(control.scale)
     gusts = (control.gusts, control.gust_size, control.seed)
-    return AirflowRow(copy.name, control.velocity, scale, *gusts, start, end, line, name)
+    strongest = largest(control.scale, duration)
+    return AirflowRow(copy.name, control.velocity, scale, strongest, *gusts, start, end, line, name)
 
 
 def lower_field(control: ANY_FIELD, line: int, name: str) -> Field:

@@ -11,13 +11,14 @@ from typing import Any
 
 from text2sim.compiler.controls import ControlRows
 from text2sim.compiler.placing.placement import Copy
+from text2sim.compiler.plan import Airflow
 from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
-from text2sim.spec_schema.models.fields import Airflow, Attraction, Drag, Turbulence, Vortex, Wind
+from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
 from text2sim.spec_schema.models.motion import Spin
 from text2sim.spec_schema.models.scene import Scene
 
@@ -62,7 +63,7 @@ def speed_limit(
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
-        "air": max((_flow(control, time) for control in controls), default=0.0),
+        "air": max((_flow(row) for row in rows.airflows), default=0.0),
         "fields": sum(_field(control, time) for control in controls) * time,
     }
     most = SPEED_FACTOR * sum(given.values()) + SPEED_MARGIN
@@ -113,11 +114,9 @@ def _push(push: Any, masses: dict[str, float], duration: float) -> float:
     return min(speed, force / push.drag) if push.drag else speed
 
 
-def _flow(control: Control, duration: float) -> float:
+def _flow(row: Airflow) -> float:
     """Return the largest speed [m/s] of the air that flows past a cloth, gusts included."""
-    if not isinstance(control, Airflow):
-        return 0.0
-    return largest(control.scale, duration) * hypot(*control.velocity) * (1 + GUST_FACTOR * control.gusts)
+    return row.strongest * hypot(*row.velocity) * (1 + GUST_FACTOR * row.gusts)
 
 
 def _field(control: Control, duration: float) -> float:

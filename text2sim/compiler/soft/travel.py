@@ -89,10 +89,9 @@ def travel(
         _fly(flights, push.entity, push.force, min(way, MAX_FOLLOWED_DISTANCE) / force)
     held = {hold.entity for hold in rows.holds}
     for flow in rows.airflows:
-        fast = hypot(*flow.velocity)
-        if fast:
+        if fast := hypot(*flow.velocity):
             shape = copies[flow.entity].shape
-            far = min(fast * duration, MAX_FOLLOWED_DISTANCE)
+            far = min(flow.strongest * fast * duration, MAX_FOLLOWED_DISTANCE)
             if flow.entity in held and isinstance(shape, Sheet):  # it may be blown to the other side
                 far = 2 * hypot(*shape.size)
             _fly(flights, flow.entity, flow.velocity, far / fast)

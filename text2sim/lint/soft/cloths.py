@@ -67,9 +67,10 @@ def _drag_diverges(facts: Facts) -> Iterator[Problem]:
     than 2 v, and the speed grows.
     """
     soft, h = soft_facts(facts), facts.substep
+    blown = {row.entity for row in facts.plan.airflows}  # where an airflow replaces it
     for body in soft.of("pbd"):
         resistance = getattr(body.model.material, "air_resistance", None)
-        if body.model.kind != "cloth" or not resistance:
+        if body.model.kind != "cloth" or not resistance or body.copy.name in blown:
             continue
         wide, tall = sheet_size(body.copy.shape, facts.folder)
         mass = body.model.material.area_density * wide * tall / soft.points(body)

@@ -46,11 +46,15 @@ ROCK_DEPTH = 0.35
 """Largest depth of these points below an ellipsoid, as a fraction of its radius."""
 
 
+THINNEST_ROCK = 0.05
+"""Smallest extent of a rock, as a fraction of its largest."""
+
+
 class Rock(Model):
     """An angular stone.
 
-    It is the hull of points near an ellipsoid, and fills about 0.4 of its bounding box. With `seed: ${i}` each copy has
-    a shape of its own.
+    It is the hull of points near an ellipsoid, and fills 0.3 to 0.55 of its bounding box. With `seed: ${i}` each copy
+    has a shape of its own.
     """
 
     kind: Literal["rock"]
@@ -58,6 +62,12 @@ class Rock(Model):
     """Full lengths [m] along x, y, z, exactly."""
     seed: Annotated[Integer, Field(ge=0, le=1_000_000)] = 0
     """Same seed, same stone."""
+
+    @model_validator(mode="after")
+    def _no_flake(self) -> "Rock":
+        if min(self.size) < THINNEST_ROCK * max(self.size):
+            raise ValueError(f"a rock is at least {THINNEST_ROCK:g} times as thick as long; use a polyhedron")
+        return self
 
     @cached_property
     def points(self) -> list[Vec3]:

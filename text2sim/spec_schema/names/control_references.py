@@ -41,7 +41,7 @@ def check_controls(table: NameTable) -> None:
         elif isinstance(control, Impulse | Force | Torque):
             _check_push(table, where, control)
         elif isinstance(control, Airflow):
-            check_airflow(table, where, name, control)
+            check_airflow(table, where, control)
         elif isinstance(control, Drive):
             _check_drive(table, where, control)
         elif isinstance(control, Reach):

@@ -5,7 +5,6 @@ from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.regions import BodyRegion
 from text2sim.spec_schema.models.soft_bodies import Cloth
 from text2sim.spec_schema.names.name_table import Member, NameTable
-from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
 HELD = ("soft", "cloth")
@@ -44,13 +43,12 @@ def check_push_kind(table: NameTable, where: Path, control: Impulse | Force | To
             table.report((*where, "frame"), message, "soft-frame", key=True)
 
 
-def check_airflow(table: NameTable, where: Path, name: str, control: Airflow) -> None:
-    """Report an airflow on what is no cloth of solver pbd, or a second one on the same cloth.
+def check_airflow(table: NameTable, where: Path, control: Airflow) -> None:
+    """Report an airflow on what is not a cloth of solver pbd.
 
     Args:
         table: The table; problems are added to it.
         where: Path of the control.
-        name: Its name.
         control: The control.
     """
     member = table.find(control.body, (*where, "body"))
@@ -58,18 +56,11 @@ def check_airflow(table: NameTable, where: Path, name: str, control: Airflow) ->
         return
     case = table.loaded.case
     if not isinstance(member.model, Cloth):
-        message = f"`{member.name}` is no cloth: air moves only cloth, by its triangles; use a force"
+        message = f"`{member.name}` is not a cloth: an airflow acts only on cloth; use `force` or `wind`"
         table.report((*where, "body"), message, "no-cloth")
     elif member.model.solver == "ipc" or case.scene.contact.model == "ipc":
-        message = f"air moves cloth of solver pbd, and `{member.name}` is simulated by ipc"
+        message = f"an airflow acts on cloth of solver pbd, and `{member.name}` is simulated by ipc"
         table.report((*where, "body"), message, "no-cloth")
-    for other, earlier in case.actions.controls.items():
-        if other == name:
-            return
-        if isinstance(earlier, Airflow) and body_of(earlier.body) == body_of(control.body):
-            message = f"`{other}` lets air flow past `{member.name}` already: change it over time by `scale`"
-            table.report((*where, "body"), message, "second-airflow")
-            return
 
 
 def check_attach_kind(table: NameTable, where: Path, control: Attach, body: Member, target: Member | None) -> bool:
