@@ -167,7 +167,7 @@ class Look(Model):
     """Variation from copy to copy. In path-traced films copies differ slightly by default; `vary: {}` makes them
     identical."""
     visible: Bool = True
-    """False omits the body from every picture. The engine has to know it of rigid bodies: a change needs a new run."""
+    """False omits the body from every picture; of rigid bodies, a change needs a new run."""
 
 
 class JointDynamics(Model):
