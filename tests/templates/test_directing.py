@@ -228,15 +228,21 @@ OUTSIDE = {"backdrop": {"kind": "horizon", "level": 0.0, "skyline": "wood"}}
 
 
 @pytest.mark.parametrize(
-    ("height", "place_", "low"),
-    [(3.0, OUTSIDE, True), (0.5, OUTSIDE, False), (3.0, {"backdrop": {"kind": "wall", "level": 0.0}}, False)],
-    ids=["aloft", "near the ground", "indoors"],
+    ("height", "place_", "table", "low"),
+    [
+        (3.0, OUTSIDE, 0.5, True),
+        (0.5, OUTSIDE, 0.02, False),
+        (3.0, OUTSIDE, 2.5, False),
+        (3.0, {"backdrop": {"kind": "wall", "level": 0.0}}, 0.5, False),
+    ],
+    ids=["aloft", "near the ground", "on a table", "indoors"],
 )
-def test_what_stays_aloft_out_of_doors_is_seen_before_the_sky(height, place_, low):
+def test_what_stays_aloft_out_of_doors_is_seen_against_the_sky(height, place_, table, low):
     def waves(t):
         return np.array([0.6 + 0.1 * np.sin(3 * t), 0.3 * np.sin(2 * t), height + 0.2 * np.sin(3 * t)])
 
-    made = directed(film(["flag"], **place_), Ways({"flag": ((0.6, 0.02, 0.3), waves)}))
+    things = {"flag": ((0.6, 0.02, 0.3), waves), "table": ((1.5, 1.5, table / 2), standing(0.6, 0, table / 2))}
+    made = directed(film(["flag"], ["table"], **place_), Ways(things))
     x, y, z = stands_at(made)
     assert (np.degrees(np.arctan2(z, np.hypot(x, y))) < 5) == low
     camera = made["cameras"]["main"]

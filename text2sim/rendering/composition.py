@@ -8,7 +8,6 @@ soon after nothing moves any more.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.legibility.film import Watcher, spread_numbers
+from text2sim.legibility.sight import Sight
 from text2sim.recording.film_record import FilmRecord
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.templates.cadence import MAIN, Frame, frames, reels
@@ -67,19 +67,21 @@ def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operatio
     """
     cameras: Mapping[str, Any] = written.get("cameras") or {}
     patch: list[Operation] = []
+    if not cameras:
+        return patch
+    watcher = Watcher(recording)
     for name, shown in _pictures(recording).items():
         camera = recording.film["cameras"][name]
         if camera["kind"] not in WIDENED or "frame" in camera or name not in cameras:
             continue
-        if (fitted := _fitted(recording, name, shown)) is not None:
+        if (fitted := _fitted(watcher, name, shown)) is not None:
             patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
-    return [*patch, *_ended(recording, written)]
+    return [*patch, *_ended(watcher, written.get("shots") or {})]
 
 
-def _ended(recording: FilmRecord, written: Mapping[str, Any]) -> Iterator[Operation]:
+def _ended(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
     """Yield the operation that ends the last written shot soon after everything has come to rest."""
-    shots = written.get("shots") or {}
-    film = recording.film
+    recording, film = watcher.recording, watcher.recording.film
     if not shots or len(shots) != len(film["shots"]):
         return
     name, shot = list(shots)[-1], film["shots"][-1]
@@ -87,7 +89,7 @@ def _ended(recording: FilmRecord, written: Mapping[str, Any]) -> Iterator[Operat
         return
     last = min(shot["to"], recording.last)
     pictures = [one for one in frames(film, [shot], recording.last) if one.t <= last]
-    watcher, view = Watcher(recording), Cameras(film, recording.states).view(shot["camera"], last, 1.0)
+    view = watcher.cameras.view(shot["camera"], last, 1.0)
     height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
     rest, final = last, _places(watcher, last)
     for picture in reversed(pictures[:: max(1, len(pictures) // ENDS)]):
@@ -118,39 +120,40 @@ def _pictures(recording: FilmRecord) -> dict[str, list[Frame]]:
     return {name: [shown[k] for k in spread_numbers(len(shown), PICTURES)] for name, shown in found.items()}
 
 
-def _fitted(recording: FilmRecord, name: str, shown: list[Frame]) -> dict[str, Any] | None:
+def _fitted(watcher: Watcher, name: str, shown: list[Frame]) -> dict[str, Any] | None:
     """Return a camera of a film that cuts off less; None if it would remain as it is."""
-    first = camera = recording.film["cameras"][name]
-    names: list[int] | None = None
+    first = camera = watcher.recording.film["cameras"][name]
+    turned = camera["kind"] in TURNED
+    views = _views(watcher, name, camera, shown)
+    extents = [dict(_extents(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
+    before = _sights(watcher, shown, views)
+    if (things := _kept(watcher, before, extents, turned=turned)) is None:
+        return None
     for _ in range(STEPS):
-        watcher = Watcher(_with_camera(recording, name, camera))
-        extents = [dict(_extents(watcher, frame)) for frame in shown]
-        if names is None:
-            names = _kept(watcher, shown, extents, turned=camera["kind"] in TURNED)
-            if names is None:
-                return None
-        window = _union([one[k] for one in extents for k in names if k in one])
-        middle, wider = _centred(window, turned=camera["kind"] in TURNED, least=_narrowing(first, camera))
-        camera = _turned(camera, watcher.cameras.view(name, shown[0].t, shown[0].part), middle, wider, watcher.size)
-    kept = not names or all(_shows(recording, name, camera, frame, names) for frame in shown)
-    wider = 1 / _narrowing(first, camera)
-    return camera if camera != first and kept and wider <= WIDEST + EDGE else None
+        window = _union([one[k] for one in extents for k in things if k in one])
+        middle, wider = _centred(window, turned=turned, least=_narrowing(first, camera))
+        camera = _turned(camera, views[0], middle, wider, watcher.size)
+        views = _views(watcher, name, camera, shown)
+        extents = [dict(_extents(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
+    after = _sights(watcher, shown, views)
+    whole = all((a.inside[k] >= WHOLE) or not b.inside[k] for a, b in zip(after, before, strict=True) for k in things)
+    return camera if camera != first and whole and 1 / _narrowing(first, camera) <= WIDEST + EDGE else None
 
 
-def _shows(recording: FilmRecord, name: str, camera: dict[str, Any], frame: Frame, things: list[int]) -> bool:
-    """Whether a camera has things whole in a picture, as far as they are there."""
-    inside = Watcher(_with_camera(recording, name, camera)).sight(frame).inside
-    return all(inside[k] >= WHOLE or inside[k] == 0 for k in things)
+def _views(watcher: Watcher, name: str, camera: dict[str, Any], shown: list[Frame]) -> list[View]:
+    """Return the views of pictures with another camera of this name."""
+    film = watcher.recording.film
+    cameras = Cameras(film | {"cameras": film["cameras"] | {name: camera}}, watcher.recording.states)
+    return [cameras.view(name, frame.t, frame.part) for frame in shown]
 
 
-def _with_camera(recording: FilmRecord, name: str, camera: dict[str, Any]) -> FilmRecord:
-    film = recording.film
-    return replace(recording, film=film | {"cameras": film["cameras"] | {name: camera}})
+def _sights(watcher: Watcher, shown: list[Frame], views: list[View]) -> list[Sight]:
+    return [watcher.recorded.sight(frame.t, view, watcher.size) for frame, view in zip(shown, views, strict=True)]
 
 
-def _extents(watcher: Watcher, frame: Frame) -> Iterator[tuple[int, Extent]]:
+def _extents(watcher: Watcher, t: float, view: View) -> Iterator[tuple[int, Extent]]:
     """Yield the extent in a picture of every thing that is entirely in front of the camera."""
-    view, things = watcher.cameras.view(frame.camera, frame.t, frame.part), watcher.recorded.things(frame.t)
+    things = watcher.recorded.things(t)
     wide, tall = watcher.size
     places = project(view, things.triangles, wide / tall).reshape(-1, 3, 3)
     for k in np.unique(things.owner).tolist():
@@ -159,9 +162,8 @@ def _extents(watcher: Watcher, frame: Frame) -> Iterator[tuple[int, Extent]]:
             yield k, (mine[:, :2].min(axis=0), mine[:, :2].max(axis=0))
 
 
-def _kept(watcher: Watcher, shown: list[Frame], extents: list[dict[int, Extent]], *, turned: bool) -> list[int] | None:
+def _kept(watcher: Watcher, sights: list[Sight], extents: list[dict[int, Extent]], *, turned: bool) -> list[int] | None:
     """Return what the pictures should show whole; None if nothing is cut, or nothing of it fits."""
-    sights = [watcher.sight(frame) for frame in shown]
     inside = np.array([sight.inside for sight in sights])
     share = np.array([sight.seen / sight.size for sight in sights])
     there = inside > 0

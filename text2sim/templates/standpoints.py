@@ -105,7 +105,7 @@ def _ground_below(film: dict, moving: np.ndarray, states: Any, t: float) -> floa
     tall = float(high[2] - low[2])
     for name in film["auto"]["standing"]:
         points = states.bounds([name], t)
-        under = len(points) and level + ALOFT * tall < points[:, 2].max() <= low[2] + ALOFT * tall
+        under = len(points) and abs(points[:, 2].max() - low[2]) <= ALOFT * tall
         if under and ((points.min(axis=0) < (low + high) / 2) & ((low + high) / 2 < points.max(axis=0)))[:2].all():
             return None  # a table, a bridge
     return level if low[2] - level > ALOFT * tall else None

@@ -44,8 +44,6 @@ ROCK_CORNERS = 22
 """Points whose hull a rock is; some of them lie inside it."""
 ROCK_DEPTH = 0.35
 """Largest depth of these points below an ellipsoid, as a fraction of its radius."""
-
-
 THINNEST_ROCK = 0.05
 """Smallest extent of a rock, as a fraction of its largest."""
 
