@@ -233,6 +233,58 @@ def test_cloth_rubs_on_slopes(simulate, agree):
     agree("mu above tan s holds [m]", (points - points[0]).mean(axis=1) @ down, 0.0, within=1e-3)
 
 
+FOLDED = """
+scene: {duration: 1.6, dt: 0.004, gravity: [0, 0, 0], record: {rate: 25}}
+bodies:
+  flap:
+    kind: rigid
+    repeat: {kind: line, count: 3, step: [0, 0.5, 0]}
+    shape: {kind: box, size: [0.08, 0.06, 0.01]}
+    material: {touch_soft: false}
+    mount: {kind: hinge, axis: y, anchor: [-0.06, 0, 0], actuator: {stiffness: 50, damping: 1}}
+    pose: {pos: [0.06, 0, 0]}
+  springy: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.2, 0.06]}, material: {area_density: 0.2}}
+  foil: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.2, 0.06]}, material: {area_density: 0.2, crease_radius: 0.5}, pose: {pos: [0, 0.5, 0]}}
+  card: {kind: cloth, cell: 0.02, shape: {kind: sheet, size: [0.2, 0.06]}, material: {area_density: 0.2, crease_radius: 0.005}, pose: {pos: [0, 1, 0]}}
+actions:
+  controls:
+    fold: {kind: drive, joint: "flap[*]", position: {kind: ramp, to: -1.5, start: 0, end: 0.8}}
+HOLDS
+"""
+
+
+def test_folds_tighter_than_the_crease_radius_stay(simulate, agree):
+    """One half is held, the other turned by 1.5 rad and let go. Both edges of the row between them bend 0.02 m of cloth.
+
+    An edge yields at 0.02 m / radius, and springs back by that: 0.04 rad in foil; 4 rad in card, so it never yields.
+    """
+    holds = "".join(
+        f"    {strip}_{side}: {{kind: attach, body: {strip}, region: {{box: {{min: {box[0]}, max: {box[1]}}}}}, to: {to}}}\n"
+        f"    {strip}_{side}_free: {{kind: release, attach: {strip}_{side}, at: 1}}\n"
+        for k, strip in enumerate(("springy", "foil", "card"))
+        for side, box, to in (
+            ("held", ([-0.2, -0.1, -0.1], [-0.001, 0.1, 0.1]), "world"),
+            ("turned", ([0.011, -0.1, -0.1], [0.2, 0.1, 0.1]), f'"flap[{k}]"'),
+        )
+    )
+    trial = simulate(FOLDED.replace("HOLDS", holds))
+
+    def bent(strip):
+        points, _ = rows(trial.states, strip)
+        left, right = (points[:, side].mean(axis=1) for side in (points[0, :, 0] < -0.05, points[0, :, 0] > 0.05))
+        middle = points[:, np.abs(points[0, :, 0]) < 0.015].mean(axis=1)
+        return np.pi - np.arccos(np.clip(np.einsum("ij,ij->i", unit(left - middle), unit(right - middle)), -1, 1))
+
+    held = bent("foil")[24]
+    agree("foil keeps its fold but for 0.08 rad at most [rad]", bent("foil")[-1], held - 0.04, within=0.04)
+    agree("a fold that no edge yields to springs back [rad]", bent("card")[-1], 0.0, within=0.2)
+    agree("as without a radius [rad]", bent("card"), bent("springy"), within=1e-3)
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
 def next_substeps(trial) -> int:
     """Substeps of the program, as it says."""
     text = (trial.folder / "program" / "scene.py").read_text()

@@ -107,6 +107,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
+    copied += ["creases.py"] if context["creases"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
 
@@ -179,7 +180,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
         "deformables": {
-            name: {key: value for key, value in vars(facts).items() if key != "mass"}
+            name: {key: value for key, value in vars(facts).items() if key not in ("mass", "crease_radius")}
             for name, facts in plan.deformables.items()
         },
         "statics": [_group(group) for group in plan.statics],
@@ -196,6 +197,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
+        "creases": {name: facts.crease_radius for name, facts in plan.deformables.items() if facts.crease_radius},
         **action_context(plan),
         "render": plan.render,
     }

@@ -45,6 +45,8 @@ class SoftRecord:
     """How its frame is turned; the engine may be given a mesh that is already turned."""
     mass: float
     """[kg]"""
+    crease_radius: float | None = None
+    """Radius [m] below which folds of a cloth stay; None if none do."""
 
 
 @dataclass(frozen=True)

@@ -88,6 +88,14 @@ def test_stuff_that_a_derived_solver_leaves_out(tmp_path: Path, model: str, key:
     assert [problem.path for problem in found] == [f"/bodies/a/material/{key}"] * count
 
 
+@pytest.mark.parametrize(("radius", "count"), [(0.005, 1), (0.02, 0)])
+def test_creases_too_tight_for_the_cells(tmp_path: Path, radius: float, count: int) -> None:
+    """An edge turns by pi at most, over one cell of 0.02 m."""
+    sheet = f"cell: 0.02, shape: {{kind: sheet, size: [0.5, 0.5]}}, material: {{crease_radius: {radius}}}"
+    found = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet))
+    assert [problem.path for problem in found] == ["/bodies/a/material/crease_radius"] * count
+
+
 def test_no_way_out_leads_under_the_floor(tmp_path: Path) -> None:
     table = "scene: {statics: {table: {shape: {kind: box, size: [1, 1, 0.4]}, place: {on: floor}}}}"
     sand = f"bodies: {{sand: {{kind: granular, {CUBE}, place: {{on: floor}}}}}}"

@@ -65,7 +65,15 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight),
+            soft=SoftRecord(
+                model.kind,
+                solver,
+                spacing,
+                copy.pos,
+                copy.quat,
+                weight,
+                model.material.crease_radius if solver == "pbd" else None,
+            ),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)

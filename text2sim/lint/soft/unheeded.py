@@ -1,5 +1,6 @@
 """Contacts that solvers do not record, and material values that they ignore."""
 
+import math
 from collections.abc import Iterator
 
 from text2sim.compiler.soft.solvers import is_soft
@@ -46,7 +47,10 @@ def _soft(facts: Facts, selector: str) -> bool:
 
 IGNORED_FIELDS = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
-    "ipc": (("stretch_compliance", "bending_compliance", "air_resistance"), "youngs_modulus and bending_stiffness"),
+    "ipc": (
+        ("stretch_compliance", "bending_compliance", "crease_radius", "air_resistance"),
+        "youngs_modulus and bending_stiffness",
+    ),
 }
 """Values of a cloth's material that its solver ignores, and those that it uses instead."""
 
@@ -63,6 +67,13 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             if facts.value_at(where) is not None:
                 text = f"`{name}` has solver {solver}, which ignores {key}; use {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
+        radius, cell = facts.case.bodies[name].material.crease_radius, soft.scales.spacing(name, solver)
+        if solver == "pbd" and radius is not None and math.pi * radius < cell:
+            text = (
+                f"no fold of `{name}` can be as tight as {radius:g} m with cells of {cell:g} m, so none stays; use "
+                f"{cell:g} m, or smaller cells"
+            )
+            yield facts.problem("unheeded-stuff", facts.where(name, "material", "crease_radius"), text)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
         where = facts.where(name, "material", "restitution")
         if soft.model in REPLACING_CONTACT_MODELS and facts.value_at(where):
@@ -120,7 +131,8 @@ actions:
         title="The solver ignores a value of a material.",
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
-shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Only mpm bodies use the
+shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Where cells are large, no edge is bent enough for a small
+`crease_radius`. Only mpm bodies use the
 `soft_reach` of rigid surfaces, which, like `touch_soft`, a body has as a whole, not each link. Restitution is made from
 the damping of the engine's own rigid contacts, which contact models sap and ipc do not use.""",
         remedy="Give the values that the solver uses, or leave the value out.",

@@ -50,6 +50,9 @@ class ClothMaterial(Model):
     """With solver pbd: compliance of the threads [m/N]; by default 1e-7."""
     bending_compliance: NonNegative | None = None
     """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, as stiff as card. 1e4 drapes like cotton."""
+    crease_radius: Length | None = None
+    """With solver pbd: folds tighter than this radius [m] stay, as in foil (0.05) or paper (0.01): an edge keeps what
+    exceeds `cell / crease_radius` radians. By default all folds spring back."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
     with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute."""
