@@ -79,7 +79,7 @@ class Agreement:
     def say_restated(self, row: str) -> None:
         """Record and report a restated expectation."""
         if row not in self.restated:
-            self.restated.append(row)
+            self.restated = [*self.restated, row]  # copies of the agreement share the list
             self._emit("restated", what=row)
 
     def adopt_values(self, text: str) -> None:
@@ -144,7 +144,9 @@ class Agreement:
             self.first = self.first.model_copy(update={"expect": self.first.expect | amendment.checks.expect})
             self._emit("expected", names=fresh, says={name: amendment.says.get(name, "") for name in fresh})
         if decision.restate is not None or decision.params or decision.patch or fresh:
-            self._renew(decision.restate.why if decision.restate is not None else "a parameter has changed")
+            causes = ((decision.params, "a parameter changed"), (decision.patch, "a value was patched"))
+            why = ", ".join(text for given, text in (*causes, (fresh, "an expectation was added")) if given)
+            self._renew(decision.restate.why if decision.restate is not None else why)
         return text
 
     def restore(self, earlier: "Agreement") -> None:

@@ -190,19 +190,22 @@ def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> 
     Args:
         cloud: Points of the one body.
         other: Points of the other.
-        limit: Distance [m] beyond which nothing is sought; one for all frames, or shape (F,).
+        limit: Distance [m] beyond which nothing is searched; one for all frames, or shape (F,).
     """
     from scipy.spatial import KDTree
 
     found = Nearest.within(len(cloud.points), limit)
     if not len(cloud.points):
         return found
-    low, high = other.low.min(axis=1, keepdims=True), other.high.max(axis=1, keepdims=True)
+    low = np.fmin.reduce(other.low, axis=1, keepdims=True)
+    high = np.fmax.reduce(other.high, axis=1, keepdims=True)
     apart = np.maximum(np.maximum(low - cloud.high, cloud.low - high), 0.0)
-    bound = np.linalg.norm(apart, axis=2) - ROUNDING_ERROR
+    # Groups with points that are not finite are left out.
+    bound = np.nan_to_num(np.linalg.norm(apart, axis=2), nan=np.inf) - ROUNDING_ERROR
     for frame in np.flatnonzero(bound.min(axis=1) < limit):
         theirs = other.points[frame].astype(float)
-        if not np.isfinite(theirs).all():
+        theirs = theirs[np.isfinite(theirs).all(axis=1)]
+        if not len(theirs):
             continue
         tree = KDTree(theirs, balanced_tree=False, compact_nodes=False)
         first = np.array([bound[frame].argmin()])

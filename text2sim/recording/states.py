@@ -124,7 +124,7 @@ class RunStates:
             soft, soft_sizes, soft_losses = read_deformables(run_dir, layout)
         except OSError as error:
             raise RunError(f"{folder / 'layout.json'}: nothing was recorded ({error.strerror})") from error
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
+        except (ValueError, TypeError, LookupError, OverflowError, RecursionError) as error:
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording ({error!r})") from error
         if not (0 < dt < np.inf and every > 0):
             raise RunError(f"{folder / 'layout.json'}: not the layout of a recording (dt {dt}, every {every})")

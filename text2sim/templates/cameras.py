@@ -97,7 +97,7 @@ class Cameras:
             else time[-1:]
         )
         clouds = [np.asarray(self._states.bounds(frame["bodies"], float(t)), float) for t in times]
-        points = np.concatenate(clouds)
+        points = np.concatenate([np.zeros((0, 3)), *clouds])
         points = points[np.isfinite(points).all(axis=1)]
         if frame["within"] is None:
             return points

@@ -80,6 +80,8 @@ def nearest(vertices: np.ndarray, points: np.ndarray, k: int) -> np.ndarray:
         k: Number of points for each vertex.
     """
     step = max(1, DISTANCES // len(points))
+    middle = points.mean(axis=0)
+    vertices, points = vertices - middle, points - middle  # far from the origin the difference below would cancel
     squares = (points**2).sum(axis=1)
     parts = [np.zeros((0, k), int)]
     for start in range(0, len(vertices), step):

@@ -108,6 +108,12 @@ def rounded_up(value: float) -> float:
     return float(f"{math.ceil(value / digit) * digit:.2g}")
 
 
+def rounded_down(value: float) -> float:
+    """Return a value rounded down to two digits."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / digit) * digit:.2g}")
+
+
 def wall_of(vertices: "np.ndarray", faces: "np.ndarray") -> float:
     """Return how thick [m] the walls of a closed mesh are: a quarter of its surface has thinner ones.
 

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from text2sim.compiler.shapes.distance_field import rounded_up
+from text2sim.compiler.shapes.distance_field import rounded_down, rounded_up
 from text2sim.compiler.shapes.distances import Bit, PartUnion, form_of
 from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
 from text2sim.spec_schema.errors import AssetError
@@ -154,7 +154,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     lost = list(dict.fromkeys(placed.name for placed in parts if placed.form.thin < MIN_CELLS_THROUGH * grid.cell))
     if lost:
         way = (
-            f"take a `detail` of {thinnest.form.thin / MIN_CELLS_THROUGH:.2g} m"
+            f"take a `detail` of {rounded_down(thinnest.form.thin / MIN_CELLS_THROUGH):g} m"
             if shape.detail is not None
             else "make it a body of its own, or the rest smaller"
         )

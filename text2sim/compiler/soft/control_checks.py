@@ -4,7 +4,7 @@ from text2sim.compiler.soft.controls import ANY_FIELD
 from text2sim.compiler.soft.solvers import is_soft, solver_of, solvers_of
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.loaded import LoadedCase
-from text2sim.spec_schema.models.controls import Attach, Force, Impulse, InitialVelocity
+from text2sim.spec_schema.models.controls import Attach
 from text2sim.spec_schema.names.selectors import body_of
 
 MOVED_BY_FIELDS = ("mpm", "pbd")
@@ -21,32 +21,17 @@ def check_solvers(loaded: LoadedCase) -> list[Problem]:
             if not solvers & set(MOVED_BY_FIELDS):
                 message = _nothing_moved(control.kind, solvers)
                 found.append(loaded.problem((*where, "kind"), message, rule="field-on-nothing"))
-            continue
-        if not isinstance(control, Attach | Force | Impulse | InitialVelocity):
-            continue
-        body = case.bodies.get(body_of(control.body))
-        if not is_soft(body):
-            continue
-        solver = solver_of(body, case.scene)
-        if case.scene.contact.model == "ipc" or solver == "ipc":
-            message = (
-                f"{_control_in_words(control.kind)} does not reach bodies of contact model ipc: its solver holds and "
-                "moves their points itself; let rigid bodies push and clamp them"
-            )
-            found.append(loaded.problem((*where, "kind"), message, rule="not-in-ipc"))
-        elif isinstance(control, Attach) and control.stiffness is not None and solver == "pbd":
-            message = "the particles of pbd are held exactly, or not at all: leave out stiffness"
+        elif isinstance(control, Attach) and control.stiffness is not None:
+            body = case.bodies.get(body_of(control.body))
+            if not is_soft(body) or solver_of(body, case.scene) != "pbd":
+                continue
+            message = "stiffness does not apply to solver pbd, which holds particles exactly; leave it out"
             found.append(loaded.problem((*where, "stiffness"), message, key=True, rule="firm-only"))
     return found
-
-
-def _control_in_words(kind: str) -> str:
-    return {"initial_velocity": "a start velocity", "attach": "an attachment", "impulse": "an impulse"}.get(
-        kind, f"a {kind}"
-    )
 
 
 def _nothing_moved(kind: str, solvers: set[str]) -> str:
     if not solvers:
         return f"{kind} moves bodies with solver mpm or pbd (soft, cloth, grains, liquids), and there is none"
-    return f"{kind} moves bodies with solver mpm or pbd, and those here have {', '.join(sorted(solvers))}; use force"
+    instead = "use force" if "fem" in solvers else "let rigid bodies push them"
+    return f"{kind} moves bodies with solver mpm or pbd, and those here have {', '.join(sorted(solvers))}; {instead}"

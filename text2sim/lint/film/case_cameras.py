@@ -27,7 +27,7 @@ class ShotView:
     tall: float
     """Tangent of half the vertical field of view."""
     wide: float
-    """The same across."""
+    """Tangent of half the horizontal field of view."""
 
     def place(self, point: Vec) -> tuple[float, float, float]:
         """Return a point in the picture (-1 to 1 across and up if inside) and its depth [m]."""
@@ -42,10 +42,10 @@ class ShotView:
         )
 
     def shows(self, point: Vec, radius: float = 0.0) -> bool:
-        """Return whether a ball around a point is at least partly in the picture."""
+        """Return whether a ball around a point may be partly in the picture; beyond its corners it is not."""
         x, y, depth = self.place(point)
         if depth <= 1e-6:
-            return False
+            return depth > -radius
         # The ball touches the plane through the camera and an edge of the picture.
         room = radius / depth
         across, tall = 1 + room * math.hypot(1, self.wide) / self.wide, 1 + room * math.hypot(1, self.tall) / self.tall
@@ -55,9 +55,12 @@ class ShotView:
         """Return an upper bound on the share of the picture that balls fill."""
         total = 0.0
         for center, radius in balls:
-            depth = self.place(center)[2]
+            away = vector_minus(center, self.pos)
+            depth = vector_dot(away, self.ahead)
             if depth > radius:
-                total += math.pi * radius**2 / (depth**2 - radius**2) / (4 * self.tall * self.wide)
+                # The area of the ellipse in which the cone around the ball meets the plane at depth 1.
+                long = math.sqrt((vector_dot(away, away) - radius**2) / (depth**2 - radius**2))
+                total += long * math.pi * radius**2 / (depth**2 - radius**2) / (4 * self.tall * self.wide)
             elif depth > -radius:
                 return 1.0
         return min(total, 1.0)

@@ -29,31 +29,32 @@ def _sampled(facts: Facts) -> Iterator[tuple[float, ShotView]]:
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
+    """Report each camera once, at the first of its moments at which it is below a ground or inside a body."""
     reported = set()
     for t, view in _sampled(facts):
-        if view.name in reported:
+        if view.name not in reported and (text := _enclosed(facts, t, view)):
+            yield facts.problem("camera-inside", ("render", "cameras", view.name), text, key=True)
+            reported.add(view.name)
+
+
+def _enclosed(facts: Facts, t: float, view: ShotView) -> str | None:
+    """Return a message if a camera is below a ground or inside a body at a time [s]."""
+    for ground in facts.planes:
+        below = ground.level - vector_dot(ground.up, view.pos)
+        if below > 0 and ground.beside(view.pos) < 0:
+            where = f"{length(below)} below `{ground.copy.name}`{_time_text(t)}"
+            return f"`{view.name}` is {where} and sees its underside; raise it"
+    eye = StandingPart(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
+    for copy in facts.copies.values():
+        box = facts.box(copy)
+        look = copy.model.look
+        if box is None or not look.visible or look.opacity < 0.5 or apart(box, eye.box):
             continue
-        where = ("render", "cameras", view.name)
-        eye = StandingPart(Piece("sphere", size=(1e-4,)), view.pos, IDENTITY, False, None)
-        for ground in facts.planes:
-            below = ground.level - vector_dot(ground.up, view.pos)
-            if below > 0 and ground.beside(view.pos) < 0:
-                text = (
-                    f"`{view.name}` is {length(below)} below `{ground.copy.name}`{_time_text(t)} and sees its underside"
-                )
-                yield facts.problem("camera-inside", where, f"{text}; raise it", key=True)
-                reported.add(view.name)
-        for copy in facts.copies.values():
-            box = facts.box(copy)
-            look = copy.model.look
-            if box is None or not look.visible or look.opacity < 0.5 or apart(box, eye.box):
-                continue
-            if facts.moves(copy) and t > MAX_FILM_START:
-                continue
-            if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
-                text = f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
-                yield facts.problem("camera-inside", where, text, key=True)
-                reported.add(view.name)
+        if facts.moves(copy) and t > MAX_FILM_START:
+            continue
+        if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
+            return f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
+    return None
 
 
 def _time_text(t: float) -> str:
@@ -61,7 +62,7 @@ def _time_text(t: float) -> str:
 
 
 def _solid(part: StandingPart) -> bool:
-    """Return whether a piece is drawn as it is: a mesh collides by its hull, and a camera may be in its hollow."""
+    """Return whether a piece is drawn as it collides; the hull of a mesh may be hollow."""
     return part.piece.kind != "mesh" or part.mesh is not None
 
 

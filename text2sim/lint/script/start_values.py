@@ -86,7 +86,7 @@ class _Rows(dict[str, list[StartVelocity]]):
 
 
 def velocities_of(facts: Facts, copy: Copy) -> list[StartVelocity]:
-    """Return the start velocities that the case gives a copy; the last one applies."""
+    """Return the start velocities that the case gives a copy; several make its start unknown."""
     return facts.once(_Rows).get(copy.name, [])
 
 

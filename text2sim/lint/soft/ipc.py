@@ -106,11 +106,12 @@ def _controls(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("ipc-control", ("actions", "controls", name, "kind"), text)
 
 
-_REFUSED = {"attach": "attached", "initial_velocity": "thrown", "force": "pushed by a force"}
+_REFUSED = {"attach": "attached", "initial_velocity": "thrown", "force": "pushed by a force", "impulse": "hit"}
 _INSTEAD = {
     "attach": "its coupler refuses attached points; clamp it between two rigid bodies, which hold it by friction",
     "initial_velocity": "its solver starts everything at rest; let it fall, or let a rigid body push it",
     "force": "its solver ignores forces on points; let a rigid body push it",
+    "impulse": "its solver ignores changes of its points; let a rigid body hit it",
 }
 
 

@@ -131,10 +131,10 @@ actions:
         title="The solver ignores a value of a material.",
         reason="""\
 Cloth of solver pbd has compliances in stretch and bending, in units of that method; cloth of solver ipc is an elastic
-shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Where cells are large, no edge is bent enough for a small
-`crease_radius`. Only mpm bodies use the
-`soft_reach` of rigid surfaces, which, like `touch_soft`, a body has as a whole, not each link. Restitution is made from
-the damping of the engine's own rigid contacts, which contact models sap and ipc do not use.""",
+shell with a stiffness in Pa. Each ignores the values of the other, and there is no conversion. Where cells are large,
+no edge is bent enough for a small `crease_radius`. Only mpm bodies use the `soft_reach` of rigid surfaces, which, like
+`touch_soft`, a body has as a whole, not each link. Restitution is made from the damping of the engine's own rigid
+contacts, which contact models sap and ipc do not use.""",
         remedy="Give the values that the solver uses, or leave the value out.",
         example=_RAG % "youngs_modulus: 1.0e+6",
         fix="bodies: {rag: {material: {youngs_modulus: null, bending_compliance: 0.001}}}",

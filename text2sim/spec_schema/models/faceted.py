@@ -41,7 +41,7 @@ class Polyhedron(Model):
 
 
 ROCK_CORNERS = 22
-"""Points whose hull a rock is; some of them lie inside it."""
+"""Number of points whose convex hull is a rock; some of them lie inside it."""
 ROCK_DEPTH = 0.35
 """Largest depth of these points below an ellipsoid, as a fraction of its radius."""
 THINNEST_ROCK = 0.05
@@ -51,8 +51,8 @@ THINNEST_ROCK = 0.05
 class Rock(Model):
     """An angular stone.
 
-    It is the hull of points near an ellipsoid, and fills 0.3 to 0.55 of its bounding box. With `seed: ${i}` each copy
-    has a shape of its own.
+    It is the hull of points near an ellipsoid, and usually fills 0.3 to 0.55 of its bounding box. With `seed: ${i}`
+    each copy has a shape of its own.
     """
 
     kind: Literal["rock"]
@@ -64,7 +64,8 @@ class Rock(Model):
     @model_validator(mode="after")
     def _no_flake(self) -> "Rock":
         if min(self.size) < THINNEST_ROCK * max(self.size):
-            raise ValueError(f"a rock is at least {THINNEST_ROCK:g} times as thick as long; use a polyhedron")
+            thinnest = f"{THINNEST_ROCK * max(self.size):g} m"
+            raise ValueError(f"the sides of a rock of {max(self.size):g} m are at least {thinnest}; use a polyhedron")
         return self
 
     @cached_property
