@@ -157,6 +157,11 @@ def test_limits_hold_before_anything_is_made() -> None:
                   pin={"kind": "limb", "points": [[0, 0, 0], [0, 5, 0]], "radii": 0.011})  # fmt: skip
     with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thin, .* it would be lost, as would `pin`; make"):
         sculpted(long)
+    # The advice must not be rounded up to what is refused.
+    thin = {"kind": "limb", "points": [[0, 0, 0], [0, 0, 0.4]], "radii": 0.0085}
+    with pytest.raises(AssetError, match=r"or take a `detail` of (0\.\d+) m") as refused:
+        sculpted(sculpt(detail=0.02, ball=BALL, thin=thin))
+    sculpted(sculpt(detail=float(str(refused.value).split("`detail` of ")[1].split(" ")[0]), ball=BALL, thin=thin))
     plinth = sculpt(plinth={"kind": "box", "size": [0.2, 0.2, 1000.0]})
     with pytest.raises(AssetError, match=r"part `plinth` is 0\.2 m thin, .* it would be lost"):
         sculpted(plinth)  # took 18 s: the grid had 14,000 nodes along it

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from soft_shapes import lattice, sphere
 
+from text2sim.evidence.gaps import Cloud, nearest_cloud
 from text2sim.evidence.leaks import depth_on_the_way
 from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.evidence.solids import LinkSolid, solid_of_mesh
@@ -154,3 +155,16 @@ def test_a_mesh_whose_middle_is_outside_is_not_leaked_into_by_a_touch():
     assert solid.kind == "surface"
     assert depth_on_the_way(solid, 0.02) == pytest.approx(0.02)
     assert depth_on_the_way(LinkSolid("box", ZERO, ONE, (0.02, 1, 1)), 0.02) == pytest.approx(0.8 * 0.01)
+
+
+def test_a_point_that_is_no_number_hides_no_other():
+    """Its group has no box, so that the distances of all others count."""
+    grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 8)] * 3), axis=-1).reshape(-1, 3)
+    one, other = (np.float32([grid + [x, 0, 0]]) for x in (0, 3))
+    for points in (one, other):
+        points[0, np.linalg.norm(grid - [0.5, 0.5, 0.5], axis=1).argmin()] = np.nan
+    clouds = [
+        Cloud(p, np.arange(0, 512, 8), *(f.reduceat(p, np.arange(0, 512, 8), axis=1) for f in (np.minimum, np.maximum)))
+        for p in (one, other)
+    ]
+    assert nearest_cloud(*clouds).value == pytest.approx(2.0)

@@ -389,3 +389,16 @@ def test_under_sap_a_depth_is_that_of_what_deforms(tmp_path, sides, unseen):
     measure = f"actions: {{measures: {{deep: {{kind: penetration, {sides}}}}}}}"
     found = findings(tmp_path, "unseen-contacts", bodies, measure)
     assert [problem.path for problem in found] == ["/actions/measures/deep/kind"] * unseen
+
+
+@pytest.mark.parametrize("contact", ["scene: {duration: 1}", "scene: {contact: {model: ipc}}"])
+def test_ipc_refuses_impulses_wherever_it_is_derived(tmp_path: Path, contact: str) -> None:
+    towel = (
+        "bodies: {towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}}"
+    )
+    jelly = (
+        "bodies: {jelly: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 1]}}}"
+    )
+    hit = "actions: {controls: {hit: {kind: impulse, body: jelly, impulse: [0, 0, 1], at: 0.1}}}"
+    (found,) = findings(tmp_path, "ipc-control", towel, jelly, hit, contact)
+    assert found.path == "/actions/controls/hit/kind"
