@@ -17,8 +17,8 @@ from text2sim.agents.asset_agents import Supplies, make_asset
 from text2sim.agents.conversation import Conversation, RoleFailed
 from text2sim.agents.inputs import add_inputs, describe_assets
 from text2sim.agents.models.calls import Account, Budget, CallLog
-from text2sim.agents.planning import Request
-from text2sim.agents.replies import Asset, CasePlan
+from text2sim.agents.planning import Request, asset_faults
+from text2sim.agents.replies import Asset, CasePlan, PlannedBody
 from text2sim.agents.session import Session, SessionWish
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.spec_schema.errors import RunError
@@ -191,3 +191,17 @@ def test_what_a_sketch_shows_is_told_in_coordinates(tmp_path: Path) -> None:
     assert points.min(axis=0) == pytest.approx([80 / 60, 0], abs=0.03)
     assert points.max(axis=0) == pytest.approx([2.0, 0.5], abs=0.03)
     assert "outlines" not in photo
+
+
+def test_a_mesh_is_for_a_body_with_a_shape() -> None:
+    """An articulated body has none: every answer of the Mesh agent would be refused."""
+    bodies = {
+        "rig": PlannedBody(kind="articulated"),
+        "nut": PlannedBody(kind="rigid"),
+        "base": PlannedBody(kind="static"),
+    }
+    assets = [Asset(kind="mesh", body=name, what="a thread") for name in (*bodies, "bolt")]
+    assert asset_faults(assets, bodies) == [
+        "`rig` is articulated, so only its links have shapes: ask for a `mechanism`, or plan the part as a body of its own",
+        "`bolt` is not a body of the plan",
+    ]

@@ -55,11 +55,19 @@ def test_an_effect_that_comes_without_its_cause_is_said() -> None:
     assert "`pushed` COMES TRUE AS WELL: no cause" in causes_text(compare_causes(made, TEXT, FILE, simulate))
 
 
-def test_the_causes_that_are_not_tested_are_named() -> None:
-    causes = {name: ["ball"] for name in ("knocked", "rolled", "fell")}
-    made = plan(meets={}, causes=causes)
-    rows = causes_text(compare_causes(made, TEXT, FILE, lambda loaded: ("finished", {}))).splitlines()
-    assert rows[-1] == "- `fell`: not run without `ball`: 2 causes are tested at most"
+def test_equal_causes_share_a_run_and_those_beyond_two_are_named() -> None:
+    causes = {"knocked": ["ball"], "rolled": ["ball"], "stood": ["ball", "floor"], "fell": ["floor"]}
+    made = plan(meets={name: ["pushed"] for name in causes}, causes=causes)
+    runs = []
+
+    def simulate(loaded: Any) -> tuple[str, dict[str, Any]]:
+        runs.append(loaded)
+        return "finished", {"pushed": {"ok": False, "why": "0.0 m"}}
+
+    rows = causes_text(compare_causes(made, TEXT, FILE, simulate)).splitlines()
+    assert len(runs) == 2
+    assert all("does not come true" in row for row in rows[-4:-1])
+    assert rows[-1] == "- `fell`: not run without `floor`: 2 causes are tested at most"
 
 
 def test_what_has_to_stay_needs_no_cause() -> None:

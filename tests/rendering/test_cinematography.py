@@ -20,7 +20,6 @@ from text2sim.agents.conversation import Conversation
 from text2sim.agents.models.calls import Account, Budget, CallLog
 from text2sim.agents.models.exchange import StoppedError
 from text2sim.agents.restyling import physics_digest
-from text2sim.agents.revising import data_of
 from text2sim.compiler.build import plan_case
 from text2sim.harness import run as harness_run
 from text2sim.spec_schema.errors import RunError
@@ -97,18 +96,18 @@ class Studio:
 @pytest.mark.usefixtures("tracer")
 def test_the_best_goes_on_and_the_physics_is_the_same_before_and_after(make_run: MakeRun, tmp_path: Path) -> None:
     low, better = marks(70, 40, 60, 50), marks(88, 87, 85, 85)
-    studio = Studio(make_run, tmp_path, {"viewer": [low, low, better], "render": [HEAVY, GOLDEN]})
+    studio = Studio(make_run, tmp_path, {"viewer": [low, better], "render": [HEAVY, GOLDEN]})
     before = studio.states()
     text = studio.shoot()
     assert "lighting: golden_hour" in text
     assert studio.refilmed == [text], "the run gets the film of the best"
     assert physics_digest(text, studio.path) == physics_digest(CASE, studio.path)
     assert studio.states() == before, "not a byte of what was recorded is another"
-    assert studio.asked == ["viewer", "render", "render", "viewer", "viewer"], "as it is; proposals; both of them"
+    assert studio.asked == ["viewer", "render", "render", "viewer"], "as it is; a refused proposal; its correction"
     refused = studio.model.questions("render")[1]
     assert "`/bodies/box/material` is neither below /render nor a look" in refused
     viewed = [what["total"] for event, what in studio.events if event == "viewed"]
-    assert viewed == [pytest.approx(55.5), pytest.approx(55.5), pytest.approx(86.5)]
+    assert viewed == [pytest.approx(55.5), pytest.approx(86.5)]
     (shown,) = studio.model.asked[0].messages[-1].images
     with Image.open(BytesIO(shown.data)) as sheet:
         assert sheet.width > 2 * 64
@@ -158,24 +157,11 @@ def untraced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         return plain.getvalue(), 1
 
     monkeypatch.setattr(cinematography, "stills", stills)
-    monkeypatch.setattr(Cinematography, "_suggested", lambda self, text: None)
     return shot
 
 
 def light(name: str) -> str:
     return treatment(f"{{op: add, path: /render/lighting, value: {name}}}", name=name)
-
-
-def test_a_film_by_hand_has_the_derived_one_as_its_rival(make_run: MakeRun, tmp_path: Path) -> None:
-    studio = Studio(make_run, tmp_path, {})
-    assert studio.cinematography._automatic(CASE) is None, "it is that already"
-    by_hand = "fps: 10, lighting: overcast, cameras: {a: {kind: still, from: [3, 0, 1], look_at: [0, 0, 0]}}, shots: {s: {camera: a, from: 0}}"
-    derived = studio.cinematography._automatic(CASE.replace("fps: 10", by_hand))
-    assert derived is not None
-    render = data_of(derived)["render"]
-    assert "cameras" not in render
-    assert "shots" not in render
-    assert render["lighting"] == "overcast"
 
 
 @pytest.mark.usefixtures("untraced")

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from text2sim.agents import language
 from text2sim.agents.assembly import format_problem
-from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
+from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.pictures import moments_of
@@ -38,8 +38,6 @@ MAX_ROUNDS = 3
 """Number of rounds of proposals and judgements."""
 FIRST_PROPOSALS = 2
 """Treatments that the Render Writer proposes in the first round; later rounds have one."""
-FILMED_BY_HAND = ("cameras", "shots", "speed", "during")
-"""Fields of `render` without which cameras and pace are derived from what was recorded."""
 STILL_WIDTH = 480
 """Width of a still [pixels]."""
 MAX_LISTED = 30
@@ -133,7 +131,8 @@ class Cinematography:
                 good_enough = best.marks.total >= GOOD_ENOUGH_MARK
                 if best.marks.total >= EXCELLENT_MARK or (good_enough and round_ > 0):
                     break
-                for name, tried in self._proposed(best, first=round_ == 0 and not good_enough).items():
+                first = round_ == 0 and not good_enough
+                for name, tried in self._written(best, FIRST_PROPOSALS if first else 1).items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
                         self._tried.append(self._judge_still(name, tried, sheet))
         except StoppedError:
@@ -147,19 +146,6 @@ class Cinematography:
 
     # --- proposals ------------------------------------------------------------------------------------------------
 
-    def _proposed(self, best: FilmedTreatment, *, first: bool) -> dict[str, str]:
-        """Return the text of the case for each treatment, by its name."""
-        found: dict[str, str] = {}
-        if first and (automatic := self._automatic(best.text)) is not None:
-            found["automatic"] = automatic
-        elif first and (suggested := self._suggested(best.text)) is not None:
-            found["suggested"] = suggested
-        try:
-            found |= self._written(best, FIRST_PROPOSALS if first else 1)
-        except RoleFailed as failed:  # go on with the treatments at hand
-            self._emit("treatments_failed", why=str(failed))
-        return found
-
     def _composed(self, text: str) -> str:
         """The case with cameras that cut off less; unchanged if nothing can be gained."""
         from text2sim.rendering.composition import composed
@@ -171,30 +157,6 @@ class Cinematography:
         except (Text2SimError, PatchError) as error:
             self._emit("treatments_failed", why=f"composition: {error}")
             return text
-
-    def _automatic(self, text: str) -> str | None:
-        """The case with the film that is derived from what was recorded; None if it has that already."""
-        written = data_of(text).get("render")
-        chosen = [key for key in FILMED_BY_HAND if isinstance(written, dict) and key in written]
-        if not chosen:
-            return None
-        try:
-            return restyle(text, [{"op": "remove", "path": f"/render/{key}"} for key in chosen], self._path)
-        except (Text2SimError, PatchError) as error:
-            self._emit("treatments_failed", why=f"automatic: {error}")
-            return None
-
-    def _suggested(self, text: str) -> str | None:
-        """The case with the camera and light that `render --suggest` proposes."""
-        from text2sim.rendering.suggest import suggest
-
-        loaded = load_text(text, self._path)
-        try:
-            proposal = suggest(_recording(self._run, loaded), loaded, lambda _: None)
-            return restyle(text, proposal.operations, self._path)
-        except (Text2SimError, PatchError) as error:
-            self._emit("treatments_failed", why=f"--suggest: {error}")
-            return None
 
     def _written(self, best: FilmedTreatment, count: int) -> dict[str, str]:
         texts: dict[str, str] = {}

@@ -58,7 +58,7 @@ def _refers(row: Any, names: Collection[str]) -> bool:
 
 
 def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[Any], tuple[str, Found]]) -> list[Fact]:
-    """Run a case once without each cause that the plan names, and compare.
+    """Run a case once without each cause that the plan names, and compare; equal causes share a run.
 
     Args:
         plan: The plan. By requirement, the most important first, `causes` lists bodies and controls, and `meets` the
@@ -71,9 +71,10 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
         A fact for each effect; none if the plan names no cause.
     """
     facts = []
-    for number, (requirement, causes) in enumerate(plan.causes.items()):
-        description = f"without {', '.join(f'`{name}`' for name in causes)}"
-        if number >= MAX_CAUSES:
+    runs: dict[frozenset[str], tuple[str, Found]] = {}
+    for requirement, names in plan.causes.items():
+        description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
+        if causes not in runs and len(runs) >= MAX_CAUSES:
             facts.append(Fact(requirement, None, f"not run {description}: {MAX_CAUSES} causes are tested at most"))
             continue
         case = case_without(revising.data_of(text), causes)
@@ -89,10 +90,12 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
             )
         else:
             try:
-                state, found = simulate(examined.loaded)
+                if causes not in runs:
+                    runs[causes] = simulate(examined.loaded)
             except RunError as error:
                 facts.append(Fact(requirement, None, f"{description} the run failed: {error}"))
                 continue
+            state, found = runs[causes]
             for name in (one for written in effects for one in numbered_copies(written, found)):
                 row = found.get(name, {})
                 came = row.get("ok") if state == "finished" else None

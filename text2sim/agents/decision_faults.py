@@ -10,7 +10,7 @@ from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, forma
 from text2sim.agents.attempt_report import AttemptReport, Choices
 from text2sim.agents.contract import weakened_bounds
 from text2sim.agents.facts import claim_faults
-from text2sim.agents.planning import card_faults
+from text2sim.agents.planning import asset_faults, card_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments
 from text2sim.agents.trials import settings_faults
@@ -154,12 +154,8 @@ def _check_faults(decision: Decision, agreement: Agreement) -> list[str]:
         for name in decision.plan.drop_bodies
         if name not in plan.bodies
     ]
-    bodies = {*plan.bodies, *decision.plan.bodies}
-    wrong += [
-        f"/plan/assets: `{one.body}` is not a body of the plan"
-        for one in decision.plan.assets
-        if one.body not in bodies
-    ]
+    faults = asset_faults(decision.plan.assets, plan.bodies | decision.plan.bodies)
+    wrong += [f"/plan/assets: {fault}" for fault in faults]
     for old, name in decision.plan.rename.items():
         if old not in plan.params:
             wrong.append(f"/plan/rename/{old}: there is no such parameter")

@@ -1,6 +1,6 @@
 """Planning: the Planner turns a request into a plan with expectations."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
-from text2sim.agents.replies import SECTIONS, CasePlan, Fragments
+from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, PlannedBody
 from text2sim.agents.requirements import Requirements, requirement_rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -125,9 +125,7 @@ def _check_plan(
             if name not in plan.checks.expect
         ]
     wrong += [f"/says/{name}: say which sentence it stands for" for name in plan.checks.expect if name not in plan.says]
-    wrong += [
-        f"/assets: `{asset.body}` is not a body of the plan" for asset in plan.assets if asset.body not in plan.bodies
-    ]
+    wrong += [f"/assets: {fault}" for fault in asset_faults(plan.assets, plan.bodies)]
     wrong += [
         f"/{part}/{name}: there is no requirement `{name}`; there are {', '.join(requirements)}"
         for part in ("meets", "causes")
@@ -153,6 +151,19 @@ def _check_plan(
     wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
+
+
+def asset_faults(assets: Iterable[Asset], bodies: Mapping[str, PlannedBody]) -> list[str]:
+    """Describe the assets that no planned body can take."""
+    wrong = []
+    for asset in assets:
+        kind = bodies[asset.body].kind if asset.body in bodies else None
+        if kind is None:
+            wrong.append(f"`{asset.body}` is not a body of the plan")
+        elif asset.kind == "mesh" and kind in language.body_kinds() and not language.shapes_of(kind):
+            remedy = "ask for a `mechanism`, or plan the part as a body of its own"
+            wrong.append(f"`{asset.body}` is {kind}, so only its links have shapes: {remedy}")
+    return wrong
 
 
 def card_faults(cards: Mapping[str, Sequence[str]], dealt: "DealtCards") -> list[str]:
