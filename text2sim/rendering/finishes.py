@@ -26,6 +26,8 @@ FINEST = 256
 """Largest number of periods of a detail along a texture: finer ones would show the texels in close views."""
 HAZE = 0.045
 """Fraction of the light that clear glass scatters, which makes it visible."""
+HAZE_OF_COLOR = 0.3
+"""What is added to that for a transparent colour, as a fraction of its opacity."""
 MILKY = 0.45
 """Fraction of the light that frosted glass scatters; the rest passes straight through and shows its contents."""
 GEL = 0.2
@@ -101,12 +103,25 @@ FINISHES = {
 SCATTERED = {"frosted": MILKY, "tinted": TINT, "edge": EDGE}
 """Fraction of the light that kinds of glass scatter; the rest passes straight through."""
 PLAIN = "rough"
+TRANSPARENT = 0.5
+"""Largest opacity of a body that is drawn as glass."""
 DEEP = 0.65
 """Brightest channel of a colour below which glass is dark, like a wine bottle, and tints what is behind it."""
 
 
-def drawn_finish(finish: str, color: tuple[float, float, float]) -> str:
-    """Return the rendered finish for a finish of the language and a colour: dark glass has its own."""
+def drawn_finish(finish: str, color: tuple[float, float, float], opacity: float = 1.0) -> str:
+    """Return the rendered finish for a finish of the language: dark glass has its own.
+
+    What is rather transparent is drawn as glass with haze. A stochastic cut-out would be as noisy as the film has few
+    samples, and hide from the denoiser what is behind it.
+
+    Args:
+        finish: Finish of the language.
+        color: The colour, RGB from 0 to 1.
+        opacity: 0 to 1; 1 is opaque.
+    """
+    if opacity <= TRANSPARENT and finish_of(finish).kind == "solid":
+        return "glass"
     return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 
 
@@ -156,8 +171,9 @@ def _made(
     finish = replace(finish, tile=finish.tile * texture_scale)
     if finish.kind == "clear":
         haze = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": attribute(COLOR)}}
+        weight = HAZE if opacity == 1 else HAZE + HAZE_OF_COLOR * opacity
         return mi.load_dict({
-            "type": "blendbsdf", "weight": HAZE, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
+            "type": "blendbsdf", "weight": weight, "bsdf_0": {"type": "thindielectric", "int_ior": 1.6}, "bsdf_1": haze,
         })  # fmt: skip
     if finish.kind in SCATTERED:
         milky = {"type": "twosided", "bsdf": _principled(finish, attribute(COLOR))}

@@ -45,10 +45,12 @@ class Batch:
 
     Attributes:
         is_clear: Whether it is transparent; see `trace`.
+        filters: Whether it is transparent with a colour.
     """
 
     def __init__(self, name: str, shared: BatchMaterial, parts: list[WornMesh], meshes: list[RenderMesh]):
         self.name, self.moves, self.is_clear = name, shared.moves, finish_of(shared.finish).kind == "clear"
+        self.filters = self.is_clear and shared.opacity < 1
         picture = None if shared.picture is None else read_picture(shared.picture)
         self._bsdf = material(
             shared.finish,
@@ -68,6 +70,8 @@ class Batch:
         self._normals = np.concatenate([m.normals @ r.T for m, r in zip(meshes, turns, strict=True)])
         self._links = np.repeat([part.link for part in parts], sizes)
         colors = [shaded(_color(part), part.look.finish) for part in parts]
+        if self.filters:
+            colors = [(color, 1 - shared.opacity * (1 - color)) for color, _ in colors]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
         self._made: Any = None
 
@@ -108,7 +112,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        finish = drawn_finish(look.finish, look.color)
+        finish = drawn_finish(look.finish, look.color, look.opacity)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
             mesh = read_mesh(part.mesh)
@@ -131,7 +135,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
             mesh = shifted(mesh, part.body, None)
         # A texture without texture coordinates is not visible.
         picture = look.picture if mesh.uvs is not None and layer is None else None
-        opacity = 1.0 if finish_of(finish).kind != "solid" else look.opacity
+        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
         moves, has_uvs = part.body not in statics, mesh.uvs is not None
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))

@@ -61,6 +61,8 @@ class FilmMoment:
     """All bodies except clear ones."""
     gloss: Any = None
     """Reflections of clear bodies only: everything else is black. None if nothing is clear."""
+    filters: Any = None
+    """Coloured transparent bodies; None if there are none."""
 
 
 class FilmStage:
@@ -151,6 +153,8 @@ class FilmStage:
             return FilmMoment(solid)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
+        colored = {batch.name: batch.shape(pos, quat) for batch in clear if batch.filters}
+        filters = mitsuba().load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
@@ -161,7 +165,7 @@ class FilmStage:
         film = self.recording.film
         room = linear(np.asarray(film["background"])) * ROOM_BRIGHTNESS / film["gain"]
         shapes["dome"] = dome(gradient(room, np.zeros(3)))
-        return FilmMoment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False))
+        return FilmMoment(solid, mitsuba().load_dict(self._fixed | shapes, optimize=False), filters)
 
     def _make_backdrop(self) -> dict[str, tuple[Callable[[Any], Any], Any]]:
         """Return for the floor and the wall a factory that takes a material, and the default material."""

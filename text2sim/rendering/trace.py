@@ -1,8 +1,9 @@
 """Tracing of one frame: samples, guides of the denoiser, and the denoiser.
 
 Clear glass is traced separately. Lamps cannot be sampled through it, so its contents would be too noisy, and the
-denoiser would be guided by the glass. Therefore the scene is traced without clear bodies, and their reflections are
-added: lamps and bright rims, but no shadows and no refraction.
+denoiser would be guided by the glass. Therefore the scene is traced without clear bodies, filtered by the colours of
+those that have one (`filters.py`), and their reflections are added: lamps and bright rims, but no shadows and no
+refraction.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, uniform_filter
 
+from text2sim.rendering.filters import passed
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.scene import FilmMoment
 
@@ -96,7 +98,7 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
     wanted = GUIDE_SAMPLES if len(moments) == 1 else GUIDE_SAMPLES_BLURRED
     samples, guiding = (ceil(total / len(moments)) for total in (quality.samples, wanted))
     seconds = {"trace": 0.0, "guides": 0.0, "gloss": 0.0, "denoise": 0.0}
-    pictures, guides, alphas, glosses = _Mean(), _Mean(), _Mean(), _Mean()
+    pictures, guides, alphas, glosses, filters = _Mean(), _Mean(), _Mean(), _Mean(), _Mean()
     for k, (moment, sensor) in enumerate(moments):
         seed = SEED + 7919 * k
         with _timed(seconds, "trace"):
@@ -111,6 +113,8 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         if moment.gloss is not None:
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
+                if moment.filters is not None:
+                    filters.add(passed(moment.filters, sensor, guides.last[..., -1]))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
         radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., 3]), gain), np.clip(alphas.value, 0, 1)
@@ -120,8 +124,9 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
         if glosses.count:
             gloss = _limited(healed(glosses.value[..., :3]), gain)
             gloss = dimmed(_denoised(gloss, fast=fast) if denoise else gloss, gain)
-            lit = radiance * alpha[..., None] + gloss
-            alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
+            through = filters.value if filters.count else np.ones(3)
+            lit = radiance * alpha[..., None] * through + gloss
+            alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 1 - through.mean(axis=-1), 1))
             radiance = undimmed(lit, alpha)
     return Traced(radiance, alpha, seen[..., 6], seconds)
 
@@ -140,11 +145,13 @@ class _Mean:
 
     def __init__(self) -> None:
         self.count, self._sum = 0, np.zeros(())
+        self.last = np.zeros(())
+        """The latest picture."""
 
     def add(self, picture: Any) -> Array:
         """Add a picture, and return it."""
         added = np.array(picture, dtype=np.float32)
-        self.count, self._sum = self.count + 1, self._sum + added
+        self.count, self._sum, self.last = self.count + 1, self._sum + added, added
         return added
 
     @property
