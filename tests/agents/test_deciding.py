@@ -92,6 +92,17 @@ def test_a_warning_that_is_meant_is_not_told_again_whatever_the_camera_is_called
     assert len(letters) == 4, "what a case had before is nobody's to mend"
 
 
+@pytest.mark.parametrize("keeps", [[], ["low"]])
+def test_what_must_not_move_may_be_measured(tmp_path: Path, keeps: list[str]) -> None:
+    made = quiet_loop(tmp_path)
+    made.workshop.agreement = agreed()[0]
+    made.agreement.plan.keeps = keeps
+    examined = examine(CASE, made.path)
+    examined.warnings = [Problem("/actions/measures/z/of", "`z` never changes", 1, 1, rule="dead-measure")]
+    _, doubts = made.mending.consider_warnings(Attempt(1, CASE, "x"), examined, set())
+    assert len(doubts) == (not keeps)
+
+
 @pytest.mark.parametrize(
     ("left", "pace", "asked"),
     [(8.0, 0.0, True), (4.0, 0.0, False), (60.0, 0.0, False), (8.0, 2.0, False), (None, 0.0, False)],

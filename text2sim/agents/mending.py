@@ -87,7 +87,9 @@ class Mending:
         self._warned |= {_key_of(p) for p in fresh}
         owners = self._owners(fresh, {})
         doubts = [
-            format_problem(p) for p in fresh if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path
+            format_problem(p)
+            for p in fresh
+            if owner_of(p, self.agreement.pointers) == "plan" and "/actions/" in p.path and not self._has_to_stay(p)
         ]
         owners.pop("plan", None)
         if owners:
@@ -100,6 +102,12 @@ class Mending:
             text = self.workshop.pass_on(text, referred)
             examined = self.adopt(attempt, text, examined)
         return examined, doubts
+
+    def _has_to_stay(self, problem: Problem) -> bool:
+        """Whether a measure never changes, and all that is expected of it is planned to hold from the start."""
+        plan, name = self.agreement.plan, problem.path.split("/")[3]
+        users = [key for key, row in plan.checks.expect.items() if row.get("measure") == name]
+        return problem.rule == "dead-measure" and bool(users) and set(users) <= set(plan.keeps)
 
     def adopt(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.
