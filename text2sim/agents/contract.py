@@ -82,7 +82,7 @@ class Contract:
             if name not in bodies:
                 found.append(f"/bodies/{name}: the request's expectations are about it: it must stay a body that moves")
             elif _kind(bodies[name]) == "driven":
-                found.append(f"/bodies/{name}: the request's expectations are about it: it cannot be driven by decree")
+                found.append(f"/bodies/{name}: the request's expectations are about it: it cannot be `driven`")
         return found
 
 

@@ -55,7 +55,7 @@ class Motion:
         """Return the summary for a judge, one sentence per row."""
         rows = [f"`{copy}` is moved by no force: {why}" for copy, why in list(self.keyframed.items())[:12]]
         rows += [
-            f"`{name}` moves by decree (`driven`), {100 * part:.0f} % of all ways in the scene"
+            f"`{name}` moves along a prescribed path (`driven`), {100 * part:.0f} % of all ways in the scene"
             for name, part in self.driven.items()
         ]
         if not self.keyframed:
