@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 from text2sim.agents.frame_choice import FrameMoment, Shown, choose_frames, moments, with_attached
 from text2sim.legibility.film import spread_numbers
 from text2sim.runtime.internal_errors import keep_details
+from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.legibility.recorded import Recorded
@@ -111,7 +113,6 @@ def _filmed(run: Path) -> Iterator[Row]:
 def _moments_to_show(run: Path, evidence: dict[str, Any]) -> list[FrameMoment]:
     """Moments worth showing; the case need not be readable."""
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import read_source
 
     try:
         actions = parse_document(read_source(run / "expanded.yaml")).data.get("actions") or {}
@@ -129,8 +130,6 @@ def _caption(one: Shown) -> str:
 
 def _eye(run: Path) -> "tuple[Recorded, Any] | None":
     """Recording and views for locating bodies in frames; None if that is impossible."""
-    from text2sim.spec_schema.errors import Text2SimError
-
     try:
         from text2sim.legibility.recorded import Recorded
         from text2sim.recording.film_record import read_recording
@@ -184,8 +183,6 @@ def _preview_frames(run: Path) -> Iterator[Row]:
 
 def _traced(run: Path, seconds: float) -> Iterator[Row]:
     """Yield path-traced frames of the main film; none if that is impossible or takes longer than `seconds`."""
-    from text2sim.spec_schema.errors import Text2SimError
-
     until = monotonic() + seconds
     try:
         from PIL import Image

@@ -26,6 +26,7 @@ from text2sim.spec_schema.models.placed import Placed
 from text2sim.spec_schema.names.selectors import named_by, strings_in
 from text2sim.spec_schema.reuse.multiples import NUMBER
 from text2sim.spec_schema.text.canonical import format_text
+from text2sim.spec_schema.text.source import Source
 
 Data = dict[str, Any]
 RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
@@ -192,7 +193,6 @@ def _example(kind: str) -> Data:
     """The body in the reference's example of a kind, without its placement."""
     from text2sim.spec_schema.published.language_reference import load_examples
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import Source
 
     body = next(iter(parse_document(Source(load_examples()["bodies"][kind], "example")).data.values()))
     return {key: value for key, value in body.items() if key not in Placed.model_fields}
@@ -203,7 +203,6 @@ def _prefab_arguments() -> dict[str, Data]:
     """Required arguments of each prefab."""
     from text2sim.spec_schema.reuse.catalogue import examples
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import Source
 
     found: dict[str, Data] = {}
     for name, example in examples().items():

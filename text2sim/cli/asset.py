@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.options import AsJson, with_options
+from text2sim.cli.output import say, say_json, say_problems
 from text2sim.service import exits
+from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
     from text2sim.asset_intake.register import AddedAsset
@@ -80,8 +82,6 @@ class MeshOptions:
 @contextmanager
 def _pointing_to_root(root: Path | None) -> Iterator[None]:
     """Add a hint about `--root` to errors about missing referenced files."""
-    from text2sim.spec_schema.errors import AssetError
-
     try:
         yield
     except AssetError as error:
@@ -101,7 +101,6 @@ def check(
 ) -> None:
     """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
     from text2sim.assets.mechanism import KIND_BY_SUFFIX
-    from text2sim.cli.output import say, say_json
 
     document: dict[str, Any]
     if file.suffix.lower() in KIND_BY_SUFFIX:
@@ -176,7 +175,6 @@ def generate(
     from text2sim.asset_intake.register import check_name, generate
     from text2sim.assets.meshy import BASE_URL, Meshy, Order3D
     from text2sim.assets.safe_write import case_folder
-    from text2sim.cli.output import say
 
     check_name(name)
     goal = options.goal()
@@ -194,7 +192,6 @@ def probe(file: _File, root: _Root = None, as_json: AsJson = False) -> None:
     from dataclasses import asdict
 
     from text2sim.asset_intake.probe import probe
-    from text2sim.cli.output import say, say_json
 
     with _pointing_to_root(root):
         found = probe(file, root)
@@ -228,7 +225,6 @@ def list_assets(case: _Case, as_json: AsJson = False) -> None:
     """List a case's assets, and check that their files match the manifest."""
     from text2sim.assets.manifest import problems_of, read_manifest, verify_manifest
     from text2sim.assets.safe_write import case_folder
-    from text2sim.cli.output import say, say_json, say_problems
 
     folder = case_folder(case)
     manifest = read_manifest(folder)
@@ -248,8 +244,6 @@ def list_assets(case: _Case, as_json: AsJson = False) -> None:
 
 
 def _say_added(added: "AddedAsset", as_json: bool) -> None:
-    from text2sim.cli.output import say, say_json
-
     if as_json:
         say_json({"ok": True, "name": added.name, "remains": added.remains, **added.asset.model_dump(mode="json")})
         return

@@ -8,7 +8,10 @@ import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.cluster.run import Where
@@ -38,9 +41,7 @@ def export_cases(
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import where_of
-    from text2sim.cli.output import say, say_json
     from text2sim.cluster.run import Where
-    from text2sim.service.phrases import display_path
 
     where = where_of(workers, ray, store, runs) or Where()
     rows, tasks = examined(cases, runs, overlay_of(variants, sets))
@@ -74,7 +75,6 @@ def examined(
     from text2sim.engine_benchmark.reference import tasks_of
     from text2sim.engine_benchmark.statement import read_statement
     from text2sim.service.examined import examine, find_cases
-    from text2sim.spec_schema.errors import Text2SimError
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     rows = [examine(path, overlay=overlay or CaseOverlay()) for path in find_cases(cases)]
@@ -103,7 +103,6 @@ def exported(
     """
     from text2sim.cli.many import with_progress
     from text2sim.engine_benchmark.export import export
-    from text2sim.spec_schema.errors import Text2SimError
 
     done = {
         id(one.task): one for one in with_progress([t for many in tasks.values() for t in many], where, quiet=quiet)
@@ -133,10 +132,8 @@ def run_benchmarks(
 
     Exit code 1: an observable is beyond its tolerance.
     """
-    from text2sim.cli.output import say, say_json
     from text2sim.engine_benchmark.compare import Compared, run, table
     from text2sim.runtime.stop import Stop
-    from text2sim.spec_schema.errors import RunError
 
     found = [
         p.parent for folder in folders for p in sorted([folder / "benchmark.json", *folder.glob("*/benchmark.json")])

@@ -8,7 +8,9 @@ import typer
 
 from text2sim.cli.learned_cards import distill_cards, show_ledger
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json, say_problems
 from text2sim.service import exits
+from text2sim.service.phrases import display_path, duration_text
 
 if TYPE_CHECKING:
     from text2sim.card_library.library import CardLibrary
@@ -25,8 +27,6 @@ MAX_JOBS = 16
 @cards.command("list")
 def list_cards(as_json: AsJson = False) -> None:
     """List the cards, one line for each: id, lesson, role, signature of the failure."""
-    from text2sim.cli.output import say, say_json
-
     library = _library()
     if as_json:
         say_json(
@@ -45,8 +45,6 @@ def show_card(
 ) -> None:
     """Print a card and the paths of its two cases."""
     from text2sim.card_library.model import count_tokens
-    from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import display_path
 
     entry = _library().find(name)
     if as_json:
@@ -77,7 +75,6 @@ def find(
     """Find the cards that fit a task or a failure."""
     from text2sim.card_library.model import Mode, Role
     from text2sim.card_library.retrieval import find_cards
-    from text2sim.cli.output import say, say_json
 
     _check_choices([role] if role else [], get_args(Role), "--role")
     _check_choices(modes or [], get_args(Mode), "--mode")
@@ -107,7 +104,6 @@ def verify(
 ) -> None:
     """Run the failing and the repaired case of cards, and compare the outcomes with those stated in the cards."""
     from text2sim.card_library.verify import verify_cards
-    from text2sim.cli.output import say, say_json
 
     library = _library()
     entries = [library.find(name) for name in dict.fromkeys(names)] if names else list(library.entries.values())
@@ -171,15 +167,10 @@ def _problems(library: "CardLibrary") -> list[dict[str, Any]]:
 
 
 def _say_problems(library: "CardLibrary") -> None:
-    from text2sim.cli.output import say_problems
-
     say_problems(library.problems, {})
 
 
 def _say_verdict(verdict: "Verdict", width: int) -> None:
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import duration_text
-
     word = "ok" if verdict.ok else "FAIL"
     outcomes = f"{verdict.failing} -> {verdict.repaired}"
     say(f"{word:<4}  {verdict.id:<{width}}  {outcomes}  ({duration_text(verdict.wall)})")

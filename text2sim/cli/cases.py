@@ -12,6 +12,7 @@ from text2sim.service import exits
 from text2sim.service.examined import Examined, case_file, find_cases
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import Text2SimError
+from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.text.source import Source
@@ -45,7 +46,6 @@ def rewrite_cases(
         typer.Exit: Always.
     """
     from text2sim.revision.files import rewrite
-    from text2sim.spec_schema.text.source import read_source
 
     code, documents = exits.OK, list[dict[str, Any]]()
     for path in find_cases(cases):

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import duration_text
 
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
@@ -32,7 +34,6 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Find the problems of cases without running them."""
-    from text2sim.cli.output import say_json
     from text2sim.service.examined import Examined, examine, find_cases
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
@@ -62,8 +63,6 @@ def check(
 def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
     """Print the problems of a case, except those that its base case has, too."""
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import duration_text
 
     known = set(base.problems) if base is not None else set()
     row.problems, everything = [problem for problem in row.problems if problem not in known], row.problems

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:
     from text2sim.comparison.compare import RunComparison
@@ -23,10 +26,8 @@ def compare_runs(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and write no page.")] = False,
 ) -> None:
     """Compare runs side by side: differences of the cases, and their effects on measures, events and films."""
-    from text2sim.cli.output import say, say_json
     from text2sim.comparison.compare import compare
     from text2sim.comparison.runs import read_runs
-    from text2sim.service.phrases import display_path
 
     comparison = compare(read_runs(runs))
     if as_json:
@@ -44,8 +45,6 @@ def _say(comparison: "RunComparison") -> None:
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
-
-    from text2sim.spec_schema.plain import plain
 
     table = Table(box=box.SIMPLE, pad_edge=False)
     for head in ("", *(run.label for run in comparison.runs)):

@@ -6,6 +6,9 @@ from typing import Annotated
 import typer
 
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
+from text2sim.cli.output import say, say_json
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import Text2SimError
 
 
 def compile_cases(
@@ -20,12 +23,9 @@ def compile_cases(
 ) -> None:
     """Write the Genesis program of a case, to read or to run by hand."""
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say, say_json
     from text2sim.compiler.build import compile_case
     from text2sim.harness.folder import install_program, staging
     from text2sim.service.examined import examine
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import Text2SimError
 
     examined = examine(case, to="loaded", overlay=overlay_of(variants, sets))
     program = (out if out is not None else examined.path.parent / "program").absolute()

@@ -11,7 +11,10 @@ import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path, duration_text
+from text2sim.spec_schema.errors import MachineError, RunError
 
 if TYPE_CHECKING:
     from text2sim.cluster.task import Task
@@ -45,15 +48,12 @@ def build_dataset(
     _require()
     from text2sim.cli.benchmark import examined, exported
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import Where, slots
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe_fit import read_recipe
     from text2sim.dataset.review import read_decisions
     from text2sim.evaluation.judging import scores_of_runs
-    from text2sim.service.phrases import duration_text
-    from text2sim.spec_schema.errors import RunError
 
     def tell(tally: "Tally", result: "DrawResult") -> None:
         if not as_json:
@@ -95,9 +95,6 @@ def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> N
     """Print the counts of a dataset, and the time, space and memory that it took."""
     import resource
 
-    from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import display_path, duration_text
-
     size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     if as_json:
@@ -114,7 +111,6 @@ def _say_built(tally: "Tally", folder: Path, took: float, *, as_json: bool) -> N
 def check(folder: Folder, as_json: AsJson = False) -> None:
     """Check that a dataset is consistent and that no source is in two splits."""
     _require()
-    from text2sim.cli.output import say, say_json
     from text2sim.dataset.check import check_dataset
 
     found = check_dataset(folder)
@@ -132,7 +128,6 @@ def questions(folder: Folder, as_json: AsJson = False) -> None:
     _require()
     from collections import Counter
 
-    from text2sim.cli.output import say, say_json
     from text2sim.dataset.balance import guess_by_words
     from text2sim.dataset.tables import read_rows, want_dataset
 
@@ -163,9 +158,7 @@ def review(
 ) -> None:
     """Write a page on which doubtful items are reviewed: kept or dropped."""
     _require()
-    from text2sim.cli.output import say
     from text2sim.dataset.review import read_decisions, write_review
-    from text2sim.service.phrases import display_path
 
     path = folder.with_name(f"{folder.name}-review.html")
     count = write_review(folder, path, read_decisions(decisions), everything=everything)
@@ -180,8 +173,6 @@ def _require() -> None:
         MachineError: if it is not installed.
     """
     from importlib.util import find_spec
-
-    from text2sim.spec_schema.errors import MachineError
 
     if find_spec("pyarrow") is None:
         raise MachineError("datasets need the extra `data`: pip install 'text2sim[data]'")

@@ -5,7 +5,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.plain import plain
 
 if TYPE_CHECKING:
     from text2sim.revision.compare import CaseComparison
@@ -35,7 +38,6 @@ def diff(
     """
     from contextlib import ExitStack
 
-    from text2sim.cli.output import say_json
     from text2sim.revision.compare import compare
     from text2sim.revision.side import open_side
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -85,7 +87,6 @@ def stat_lines(found: "CaseComparison") -> list[str]:
 def _run_lines(found: "CaseComparison") -> list[str]:
     from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
-    from text2sim.service.phrases import display_path
 
     if found.runs is None:
         return []
@@ -108,8 +109,6 @@ def _number(value: float | None) -> str:
 def _say_invalid(side: "Side") -> None:
     import sys
 
-    from text2sim.cli.output import say
-
     if side.problems:
         say(f"{side.label} is not valid, so that derived values cannot be compared:", to=sys.stderr)
         say(f"  {side.problems[0]}", to=sys.stderr)
@@ -118,9 +117,6 @@ def _say_invalid(side: "Side") -> None:
 def say_line(line: str) -> None:
     """Print a line of a difference, in colour on a terminal."""
     import sys
-
-    from text2sim.cli.output import say
-    from text2sim.spec_schema.plain import plain
 
     if not sys.stdout.isatty():
         say(line)

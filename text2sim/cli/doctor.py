@@ -3,6 +3,7 @@
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
 
 
@@ -10,7 +11,6 @@ def doctor(as_json: AsJson = False) -> None:
     """Report what this machine has and lacks, and how to fix that. Takes about ten seconds."""
     from dataclasses import asdict
 
-    from text2sim.cli.output import say, say_json
     from text2sim.runtime.inspection import inspect_machine
 
     findings = inspect_machine()

@@ -11,7 +11,9 @@ import typer
 from text2sim.cli.generate import AgentOptions, Cost, Minutes, Tokens
 from text2sim.cli.last_film import Film
 from text2sim.cli.options import with_options
+from text2sim.cli.output import say
 from text2sim.service import exits
+from text2sim.spec_schema.errors import RunError, SpecError
 
 if TYPE_CHECKING:
     from text2sim.evaluation.judging import Judging
@@ -56,9 +58,7 @@ def check_suite(
     ] = None,
 ) -> None:
     """Check the form and digest of a suite, and that it shares no source or prompt with others."""
-    from text2sim.cli.output import say
     from text2sim.evaluation.suite import check_complete, read_suite, shared_sources
-    from text2sim.spec_schema.errors import SpecError
 
     read, document = read_suite(suite)
     check_complete(read, document)
@@ -77,7 +77,6 @@ def draft_suite(
     model: Annotated[str, typer.Option("--model", envvar="TEXT2SIM_MODEL", help="The model that drafts.")] = "",
 ) -> None:
     """Draft missing requirements of a suite from the prompts only, and freeze the suite with a digest."""
-    from text2sim.cli.output import say
     from text2sim.evaluation.drafting import draft_missing, write_frozen
     from text2sim.evaluation.suite import read_suite
 
@@ -118,12 +117,10 @@ def run_methods(
     With `--resume`, existing answers are kept. Exit code 1: a method has no result for some prompt.
     """
     from text2sim.card_library.library import VARIABLE
-    from text2sim.cli.output import say
     from text2sim.evaluation.ledger import check_split
     from text2sim.evaluation.method_folder import METHOD, read_method
     from text2sim.evaluation.methods import parse_method, run_method
     from text2sim.evaluation.suite import read_suite, select_prompts
-    from text2sim.spec_schema.errors import RunError
 
     read, document = read_suite(suite)
     prompts, chosen = select_prompts(read, only or []), [parse_method(word) for word in methods]
@@ -168,12 +165,10 @@ def judge_methods(
     """
     from text2sim.agents.models.calls import Budget
     from text2sim.agents.models.exchange import StoppedError
-    from text2sim.cli.output import say
     from text2sim.evaluation.judging import JUDGING_FILE, Judging
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import check_complete, read_suite, select_prompts
     from text2sim.runtime.stop import Stop
-    from text2sim.spec_schema.errors import RunError
 
     read, document = read_suite(suite)
     check_complete(read, document)
@@ -205,7 +200,6 @@ def report(
 
 
 def _report(suite: Path, out: Path) -> None:
-    from text2sim.cli.output import say
     from text2sim.evaluation.report import write_report
     from text2sim.evaluation.suite import read_suite
     from text2sim.evaluation.tables import tables_of, text_of, write_tables
@@ -218,8 +212,6 @@ def _report(suite: Path, out: Path) -> None:
 
 
 def _say_account(judging: "Judging") -> None:
-    from text2sim.cli.output import say
-
     spent = judging.account.total()
     paid = f", ${spent.cost:.4f}" if spent.cost else ""
     unpriced = f" ({spent.unpriced} calls without a known price)" if spent.unpriced else ""

@@ -6,7 +6,9 @@ from typing import Annotated
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
 
 
 def export(
@@ -19,10 +21,8 @@ def export(
     as_json: AsJson = False,
 ) -> None:
     """Export a recorded run for other programs, for rendering or interactive viewing."""
-    from text2sim.cli.output import say, say_json
     from text2sim.exchange.gltf import write_gltf
     from text2sim.exchange.usd import write_usd
-    from text2sim.service.phrases import display_path
 
     wanted = [*((path, write_usd) for path in usd or []), *((path, write_gltf) for path in gltf or [])]
     if not wanted:

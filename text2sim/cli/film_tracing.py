@@ -7,6 +7,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain_line
 
 if TYPE_CHECKING:
@@ -77,8 +78,6 @@ class ProgressReporter:
         self._next = now + LINE_INTERVAL
         left = ""
         if self._traced and self._done < self._total:
-            from text2sim.service.phrases import duration_text
-
             each = (now - self._begun) / self._traced
             left = f", {each:.1f} s each, {duration_text(each * (self._total - self._done))} left"
         text = f"rendering {progress.film}: {self._done} of {self._total} pictures{left}"

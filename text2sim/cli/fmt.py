@@ -7,6 +7,10 @@ from typing import Annotated
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.text.source import Source
 
 KEYS = {"text2sim", "name", "scene", "bodies", "actions", "render", "prefab"}
 """A file with none of these keys is not ours to rewrite."""
@@ -20,12 +24,8 @@ def fmt(
 ) -> None:
     """Format cases canonically: order, indentation, quotes. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import SpecError
     from text2sim.spec_schema.text.canonical import format_source
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import Source
 
     def change(source: Source) -> str:
         document = parse_document(source)

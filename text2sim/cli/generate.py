@@ -10,8 +10,12 @@ import typer
 
 from text2sim.cli.last_film import Film, FilmMinutes, Quality, last_film
 from text2sim.cli.options import with_options
+from text2sim.cli.output import say, say_json
 from text2sim.cli.request_text import File, words_of
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.agents.loop_result import LoopOutcome
@@ -120,7 +124,6 @@ def edit(
 
 def _amend(kind: "Kind", case: Path, words: str, file: Path | None, options: LoopOptions) -> None:
     from text2sim.service.examined import case_file
-    from text2sim.spec_schema.text.source import read_source
 
     text = "" if options.resume else words_of(words, file)
     path = case_file(case)
@@ -174,8 +177,6 @@ def _models(given: list[str] | None) -> dict[str, str]:
 
 
 def _needed_models(models: dict[str, str]) -> dict[str, str]:
-    from text2sim.spec_schema.errors import RunError
-
     if "" not in models:
         raise RunError(
             f"name a model: --model provider/model (or the variable {MODEL}), or --model mailbox:DIR to answer "
@@ -186,9 +187,7 @@ def _needed_models(models: dict[str, str]) -> dict[str, str]:
 
 def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
     from text2sim.cli.loop_view import looking_on, say_outcome
-    from text2sim.cli.output import say, say_json
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import display_path
 
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:

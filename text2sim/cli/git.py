@@ -6,7 +6,12 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.output import say
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.plain import plain
+from text2sim.spec_schema.text.source import read_source
 
 git = typer.Typer(
     help="Let git show and merge cases by meaning.",
@@ -20,9 +25,7 @@ _File = Annotated[Path, typer.Argument()]
 @git.command("install")
 def install(everywhere: _Global = False) -> None:
     """Set up a repository: `git diff` shows changes of meaning, and edits of different values merge cleanly."""
-    from text2sim.cli.output import say
     from text2sim.revision.installation import LINES, install, settings
-    from text2sim.service.phrases import display_path
 
     file, changed = install(Path.cwd(), everywhere=everywhere)
     for row in LINES if changed else ("unchanged",):
@@ -33,9 +36,7 @@ def install(everywhere: _Global = False) -> None:
 @git.command("uninstall")
 def uninstall(everywhere: _Global = False) -> None:
     """Undo what `install` did."""
-    from text2sim.cli.output import say
     from text2sim.revision.installation import uninstall
-    from text2sim.service.phrases import display_path
 
     file, changed = uninstall(Path.cwd(), everywhere=everywhere)
     say(f"{display_path(file)}: {'without text2sim' if changed else 'unchanged'}")
@@ -63,9 +64,6 @@ def textconv(file: _File) -> None:
     """Command that git calls as `diff.text2sim.textconv`."""
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import flat_text
-    from text2sim.spec_schema.errors import SpecError
-    from text2sim.spec_schema.plain import plain
-    from text2sim.spec_schema.text.source import read_source
 
     try:
         text = flat_text(read_source(file))
@@ -79,7 +77,6 @@ def textconv(file: _File) -> None:
 @git.command("merge", hidden=True)
 def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotated[int, typer.Argument()] = 7) -> None:
     """Command that git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
-    from text2sim.cli.output import say
     from text2sim.revision.installation import CONFLICT
     from text2sim.revision.merging import merge_files
     from text2sim.spec_schema.whole_files import write_atomically

@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from text2sim.cli.output import say
+from text2sim.service.phrases import display_path, duration_text
+from text2sim.spec_schema.errors import Text2SimError
+
 if TYPE_CHECKING:
     from text2sim.rendering.budget import FittedFilm
 
@@ -43,7 +47,6 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
         The film, None without one, and a note about it.
     """
     from text2sim.cli.film_tracing import ProgressReporter, trace_films
-    from text2sim.cli.output import say
     from text2sim.recording.film_record import read_recording
     from text2sim.rendering.budget import fitted
     from text2sim.rendering.film import Filming
@@ -51,8 +54,6 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.internal_errors import internal_error_message
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import Text2SimError
 
     if quality == "none":
         return None, "none was requested"
@@ -89,8 +90,6 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
 
 
 def _announcement(fit: "FittedFilm", quality: str, minutes: float) -> str:
-    from text2sim.service.phrases import duration_text
-
     width, height = fit.filming.size
     took = f"about {duration_text(fit.seconds)}" if fit.missing else "a moment"
     size = f"{width}x{height}, {fit.filming.fps:g} a second, {fit.filming.samples} samples per pixel"

@@ -8,6 +8,8 @@ import typer
 
 from text2sim.cli.evaluate import MethodOptions
 from text2sim.cli.options import AsJson, with_options
+from text2sim.cli.output import say, say_json
+from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.evaluation.methods import Allowance
@@ -45,8 +47,6 @@ def distill_cards(
     its cases are run, the prompt is answered again with it, and it is kept only if the score improves. The ledger
     beside the cards records the source of each. An interrupted command resumes when called again.
     """
-    from text2sim.spec_schema.errors import RunError
-
     if (case is None) == (suite is None):
         raise RunError("give a source to learn from: a CASE, or --suite SUITE")
     model = options.model
@@ -56,7 +56,6 @@ def distill_cards(
         _from_case(case, judge or model[-1], out, as_json)
         return
     assert suite is not None
-    from text2sim.cli.output import say_json
     from text2sim.evaluation.ledger import read_ledger
 
     _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, options.allowance)
@@ -72,7 +71,6 @@ def _from_case(case: Path, model: str, out: Path, as_json: bool) -> None:
     from text2sim.agents.journal import Journal
     from text2sim.agents.models.calls import Account, Budget, CallLog
     from text2sim.agents.session import endpoint_of
-    from text2sim.cli.output import say, say_json
 
     folder = case / "generation"
     journal = Journal(folder / "distilled.jsonl")
@@ -90,11 +88,9 @@ def _from_suite(
     suite: Path, apart: list[Path], only: list[str], model: list[str], judge: str, out: Path, work: Path, repeats: int,
     allowance: "Allowance",
 ) -> None:  # fmt: skip
-    from text2sim.cli.output import say
     from text2sim.evaluation.learning import Learning
     from text2sim.evaluation.suite import check_complete, read_suite, select_prompts, shared_sources
     from text2sim.runtime.stop import Stop
-    from text2sim.spec_schema.errors import SpecError, Text2SimError
 
     read, document = read_suite(suite)
     check_complete(read, document)
@@ -124,7 +120,6 @@ def show_ledger(
 ) -> None:
     """Show for each learned card its sources, its effect on scores, and whether it was ever retrieved."""
     from text2sim.card_library.library import BUILT_IN, load_library
-    from text2sim.cli.output import say, say_json
     from text2sim.evaluation.ledger import count_dealt_cards, read_ledger
 
     ledger = read_ledger(cards)

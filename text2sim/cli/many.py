@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.output import say
 from text2sim.service import exits
+from text2sim.service.phrases import duration_text
+from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
@@ -77,7 +80,6 @@ def attempts(
     from text2sim.cluster.estimate import measured_needs, needs_of
     from text2sim.cluster.task import Task
     from text2sim.harness.result import RunResult
-    from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
     from text2sim.spec_schema.reuse.library import VARIABLE
 
     known, tasks = measured_needs(runs), dict[int, Task]()
@@ -128,7 +130,6 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
     """
     from text2sim.cluster.run import slots
     from text2sim.cluster.task import Needs, Task
-    from text2sim.spec_schema.errors import RunError
 
     folder, free = chosen.recording.folder, slots(where)
     # A tracer uses all cores that it gets, so the cores of this machine are divided.
@@ -157,11 +158,9 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
         where: Where they run.
         quiet: Print nothing.
     """
-    from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import run_tasks, slots
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import duration_text
 
     if not tasks:
         return

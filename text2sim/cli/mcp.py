@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.output import say
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import MachineError, RunError
+
 
 def mcp(
     root: Annotated[Path, typer.Option("--root", help="The folder that the tools may read and write.")] = Path(),
 ) -> None:
     """Serve the tools to a coding agent by the Model Context Protocol over standard input and output."""
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import MachineError, RunError
-
     if not root.is_dir():
         raise RunError(f"{display_path(root)}: there is no such folder")
     # Pictures are drawn in threads, with which those of the matrix library would compete.

@@ -6,6 +6,9 @@ from typing import Annotated
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.text.source import Source
 
 
 def migrate(
@@ -15,12 +18,9 @@ def migrate(
 ) -> None:
     """Convert cases of older versions of the language to the latest one. Comments are kept."""
     from text2sim.cli.cases import rewrite_cases
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.changes.edit import edit_source
     from text2sim.spec_schema.reuse.migration import LATEST, steps_for
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import Source
 
     def change(source: Source) -> str:
         steps = steps_for(parse_document(source).data)

@@ -6,6 +6,9 @@ from typing import Annotated
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
 
 
 def new(
@@ -17,9 +20,7 @@ def new(
     as_json: AsJson = False,
 ) -> None:
     """Write a new commented case: a ball that drops on a stack of boxes."""
-    from text2sim.cli.output import say, say_json
     from text2sim.service.new_case import make_case
-    from text2sim.service.phrases import display_path
 
     folder = cases / name
     file = make_case(name, None if source is None else _find(source, cases), cases)
@@ -31,9 +32,6 @@ def new(
 
 
 def _find(source: Path, cases: Path) -> Path:
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import RunError
-
     for folder in (source.parent if source.is_file() else source, cases / source):
         if (folder / "case.yaml").is_file():
             return folder

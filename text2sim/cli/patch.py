@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json, say_problems
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.text.source import decode_source, read_source
 
 if TYPE_CHECKING:
     from text2sim.revision.patch_file import PatchFile
@@ -36,13 +39,11 @@ def patch(
 
     The result must be a valid case without new lint errors.
     """
-    from text2sim.cli.output import say_json, say_problems
     from text2sim.revision.files import rewrite
     from text2sim.revision.patch_file import read_patch
     from text2sim.revision.revise import RefusedPatch, revise
     from text2sim.service.examined import case_file
     from text2sim.spec_schema.changes.patch import PatchError
-    from text2sim.spec_schema.text.source import decode_source, read_source
 
     file = case_file(case)
     source = read_source(file)
@@ -69,8 +70,6 @@ def patch(
 
 
 def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
-    from text2sim.cli.output import say, say_problems
-    from text2sim.service.phrases import display_path
     from text2sim.spec_schema.changes.diff_words import change_line
 
     say_problems([*revision.remaining, *revision.warnings], {str(file): revision.text})
@@ -90,9 +89,6 @@ def _say(revision: "Revision", file: Path, count: int, dry_run: bool) -> None:
 
 
 def _say_refused(refused: Any, file: Path, wanted: "PatchFile", as_json: bool) -> None:
-    from text2sim.cli.output import say, say_json, say_problems
-    from text2sim.service.phrases import display_path
-
     if as_json:
         rows = zip(refused.problems, refused.blame, strict=True)
         problems = [problem.as_dict() | {"operation": index} for problem, index in rows]

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
+from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.library import Definition, PrefabLibrary
@@ -18,7 +20,6 @@ def prefabs(
     as_json: AsJson = False,
 ) -> None:
     """List the prefabs that a case can use, or explain one."""
-    from text2sim.cli.output import say, say_json
     from text2sim.service import exits
     from text2sim.service.descriptions import describe_prefab
 
@@ -40,7 +41,6 @@ def _library(case: Path | None) -> "PrefabLibrary":
     from text2sim.spec_schema.reuse.catalogue import library
     from text2sim.spec_schema.reuse.library import PrefabLibrary
     from text2sim.spec_schema.text.document import parse_document
-    from text2sim.spec_schema.text.source import read_source
 
     if case is None:
         return library()
@@ -51,7 +51,6 @@ def _library(case: Path | None) -> "PrefabLibrary":
 
 def _list(library: "PrefabLibrary", as_json: bool) -> int:
     """Print one line for each prefab, including broken ones, and return the exit code."""
-    from text2sim.cli.output import say, say_json
     from text2sim.service import exits
 
     found = [(name, _find(library, name)) for name in library.names()]
@@ -67,7 +66,6 @@ def _list(library: "PrefabLibrary", as_json: bool) -> int:
 
 def _find(library: "PrefabLibrary", name: str) -> "Definition | None":
     """Return a prefab, or None after printing why there is none."""
-    from text2sim.cli.output import say
     from text2sim.spec_schema.reuse.library import MissingPrefab
 
     try:

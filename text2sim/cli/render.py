@@ -12,8 +12,11 @@ import typer
 from text2sim.cli.film_tracing import ProgressReporter, trace_films
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
 from text2sim.cli.render_options import film_size, frame_range, shard_numbers, time_range
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
@@ -75,13 +78,11 @@ def render(
     Finished frames are reused: a stopped render resumes, and a change of the case only costs the frames that it
     affects.
     """
-    from text2sim.cli.output import say, say_json
     from text2sim.cli.recorded import choose
     from text2sim.rendering.budget import FittedFilm, fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.stop import Stop
-    from text2sim.service.phrases import display_path
 
     span, shard_of, size, times = frame_range(frames), shard_numbers(shard), film_size(resolution), time_range(during)
     if write and not suggest:
@@ -176,9 +177,6 @@ def _pictures(
 
 def _say_made(made: dict[Path, int], reporter: "ProgressReporter", shard: tuple[int, int], as_json: bool) -> None:
     """Print the files, with the numbers of missing pictures."""
-    from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import display_path
-
     if as_json:
         files = [str(path) for path in made]
         say_json({"ok": True, "files": files, "missing": sum(made.values()), "seconds": reporter.mean()})
@@ -203,7 +201,6 @@ def _render_both(
     """Render the main films of two runs, and combine them into one."""
     from text2sim.comparison.runs import read_runs
     from text2sim.rendering.beside import beside
-    from text2sim.spec_schema.errors import RunError
 
     one, other = left.recording, right.recording
     if left.fps != right.fps:

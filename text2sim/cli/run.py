@@ -8,6 +8,7 @@ import typer
 
 from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of, with_options
+from text2sim.cli.output import say_json
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -73,7 +74,6 @@ def run_cases(
     Ctrl-C stops and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say_json
     from text2sim.cli.verdict import exit_of, say_result
     from text2sim.service.examined import examine, find_cases
 

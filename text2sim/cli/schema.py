@@ -5,14 +5,15 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.output import say
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
+
 
 def schema(
     out: Annotated[Path | None, typer.Option("-o", "--out", help="File to write; printed if left out.")] = None,
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
-    from text2sim.cli.output import say
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.published.json_schema import schema_text
     from text2sim.spec_schema.whole_files import write_atomically
 

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
+from text2sim.cli.output import say, say_json
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import Text2SimError, did_you_mean
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -30,11 +33,9 @@ def show(
 ) -> None:
     """Print a case with all defaults and derived values, and draw its start."""
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say_json
     from text2sim.compiler.explicit import explicit
     from text2sim.drawing.layout import write_layout
     from text2sim.service.examined import examine
-    from text2sim.spec_schema.errors import Text2SimError, did_you_mean
 
     # Pictures are drawn in threads, with which those of the matrix library would compete.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -78,8 +79,6 @@ def _print(
     as_json: bool,
 ) -> None:
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.output import say, say_json
-    from text2sim.service.phrases import display_path
 
     if as_json:
         document: dict[str, Any] = {

@@ -6,7 +6,11 @@ from typing import Annotated, Any
 import typer
 
 from text2sim.cli.options import AsJson
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import MachineError, RunError
+from text2sim.spec_schema.text.source import read_source
 
 study = typer.Typer(
     help="Blind comparisons of methods' films by people.",
@@ -27,11 +31,8 @@ def build_study(
     ] = None,
 ) -> None:
     """Make assignments of comparisons, and copies of the films under anonymous names."""
-    from text2sim.cli.output import say
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import read_suite
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.text.source import read_source
     from text2sim.study.build import build
 
     prompts = {name: one.prompt for name, one in read_suite(suite)[0].prompts.items()}
@@ -55,9 +56,6 @@ def serve_study(
     Ctrl-C ends it; a restart has the same address, and people continue where they were.
     """
     import sys
-
-    from text2sim.cli.output import say
-    from text2sim.spec_schema.errors import MachineError, RunError
 
     try:
         from text2sim.study.server import serve
@@ -85,7 +83,6 @@ def analyse_study(folder: Folder, as_json: AsJson = False) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from text2sim.cli.output import say, say_json
     from text2sim.study.analyse import OVERALL, analyse
     from text2sim.study.answers import Answers
     from text2sim.study.build import read_study

@@ -3,6 +3,12 @@
 import sys
 from typing import TYPE_CHECKING, Any
 
+from text2sim.cli.output import say, say_json
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.plain import plain
+from text2sim.spec_schema.text.source import read_source
+
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
     from text2sim.rendering.suggest import RenderProposal
@@ -20,16 +26,11 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
         RunError: if there is no case to write to.
         SpecError: if the case would be invalid with them.
     """
-    from text2sim.cli.output import say, say_json
     from text2sim.rendering.suggest import suggest
     from text2sim.revision.files import rewrite
     from text2sim.revision.revise import revise
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
-    from text2sim.spec_schema.plain import plain
     from text2sim.spec_schema.text.canonical import dump_case
-    from text2sim.spec_schema.text.source import read_source
 
     if write and chosen.case is None:
         raise RunError("a run does not know its case: name the case instead of the run to write to it")

@@ -7,7 +7,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.cli.output import say, say_json
 from text2sim.service import exits
+from text2sim.service.phrases import display_path, run_line
+from text2sim.spec_schema.errors import RunError, SpecError
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
@@ -30,10 +33,8 @@ def run_sweep(
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import attempts
-    from text2sim.cli.output import say, say_json
     from text2sim.cli.verdict import exit_of, say_failure
     from text2sim.service.examined import examine
-    from text2sim.service.phrases import display_path, run_line
 
     base = examine(path, to="loaded", overlay=overlay)
     points = _points(base, name, grid) if base.ok else []
@@ -75,7 +76,6 @@ def run_sweep(
 
 def _points(base: "Examined", name: str, grid: list[str]) -> "list[tuple[str, CaseOverlay]]":
     """Label and overlay of each run; empty, with the reason in `base`, if there are none."""
-    from text2sim.spec_schema.errors import RunError, SpecError
     from text2sim.spec_schema.reuse.sweeps import grid_runs, parse_grid, runs_of
 
     assert base.loaded is not None
@@ -159,8 +159,6 @@ class _Table:
 
     def say(self) -> None:
         """Print the table."""
-        from text2sim.cli.output import say
-
         heads = [f"{name} [{unit}]" if unit else name for name, unit in self.measures.items()]
         table = [["", "came true", *heads]]
         for row in self.rows:

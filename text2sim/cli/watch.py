@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.options import Sets, Variants, overlay_of
+from text2sim.cli.output import expectation_rows, say, say_problems
 from text2sim.service import exits
+from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import MachineError, RunError
 
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
@@ -38,12 +41,9 @@ def watch(
 
     Ctrl-C ends it.
     """
-    from text2sim.cli.output import say
     from text2sim.runtime.lock import RunLock
     from text2sim.runtime.stop import Stop
     from text2sim.service.examined import case_file
-    from text2sim.service.phrases import display_path
-    from text2sim.spec_schema.errors import RunError
     from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
     from text2sim.watching.session import Options, WatchSession
@@ -88,7 +88,6 @@ def _examine(path: Path, overlay: "CaseOverlay") -> "Examined":
     """Read a case, and check that this machine can run it."""
     from text2sim.runtime.machine_check import check_ability
     from text2sim.service.examined import examine
-    from text2sim.spec_schema.errors import MachineError
 
     found = examine(path, overlay=overlay)
     if found.ok and found.loaded is not None:
@@ -106,8 +105,6 @@ class _Terminal:
         self._warnings: object = None
 
     def checked(self, case: "Checked", seconds: float) -> None:
-        from text2sim.cli.output import say, say_problems
-
         if case.failure:
             say(f"{case.name}: {case.failure}", to=sys.stderr)
         # Known warnings are not repeated at every save.
@@ -127,7 +124,6 @@ class _Terminal:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
     def done(self, live_run: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
-        from text2sim.cli.output import expectation_rows
         from text2sim.cli.verdict import MARKS
         from text2sim.watching.page_text import timing
 
@@ -140,8 +136,6 @@ class _Terminal:
         self._say(f"{timing(live_run)}; {live_run.state.replace('_', ' ')}{score}{none}")
 
     def _say(self, words: str, to: Any = None) -> None:
-        from text2sim.cli.output import say
-
         say(words, to=to)
         sys.stdout.flush()
 

@@ -5,6 +5,7 @@ import shutil
 from typing import Any
 
 from text2sim.cluster.task import TaskPlace
+from text2sim.spec_schema.errors import RunError
 
 
 def simulate(
@@ -77,7 +78,6 @@ def render(
     from text2sim.recording.film_record import read_recording
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import mitsuba
-    from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.load import load_case
 
     mitsuba()

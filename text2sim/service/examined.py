@@ -10,6 +10,7 @@ from text2sim.service import exits
 from text2sim.service.phrases import display_path, user_message
 from text2sim.spec_schema.errors import Problem, SpecError, Text2SimError
 from text2sim.spec_schema.reuse.overlay import NOTHING, CaseOverlay
+from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
     from text2sim.compiler.build import Resolution
@@ -133,8 +134,6 @@ class Examined:
         self.sources = {file: text for file, text in texts.items() if text}
 
     def _text(self, file: str) -> str:
-        from text2sim.spec_schema.text.source import read_source
-
         if self.loaded is not None and file == self.loaded.source.file:
             return self.loaded.source.text
         if file in ("--set", "--variant"):

@@ -5,6 +5,8 @@ import re
 from pathlib import Path
 
 from text2sim.service.phrases import display_path
+from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.text.source import read_source
 
 STARTER = Path(__file__).with_name("starter.yaml")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}\Z")
@@ -24,7 +26,6 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
         RunError: if the name is invalid or taken.
     """
     from text2sim.harness.folder import staging
-    from text2sim.spec_schema.errors import RunError
     from text2sim.spec_schema.whole_files import naming
 
     if not _NAME.match(name):
@@ -47,8 +48,6 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
 def _copy(source: Path, target: Path) -> str:
     """Copy the files of a case, except links, and return its text."""
     import shutil
-
-    from text2sim.spec_schema.text.source import read_source
 
     text = read_source(source / "case.yaml").text
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
+from text2sim.spec_schema.errors import RunError
+
 if TYPE_CHECKING:
     from text2sim.spec_schema.models.case import Case
 
@@ -56,7 +58,6 @@ class Judge:
     def _judge_run(self, key: Key, folder: Path, case: "Case") -> None:
         from text2sim.evidence.evidence import judge
         from text2sim.runtime.internal_errors import internal_error_message
-        from text2sim.spec_schema.errors import RunError
 
         begun, evidence, message = monotonic(), None, ""
         try:
