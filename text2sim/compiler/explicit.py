@@ -23,7 +23,7 @@ from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.regions import BodyPoint, BodyRegion
 from text2sim.spec_schema.text.canonical import dump_layout
-from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.text.document import Path, value_at
 from text2sim.spec_schema.text.layout import LayoutEntry, plain_layout
 from text2sim.spec_schema.vocabulary.words import fields_of
 
@@ -60,7 +60,7 @@ class Explicit:
             KeyError: if there is none of that name.
         """
         path = ("bodies", name) if name in self.data["bodies"] else ("scene", "statics", name)
-        inner = _get_at(self.data, path)
+        inner = value_at(self.data, path)
         for step in reversed(path):
             inner = {step: inner}
         return Explicit(inner, {key: text for key, text in self.comments.items() if key[: len(path)] == path})
@@ -104,7 +104,7 @@ def _plain(value: Any) -> Any:
 
 
 def _set_at(data: Any, path: Path, value: Any) -> None:
-    _get_at(data, path[:-1])[path[-1]] = value
+    value_at(data, path[:-1])[path[-1]] = value
 
 
 def _entry_at(root: LayoutEntry, path: Path) -> LayoutEntry | None:
@@ -192,7 +192,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
         for name, model in models.items():
             copies = resolution.placed[name]
             root: Path = (*section, name)
-            data = _get_at(found.data, root)
+            data = value_at(found.data, root)
             if model.place is None and model.pose is None:
                 data["pose"] = _plain(Pose())
             place = "place" if model.place is not None else "pose" if model.repeat is None else "repeat"
@@ -205,7 +205,7 @@ def _add_copies(found: Explicit, resolution: Resolution) -> None:
 
 def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> None:
     """Write out the finish, and the colour if the case gives none and no file may have one."""
-    look = _get_at(found.data, root)["look"]
+    look = value_at(found.data, root)["look"]
     look["finish"] = finish_of_body(model)
     parts = getattr(copies[0].shape, "parts", {}).values() if copies else ()
     kinds = {getattr(part, "shape", part).kind for part in parts}
@@ -216,12 +216,6 @@ def _add_look(found: Explicit, root: Path, model: Any, copies: list[Copy]) -> No
         return
     look["color"] = default_color(str(root[-1]), model)
     found.comments[*root, "look"] = "derived: by its name" if root[0] == "bodies" else "derived: what never moves"
-
-
-def _get_at(data: Any, path: Path) -> Any:
-    for step in path:
-        data = data[step]
-    return data
 
 
 def _positions(copies: list[Copy]) -> str:

@@ -226,10 +226,10 @@ class Annotator:
         link = getattr(piece, "link", None)
         quat, turn = np.array([1.0, 0, 0, 0]), np.eye(3)
         if link is not None:
-            from text2sim.drawing.stage import matrices
+            from text2sim.compiler.shapes.rotation import quats_to_matrices
 
             quat = self.recording.states.poses(t)[1][link].astype(float)
-            turn = matrices(quat[None])[0]
+            turn = quats_to_matrices(quat[None])[0]
         local = points @ turn
         low, high = local.min(axis=0), local.max(axis=0)
         return {"center": (turn @ ((low + high) / 2)).tolist(), "size": (high - low).tolist(), "quat": quat.tolist()}

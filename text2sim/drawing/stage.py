@@ -12,7 +12,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply
+from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quats_to_matrices
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.file_bodies import geom_of
@@ -240,7 +240,7 @@ def _sides(things: dict[_Key, Any], counts: dict[_Key, int], room: float) -> dic
 def _place_instances(surface: Triangles, instances: list[_Instance]) -> tuple[np.ndarray, np.ndarray]:
     """Corners and normals of all instances of a surface."""
     scale = np.array([instance.scale for instance in instances])[:, None, :]
-    turn = np.swapaxes(matrices(np.array([instance.quat for instance in instances])), 1, 2)
+    turn = np.swapaxes(quats_to_matrices(np.array([instance.quat for instance in instances])), 1, 2)
     place = np.array([instance.pos for instance in instances])[:, None, :]
     corners = surface.corners.reshape(1, -1, 3) * scale @ turn + place
     normals = surface.normals.reshape(1, -1, 3)
@@ -249,17 +249,6 @@ def _place_instances(surface: Triangles, instances: list[_Instance]) -> tuple[np
         normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     normals = normals.astype(np.float32) @ turn.astype(np.float32)
     return corners.reshape(-1, 3, 3), normals.reshape(-1, 3, 3)
-
-
-def matrices(quats: np.ndarray) -> np.ndarray:
-    """Return rotation matrices (n, 3, 3) of unit quaternions (n, 4), wxyz."""
-    w, x, y, z = quats.T
-    rows = [
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    ]
-    return np.array(rows).transpose(2, 0, 1)
 
 
 def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:

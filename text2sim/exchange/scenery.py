@@ -141,7 +141,7 @@ class Scenery:
         """
         if path not in self._meshes:
             try:
-                self._meshes[path] = read_mesh(path) if self._detailed else _unrounded_mesh(path)
+                self._meshes[path] = read_mesh(path, rounded=self._detailed)
             except DAMAGED as error:
                 raise RunError(f"{path}: its geometry is damaged ({error})") from error
         return self._meshes[path]
@@ -186,15 +186,6 @@ def keyframe_rows(values: Array) -> Indices:
     changed = (values[1:] != values[:-1]).reshape(len(values) - 1, -1).any(axis=1)
     needed = np.concatenate([[True], changed[:-1] | changed[1:], [True]])
     return np.flatnonzero(needed)
-
-
-def _unrounded_mesh(path: Path) -> RenderMesh:
-    with np.load(path) as arrays:
-        vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
-        uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
-    shell = Shell(vertices, faces)
-    worn = None if uvs is None else uvs[shell.worn]
-    return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)
 
 
 def _read_confined(folder: Path) -> FilmRecord:

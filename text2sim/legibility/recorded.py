@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from text2sim.compiler.looks import hides
-from text2sim.drawing.stage import matrices
+from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.drawing.view import PictureView, perspective
 from text2sim.legibility.sight import Sight, Things, look
 from text2sim.recording.film_record import FilmRecord, WornMesh
@@ -85,7 +85,7 @@ class Recorded:
         """
         states = self.recording.states
         pos, quat = states.poses(t)
-        turn = matrices(quat.astype(float))[self._links]
+        turn = quats_to_matrices(quat.astype(float))[self._links]
         triangles = [np.einsum("nij,nkj->nki", turn, self._local) + pos[self._links][:, None]]
         piece = [self._piece]
         first = len(self.pieces) - len(self._soft)
@@ -128,7 +128,7 @@ class Recorded:
         read = {mesh: vertices[coarsened(vertices, faces, most)] for mesh, (vertices, faces) in meshes.items()}
         if not parts:
             return np.zeros((0, 3, 3)), np.zeros(0, int), np.zeros(0, int)
-        turns = matrices(np.array([part.quat for part in parts], float))
+        turns = quats_to_matrices(np.array([part.quat for part in parts], float))
         local = [read[p.mesh] @ r.T + np.asarray(p.pos) for p, r in zip(parts, turns, strict=True)]
         sizes = [len(rows) for rows in local]
         links = np.repeat([part.link for part in parts], sizes)

@@ -21,7 +21,7 @@ from text2sim.lint.rule import SEVERITIES
 from text2sim.spec_schema.errors import Problem, Severity
 from text2sim.spec_schema.models.events import LeftDomainEvent, RegionEvent
 from text2sim.spec_schema.names.selectors import body_of
-from text2sim.spec_schema.text.document import Path
+from text2sim.spec_schema.text.document import Path, find_value
 
 T = TypeVar("T")
 REPLACING_CONTACT_MODELS = ("sap", "ipc")
@@ -288,12 +288,4 @@ class Facts:
 
     def value_at(self, where: Path) -> Any:
         """Return the evaluated data at a path; None if the case does not give it."""
-        value: Any = self.loaded.data
-        for step in where:
-            if isinstance(value, dict) and step in value:
-                value = value[step]
-            elif isinstance(value, list) and isinstance(step, int) and step < len(value):
-                value = value[step]
-            else:
-                return None
-        return value
+        return find_value(self.loaded.data, where)

@@ -50,12 +50,12 @@ class RenderMesh:
     """Texture coordinates, shape (n, 2); the origin of pictures is at the lower left."""
 
 
-def read_mesh(path: Path) -> RenderMesh:
-    """Read a recorded mesh and prepare it for rendering."""
+def read_mesh(path: Path, *, rounded: bool = True) -> RenderMesh:
+    """Read a recorded mesh and prepare it for rendering; as it was recorded, if not `rounded`."""
     with np.load(path) as arrays:
         vertices, faces = arrays["vertices"].astype(float), arrays["faces"].astype(np.int64)
         uvs = arrays["uvs"].astype(float) if "uvs" in arrays and len(arrays["uvs"]) == len(vertices) else None
-    return presentable(vertices, faces, uvs)
+    return presentable(vertices, faces, uvs) if rounded else _smooth(vertices, faces, uvs)
 
 
 def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> RenderMesh:
@@ -70,6 +70,10 @@ def presentable(vertices: Array, faces: Indices, uvs: Array | None = None) -> Re
         round_one = _ball(vertices, faces) or _cylinder(vertices) or _cone(vertices) or _capsule(vertices)
         if (made := round_one or _bevelled(vertices, faces)) is not None:
             return made
+    return _smooth(vertices, faces, uvs)
+
+
+def _smooth(vertices: Array, faces: Indices, uvs: Array | None) -> RenderMesh:
     shell = Shell(vertices, faces)
     worn = None if uvs is None else uvs[shell.worn]
     return RenderMesh(vertices[shell.worn], shell.faces.astype(np.int64), shell.normals(vertices).astype(float), worn)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
@@ -63,7 +64,7 @@ class Batch:
         starts = np.cumsum([0, *sizes[:-1]])
         self._faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)])
         self._uvs = np.concatenate([mesh.uvs for mesh in meshes if mesh.uvs is not None]) if shared.has_uvs else None
-        turns = [matrices(np.array([part.quat]))[0] for part in parts]
+        turns = [quats_to_matrices(np.array([part.quat]))[0] for part in parts]
         self._vertices = np.concatenate(
             [m.vertices @ r.T + p.pos for m, r, p in zip(meshes, turns, parts, strict=True)]
         )
@@ -84,7 +85,7 @@ class Batch:
             bsdf: Material instead of its own.
         """
         if self._made is None or self.moves or bsdf is not None:
-            turn = matrices(quat)[self._links]
+            turn = quats_to_matrices(quat)[self._links]
             vertices = np.einsum("nij,nj->ni", turn, self._vertices) + pos[self._links]
             normals = np.einsum("nij,nj->ni", turn, self._normals)
             made = mesh_shape(
@@ -126,7 +127,7 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
                 if part.mesh not in read:
                     read[part.mesh] = read_mesh(part.mesh)
                 plain = replace(read[part.mesh], uvs=None)
-                turn = matrices(np.array([part.quat]))[0]
+                turn = quats_to_matrices(np.array([part.quat]))[0]
                 laid[own] = dressed(plain, look.dress, look.color, turn, textured=needs_uvs(finish))[:2]
             mesh, layer = laid[own]
             if look.dress.repeats:
@@ -178,14 +179,3 @@ def read_picture(path: Path) -> Array:
 
     with Image.open(path) as picture:
         return np.asarray(picture.convert("RGBA" if "A" in picture.getbands() else "RGB"), float) / 255
-
-
-def matrices(quat: Array) -> Array:
-    """Return rotation matrices (n, 3, 3) of unit quaternions (w, x, y, z), shape (n, 4)."""
-    w, x, y, z = np.moveaxis(np.asarray(quat, float), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)

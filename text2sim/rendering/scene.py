@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.compiler.film_lights import CYCLORAMA_RADIUS
+from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord, SurfaceLook, WornMesh
 from text2sim.rendering.backdrop import backdrop_mesh, blocks_light, edge_rays, haze_distance, wall_mesh
 from text2sim.rendering.finishes import material, needs_uvs
@@ -20,7 +21,7 @@ from text2sim.rendering.floors import floor_material
 from text2sim.rendering.lights import dome, emitters, gradient
 from text2sim.rendering.meshes import RenderMesh
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.rigid import batches, matrices
+from text2sim.rendering.rigid import batches
 from text2sim.rendering.shapes import mesh_shape, shaded
 from text2sim.rendering.soft import SoftBodies
 from text2sim.rendering.supports import COLOR as POSTS
@@ -232,7 +233,8 @@ def _is_plane(part: WornMesh, recording: FilmRecord, level: float) -> bool:
         corners = mesh["vertices"].astype(float)
     if len(corners) != 4:
         return False
-    corners = (corners @ matrices(np.array([part.quat]))[0].T + part.pos) @ matrices(quat[part.link][None])[0].T
+    own, turned = quats_to_matrices(np.array([part.quat, quat[part.link]]))
+    corners = (corners @ own.T + part.pos) @ turned.T
     return bool(np.abs(corners[:, 2] + pos[part.link, 2] - level).max() < 1e-3)
 
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.recording.film_record import FilmRecord
 from text2sim.rendering.meshes import RenderMesh, joined, read_mesh, revolved
-from text2sim.rendering.rigid import matrices
 
 Array = NDArray[np.floating]
 
@@ -78,14 +78,14 @@ def supports(recording: FilmRecord, level: float, planes: set[str]) -> RenderMes
         planes: Names of the statics that are ground planes.
     """
     pos, quat = recording.states.poses(float(recording.states.time[0]))
-    turns = matrices(quat)
+    turns = quats_to_matrices(quat)
     found: dict[str, list[Array]] = {}
     for part in recording.parts:
         seen = part.look.visible and part.look.opacity >= CLEAR
         if part.body not in recording.statics or part.body in planes or not seen:
             continue
         mesh = read_mesh(part.mesh)
-        local = mesh.vertices @ matrices(np.array([part.quat]))[0].T + part.pos
+        local = mesh.vertices @ quats_to_matrices(np.array([part.quat]))[0].T + part.pos
         placed = local @ turns[part.link].T + pos[part.link]
         found.setdefault(part.body, []).append(placed[mesh.faces])
     things = [StaticBody(np.concatenate(corners)) for corners in found.values()]

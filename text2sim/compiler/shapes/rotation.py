@@ -6,9 +6,13 @@ apply the right factor first. Angles are radians, except in `quat_from_euler_deg
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from text2sim.spec_schema.models.base import AXES, Pose
 from text2sim.spec_schema.models.placement import Place
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Vec = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -61,6 +65,14 @@ def quat_to_rows(q: Quaternion) -> Rows:
         (2 * (xy + wz), 1 - 2 * (xx + zz), 2 * (yz - wx)),
         (2 * (xz - wy), 2 * (yz + wx), 1 - 2 * (xx + yy)),
     )
+
+
+def quats_to_matrices(quats: "np.ndarray") -> "np.ndarray":
+    """Return the rotation matrices of quaternions, shape (n, 3, 3) for (n, 4)."""
+    import numpy as np
+
+    rows = quat_to_rows(tuple(np.moveaxis(np.asarray(quats, float), -1, 0)))
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def quat_rotate(q: Quaternion, v: Sequence[float]) -> Vec:

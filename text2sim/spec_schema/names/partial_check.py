@@ -15,7 +15,7 @@ from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.event_references import NEVER
 from text2sim.spec_schema.names.references import check_references
 from text2sim.spec_schema.names.selectors import body_of
-from text2sim.spec_schema.text.document import Path, parse_pointer, pointer
+from text2sim.spec_schema.text.document import Path, find_value, parse_pointer, pointer
 
 Validate = Callable[[dict[str, Any]], tuple[Any, list[Problem]]]
 """Validates data; returns the case, or its problems."""
@@ -95,7 +95,7 @@ def _leave_out(data: dict[str, Any], path: Path, before: set[Path], changed: set
         if not path or not _delete(data, path):
             return False
     elif entry == path or entry in before or not _delete(data, path):
-        holder = _at(data, entry[:-1])
+        holder = find_value(data, entry[:-1])
         if not isinstance(holder, dict) or not isinstance(entry[-1], str):
             return False
         substitute, old = PLAIN[entry[:-1]], holder.get(entry[-1])
@@ -109,21 +109,10 @@ def _leave_out(data: dict[str, Any], path: Path, before: set[Path], changed: set
     return True
 
 
-def _at(data: Any, path: Path) -> Any:
-    for step in path:
-        if isinstance(data, dict) and step in data:
-            data = data[step]
-        elif isinstance(data, list) and isinstance(step, int) and step < len(data):
-            data = data[step]
-        else:
-            return None
-    return data
-
-
 def _delete(data: dict[str, Any], path: Path) -> bool:
     """Delete a key of a mapping; for an item of a list, the key of the list."""
     for depth in range(len(path), 0, -1):
-        holder = _at(data, path[: depth - 1])
+        holder = find_value(data, path[: depth - 1])
         if isinstance(holder, dict) and path[depth - 1] in holder:
             del holder[path[depth - 1]]
             return True
@@ -138,7 +127,7 @@ def _holds(problem: Problem, data: dict[str, Any], changed: set[Path]) -> bool:
     names = {str(entry[-1]) for entry in changed}
     if _entry(path) is None:
         return not any(pointer(entry).startswith(("/scene", "/render")) for entry in changed)
-    value = _at(data, path)
+    value = find_value(data, path)
     if isinstance(value, str) and body_of(value) in names:
         return False
     if problem.rule == NEVER and any(entry[:2] == ("actions", "controls") for entry in changed):
