@@ -32,6 +32,10 @@ COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
+BENDING = ("rigidity", "crease_radius", "rest_at_start")
+"""Facts of a cloth that its bending depends on."""
+UNRECORDED = ("mass", *BENDING)
+"""Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
 
@@ -107,7 +111,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
-    copied += ["creases.py"] if context["creases"] else []
+    copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
 
@@ -180,7 +184,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
         "deformables": {
-            name: {key: value for key, value in vars(facts).items() if key not in ("mass", "crease_radius")}
+            name: {key: value for key, value in vars(facts).items() if key not in UNRECORDED}
             for name, facts in plan.deformables.items()
         },
         "statics": [_group(group) for group in plan.statics],
@@ -197,7 +201,11 @@ def _context(plan: Plan) -> dict[str, Any]:
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
-        "creases": {name: facts.crease_radius for name, facts in plan.deformables.items() if facts.crease_radius},
+        "bending": {
+            name: row
+            for name, facts in plan.deformables.items()
+            if any(row := tuple(getattr(facts, key) for key in BENDING))
+        },
         **action_context(plan),
         "render": plan.render,
     }

@@ -65,15 +65,7 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftRecord(
-                model.kind,
-                solver,
-                spacing,
-                copy.pos,
-                copy.quat,
-                weight,
-                model.material.crease_radius if solver == "pbd" else None,
-            ),
+            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight, **bending_of(model, solver)),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
@@ -148,6 +140,18 @@ def _merges(shape: Any, solver: str) -> bool:
     if solver == "mpm":
         return not (isinstance(shape, Sculpt) and not one_color(shape))
     return FAMILIES[solver] == "fem"
+
+
+def bending_of(model: Any, solver: str) -> dict[str, Any]:
+    """Return how a cloth of solver pbd bends where it is not as the engine has it."""
+    if solver != "pbd":
+        return {}
+    own = model.material
+    return {
+        "rigidity": own.rigidity,
+        "crease_radius": own.crease_radius,
+        "rest_at_start": own.rest_shape == "start",
+    }
 
 
 def mass(copy: Copy, folder: Path) -> float:

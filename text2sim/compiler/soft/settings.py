@@ -31,6 +31,8 @@ benchmarks.cloth_hash` measures 5.1 ms a substep, and 13.8 ms with the engine's 
 """
 SNOW_HARDENING = exp(10 * 0.1)
 """Factor by which snow is stiffer when compressed by a tenth (the engine's law, exp(10 (1 - Jp)))."""
+MIN_BENDING_STEP = 1e-4
+"""Shortest substep [s] that is derived for a stiff sheet: in one that is too long, it is softer, but stable."""
 MAX_PBD_STEP = 0.0005
 """Longest substep [s] of cloth, which is stiffer the more sweeps its solver makes in a second."""
 MAX_FEM_STEP = 0.01
@@ -82,6 +84,8 @@ def derive_soft(
     if "pbd" in by_solver:
         pbd = _pbd(scene, scales, domain, why)
         substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
+        if stiff := [_bending_step(copy.model, scales) for copy in by_solver["pbd"] if copy.model.material.rigidity]:
+            substeps.append((max(min(stiff), MIN_BENDING_STEP), "a stiff sheet is softer at longer steps"))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
             substeps.append((pbd.particle_size / 2 / fastest, reason))
@@ -95,6 +99,17 @@ def derive_soft(
         sap = SapSettings(fem is not None and fem.floor is not None, bool(around.solids))
         why["precision"] = "the sap model is solved in double precision alone"
     return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why, coupler)
+
+
+def _bending_step(model: Any, scales: Scales) -> float:
+    """Return the substep [s] up to which a sheet is as stiff as its rigidity says.
+
+    On a grid of cells c, a plate of rigidity D and mass per area m has the highest frequency 8 / c^2 sqrt(D / m); one
+    over it would do, but meshes are not so even.
+    """
+    cell = scales.pbd_size
+    assert cell is not None
+    return cell**2 / 10 * sqrt(model.material.area_density / model.material.rigidity)
 
 
 def wave_speed(material: Any, model: Any) -> float:

@@ -12,6 +12,7 @@ from text2sim.spec_schema.models.base import listed
 from text2sim.spec_schema.models.bodies import Articulated
 from text2sim.spec_schema.models.events import ContactEvent, SeparationEvent
 from text2sim.spec_schema.models.measures import ContactCount, ContactForce, Penetration
+from text2sim.spec_schema.models.soft_bodies import Cloth
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.text.document import Path
 
@@ -48,7 +49,7 @@ def _soft(facts: Facts, selector: str) -> bool:
 IGNORED_FIELDS = {
     "pbd": (("youngs_modulus", "poisson_ratio", "bending_stiffness"), "stretch_compliance and bending_compliance"),
     "ipc": (
-        ("stretch_compliance", "bending_compliance", "crease_radius", "air_resistance"),
+        ("stretch_compliance", "bending_compliance", "rigidity", "crease_radius", "rest_shape", "air_resistance"),
         "youngs_modulus and bending_stiffness",
     ),
 }
@@ -59,7 +60,8 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
     """Report each material value that has no effect."""
     soft = soft_facts(facts)
     for name, solver in {body.body: body.solver for body in soft.of("pbd", "ipc")}.items():
-        if facts.case.bodies[name].kind != "cloth":
+        model = facts.case.bodies[name]
+        if not isinstance(model, Cloth):
             continue
         keys, instead = IGNORED_FIELDS[solver]
         for key in keys:
@@ -67,7 +69,7 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             if facts.value_at(where) is not None:
                 text = f"`{name}` has solver {solver}, which ignores {key}; use {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
-        radius, cell = facts.case.bodies[name].material.crease_radius, soft.scales.spacing(name, solver)
+        radius, cell = model.material.crease_radius, soft.scales.spacing(name, solver)
         if solver == "pbd" and radius is not None and math.pi * radius < cell:
             text = (
                 f"no fold of `{name}` can be as tight as {radius:g} m with cells of {cell:g} m, so none stays; use "

@@ -18,7 +18,7 @@ from text2sim.spec_schema.models.soft_materials import (
 
 ONLY_WITH = {
     "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
-    "pbd": ("stretch_compliance", "bending_compliance", "crease_radius", "air_resistance"),
+    "pbd": ("stretch_compliance", "bending_compliance", "rigidity", "crease_radius", "rest_shape", "air_resistance"),
 }
 """Fields of a cloth's material that only one solver supports."""
 

@@ -49,10 +49,17 @@ class ClothMaterial(Model):
     stretch_compliance: NonNegative | None = None
     """With solver pbd: compliance of the threads [m/N]; by default 1e-7."""
     bending_compliance: NonNegative | None = None
-    """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, as stiff as card. 1e4 drapes like cotton."""
+    """With solver pbd: compliance of the folds [rad/N]; by default 1e-4. 1e4 drapes like cotton. Even
+    at 0 the solver is soft, the more so the smaller the cells: a sheet that holds itself out needs a `rigidity`."""
+    rigidity: Positive | None = None
+    """With solver pbd, instead of `bending_compliance`: flexural rigidity `E t^3 / 12` [N m]: cotton 1e-6, paper 3e-4,
+    card 0.01. With a mass m per area it needs substeps of `cell^2 / 10 sqrt(m / rigidity)`, or is softer."""
     crease_radius: Length | None = None
     """With solver pbd: folds tighter than this radius [m] stay, as in foil (0.05) or paper (0.01): an edge keeps what
     exceeds `cell / crease_radius` radians. By default all folds spring back."""
+    rest_shape: Literal["flat", "start"] | None = None
+    """With solver pbd: what bending returns it to, by default `flat`; `start` keeps the curl of `sag` and `folds`, and
+    the form of a mesh."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
     with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute."""
