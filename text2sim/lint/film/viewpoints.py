@@ -11,7 +11,7 @@ from text2sim.lint.film.case_cameras import CameraView, pictures_taken, spread_e
 from text2sim.lint.film.unseen_subjects import MAX_FILM_START
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.escape import inside
+from text2sim.lint.start.escape import overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
@@ -53,7 +53,7 @@ def _enclosed(facts: Facts, t: float, view: CameraView) -> str | None:
             continue
         if facts.moves(copy) and t > MAX_FILM_START:
             continue
-        if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
+        if any(overlapping(eye, part) for part in facts.parts(copy) if _solid(part)):
             return f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
     return None
 
