@@ -14,7 +14,7 @@ from text2sim.service import exits
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
     from text2sim.cluster.task import Done, Task
     from text2sim.harness.result import RunResult
     from text2sim.service.examined import Examined
@@ -37,7 +37,7 @@ LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
-def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
+def where_of(workers: int, ray: str, store: str, runs: Path) -> "Placement | None":
     """Return where tasks run according to the options; None for sequentially in this process.
 
     Args:
@@ -49,15 +49,15 @@ def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
     Raises:
         typer.BadParameter: if there is a store and no cluster.
     """
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
 
     if store and not ray:
         raise typer.BadParameter("needs --ray", param_hint="'--store'")
-    return Where(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
+    return Placement(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
 
 
 def attempts(
-    rows: "Sequence[Examined]", where: "Where | None", *, quiet: bool, runs: Path, **options: Any
+    rows: "Sequence[Examined]", where: "Placement | None", *, quiet: bool, runs: Path, **options: Any
 ) -> "Iterator[tuple[Examined, RunResult | None]]":
     """Run loaded cases, and yield each, in order, with its result; see `attempt`.
 
@@ -113,7 +113,7 @@ def attempts(
         yield rows[rest], found.get(rest)
 
 
-def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
+def trace(chosen: "Chosen", where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
     """Trace the frames of a run in several processes; existing ones are kept.
 
     Args:
@@ -126,11 +126,11 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
     Raises:
         RunError: if a part could not be traced.
     """
-    from text2sim.cluster.run import slots
+    from text2sim.cluster.run import capacity
     from text2sim.cluster.task import Needs, Task
     from text2sim.spec_schema.errors import RunError
 
-    folder, free = chosen.recording.folder, slots(where)
+    folder, free = chosen.recording.folder, capacity(where)
     # A tracer uses all cores that it gets, so the cores of this machine are divided.
     cores = RENDER_CORES if where.ray else max(1, (os.cpu_count() or 1) // free)
     parts = max(1, min(free // cores if where.ray else free, pictures))
@@ -149,7 +149,7 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
             raise RunError(f"{done.task.label} of the pictures: {done.error}")
 
 
-def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
+def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -> "Iterator[Done]":
     """Run tasks; print an estimate first, then progress.
 
     Args:
@@ -159,14 +159,14 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
     """
     from text2sim.cli.output import say
     from text2sim.cluster.estimate import in_words
-    from text2sim.cluster.run import run_tasks, slots
+    from text2sim.cluster.run import capacity, run_tasks
     from text2sim.runtime.stop import Stop
     from text2sim.service.phrases import duration_text
 
     if not tasks:
         return
     if not quiet:
-        say(in_words(tasks, slots(where)), to=sys.stderr)
+        say(in_words(tasks, capacity(where)), to=sys.stderr)
     begun = following = monotonic()
     with Stop() as stop:
         for count, done in enumerate(run_tasks(tasks, where, stop), 1):
