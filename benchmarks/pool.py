@@ -9,7 +9,7 @@ from time import monotonic
 from rich.console import Console
 from rich.table import Table
 
-from text2sim.cluster.run import Where, run_tasks
+from text2sim.cluster.run import Placement, run_tasks
 from text2sim.cluster.task import Task
 from text2sim.runtime.stop import Stop
 
@@ -43,7 +43,7 @@ def measure(options: argparse.Namespace, workers: int, warm: bool) -> list[str]:
             tasks.append(Task("text2sim.cluster.work:simulate", arguments, inputs=inputs, output=output))
         begun, before, took = monotonic(), _children(), dict[str, list[float]]()
         first = last = 0.0
-        for done in run_tasks(tasks, Where(workers=workers, warm=warm), stop):
+        for done in run_tasks(tasks, Placement(workers=workers, warm=warm), stop):
             assert done.result is not None, done.error
             last = monotonic() - begun
             first = first or last

@@ -52,7 +52,7 @@ def test_it_holds_expectations_and_all_they_lead_to(contract: Contract) -> None:
 )  # fmt: skip
 def test_nothing_of_it_can_be_changed(contract: Contract, old: str, new: str, about: str) -> None:
     assert old in CASE
-    assert any(row.startswith(about) for row in contract.breaches(load_text(CASE.replace(old, new))))
+    assert about in [pointer for pointer, _ in contract.breaches(load_text(CASE.replace(old, new)))]
 
 
 def test_what_is_not_in_it_can_be_changed(contract: Contract) -> None:
@@ -66,7 +66,10 @@ def test_its_subject_cannot_be_moved_by_decree(contract: Contract) -> None:
     driven = "{kind: driven, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1]}, motion: {kind: spin, axis: z, speed: 1}}"
     ball = "{kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [0, 0, 1]}}"
     text = CASE.replace(f"ball: {ball}", f"ball: {driven}")
-    assert any("cannot be `driven`" in row for row in contract.breaches(load_text(text)))
+    assert any(
+        pointer == "/bodies/ball" and "cannot be `driven`" in message
+        for pointer, message in contract.breaches(load_text(text))
+    )
 
 
 def test_a_restatement_keeps_a_bound() -> None:

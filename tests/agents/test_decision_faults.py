@@ -53,7 +53,7 @@ def agreed() -> tuple[Agreement, list[tuple[str, Any]]]:
         CasePlan.model_construct(), lambda event, /, *, live=False, **what: told.append((event, what))
     )
     plan = CasePlan.model_validate(data(PLANNED))
-    agreement.expect(plan, plan.checks.expect)
+    agreement.adopt_plan(plan, plan.checks.expect)
     agreement.record_examined(examine(CASE, Path("case.yaml")))
     return agreement, told
 

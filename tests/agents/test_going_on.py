@@ -28,7 +28,7 @@ def stub(folder: Path, drafts: list[Any], plans: list[Any]) -> tuple[AgentLoop, 
     def planned(why: str) -> Any:
         asked.append(why)
         found = taken(plans)
-        loop.agreement.planned_anew = True
+        loop.agreement.replanned = True
         return found
 
     asked: list[str] = []

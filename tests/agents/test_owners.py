@@ -35,7 +35,7 @@ WHY = "it is meant, for a test"
 
 def agreed(plan: CasePlan) -> Agreement:
     agreement = Agreement(plan, quiet)
-    agreement.expect(plan, plan.checks.expect)
+    agreement.adopt_plan(plan, plan.checks.expect)
     return agreement
 
 

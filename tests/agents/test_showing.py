@@ -38,15 +38,13 @@ def test_a_body_called_look_is_a_body() -> None:
 def test_a_change_of_looks_is_shown_without_the_case() -> None:
     attempt = Attempt(1, TEXT.replace("color: gold", "color: green"), "as was wished", state="finished")
     attempt.expect = {"pushed": {"ok": True, "wanted": "w", "why": "0.3 m at 1.8 s"}}
-    shown = critic_exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE)
+    shown = critic_exhibit([attempt], "all the evidence", (), TEXT, FILE)
     assert shown.case == ""
     assert "green" in shown.evidence
     assert "all the evidence" not in shown.evidence
-    assert critic_exhibit([attempt], attempt, "all the evidence", (), "", FILE).case == attempt.text
+    assert critic_exhibit([attempt], "all the evidence", (), "", FILE).case == attempt.text
     attempt.expect["pushed"]["ok"] = False
-    assert critic_exhibit([attempt], attempt, "all the evidence", (), TEXT, FILE).case == attempt.text, (
-        "something went wrong"
-    )
+    assert critic_exhibit([attempt], "all the evidence", (), TEXT, FILE).case == attempt.text, "something went wrong"
 
 
 def test_owners_are_told_what_holds() -> None:

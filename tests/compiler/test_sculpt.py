@@ -155,7 +155,7 @@ def test_limits_hold_before_anything_is_made() -> None:
     long = sculpt(rod={"kind": "limb", "points": [[0, 0, 0], [9, 9, 9]], "radii": 1.0},
                   wire={"kind": "limb", "points": [[0, 0, 0], [0, 0, 5]], "radii": 0.01},
                   pin={"kind": "limb", "points": [[0, 0, 0], [0, 5, 0]], "radii": 0.011})  # fmt: skip
-    with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thin, .* it would be lost, as would `pin`; make"):
+    with pytest.raises(AssetError, match=r"part `wire` is 0.02 m thick, .* it would be lost, as would `pin`; make"):
         sculpted(long)
     # The advice must not be rounded up to what is refused.
     thin = {"kind": "limb", "points": [[0, 0, 0], [0, 0, 0.4]], "radii": 0.0085}
@@ -163,7 +163,7 @@ def test_limits_hold_before_anything_is_made() -> None:
         sculpted(sculpt(detail=0.02, ball=BALL, thin=thin))
     sculpted(sculpt(detail=float(str(refused.value).split("`detail` of ")[1].split(" ")[0]), ball=BALL, thin=thin))
     plinth = sculpt(plinth={"kind": "box", "size": [0.2, 0.2, 1000.0]})
-    with pytest.raises(AssetError, match=r"part `plinth` is 0\.2 m thin, .* it would be lost"):
+    with pytest.raises(AssetError, match=r"part `plinth` is 0\.2 m thick, .* it would be lost"):
         sculpted(plinth)  # took 18 s: the grid had 14,000 nodes along it
     assert math.prod(grid_of(sculpt(ball=BALL), placed_parts(sculpt(ball=BALL))).counts) < MAX_NODES
     with pytest.raises(AssetError, match="in 2 pieces: .* to part `far`"):

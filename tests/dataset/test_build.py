@@ -11,7 +11,7 @@ import pytest
 from crates import CASE as CRATE
 from crates import Take
 
-from text2sim.cluster.run import Where
+from text2sim.cluster.run import Placement
 from text2sim.cluster.task import STOPPED
 from text2sim.dataset import simulate
 from text2sim.dataset.annotations import Annotator, Seen
@@ -85,7 +85,7 @@ def test_draws_are_made_until_they_fit_and_pairs_are_linked(recipe_folder: Path,
         (folder / "benchmarks/drop/benchmark.json").write_text("{}")
 
     runs = recipe_folder / "runs"
-    tally = build(recipe, recipe_folder, target, runs, where=Where(), dropped={}, tell=tell, complete=complete)
+    tally = build(recipe, recipe_folder, target, runs, where=Placement(), dropped={}, tell=tell, complete=complete)
     assert "for other simulators: `drop`" in (target / "README.md").read_text()
     assert told == [(1, 1), (2, 2)]
     assert check_dataset(target) == []
@@ -126,7 +126,7 @@ def test_a_dataset_that_is_there_is_not_overwritten(recipe_folder: Path) -> None
             recipe_folder,
             recipe_folder / "drops",
             recipe_folder,
-            where=Where(),
+            where=Placement(),
             dropped={},
             tell=lambda *_: None,
         )

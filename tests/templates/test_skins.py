@@ -72,7 +72,7 @@ def test_a_vertex_beside_the_sheet_goes_to_its_edge():
 
 def test_nearest_points_are_found_in_parts(monkeypatch):
     points, vertices = np.random.default_rng(1).random((2, 40, 3))
-    monkeypatch.setattr("text2sim.templates.skins.DISTANCES", 100)
+    monkeypatch.setattr("text2sim.templates.skins.MAX_DISTANCES", 100)
     found = np.sort(nearest(vertices, points, 5))
     wanted = np.argsort(np.linalg.norm(vertices[:, None] - points, axis=2), axis=1)[:, :5]
     assert (found == np.sort(wanted)).all()

@@ -35,12 +35,12 @@ class Agreement:
         """Descriptions of restated expectations, old and new, for the Critic."""
         self.contract: Contract | None = None
         """Values of the expectations in the last valid case; None until there is one."""
-        self.planned_anew = False
+        self.replanned = False
         """Whether a second plan was made; only one is allowed."""
         self._replaced: Contract | None = None
         self._why = ""
 
-    def expect(self, plan: CasePlan, names: Iterable[str]) -> None:
+    def adopt_plan(self, plan: CasePlan, names: Iterable[str]) -> None:
         """Adopt a plan and make the named expectations binding."""
         self.plan, self.names, self.first = plan, tuple(names), plan.checks
 
@@ -60,8 +60,9 @@ class Agreement:
         for part in FROZEN_PARTS:
             for name, row in getattr(self.plan.checks, part).items():
                 if (part != "expect" or name in self.names) and not same((stated.get(part) or {}).get(name), row):
-                    rows.append(f"/actions/{part}/{name} comes from the request and must stay as it is")
-        return [Problem(row.split(":")[0].split(" ")[0], row, rule="from-the-request") for row in dict.fromkeys(rows)]
+                    place = f"/actions/{part}/{name}"
+                    rows.append((place, f"{place} comes from the request and must stay as it is"))
+        return [Problem(place, message, rule="from-the-request") for place, message in dict.fromkeys(rows)]
 
     def record_examined(self, examined: Examination) -> Contract:
         """Record the contract of a valid case; differences from the previous contract are shown to the Critic."""
@@ -72,11 +73,11 @@ class Agreement:
                 now = fresh.values[part].get(name)
                 # A measure that no expectation uses any longer does not count as restated.
                 if not same(now, was) and (now is not None or part == "expect"):
-                    self.say_restated(f"{part} `{name}` was {was}, is {now} ({self._why})")
+                    self.report_restated(f"{part} `{name}` was {was}, is {now} ({self._why})")
         self.contract = fresh
         return fresh
 
-    def say_restated(self, row: str) -> None:
+    def report_restated(self, row: str) -> None:
         """Record and report a restated expectation."""
         if row not in self.restated:
             self.restated = [*self.restated, row]  # copies of the agreement share the list
@@ -106,26 +107,10 @@ class Agreement:
             add = {"op": "add", "path": _duration_path(text), "value": amendment.duration}
             text, plan = revising.with_operations(text, [add]), plan.model_copy(update={"duration": amendment.duration})
         text = revising.with_waivers(text, decision.waive)
-        new = [amendment.checks] + ([decision.restate.checks] if decision.restate is not None else [])
-        for checks in new:
-            both = {part: getattr(plan.checks, part) | getattr(checks, part) for part in FROZEN_PARTS}
-            plan = plan.model_copy(update={"checks": Fragments(**both)})
-            text = revising.with_checks(text, checks)
-        bodies = {name: body for name, body in plan.bodies.items() if name not in amendment.drop_bodies}
-        keep = [*plan.keeps, *(name for name in amendment.keeps if name not in plan.keeps)]
-        update: dict[str, Any] = {
-            "params": revising.mapping(revising.data_of(text), "params"),
-            "bodies": bodies | amendment.bodies,
-            "says": plan.says | amendment.says,
-            "keeps": keep,
-            "facts": plan.facts | amendment.facts,
-            "assets": [*plan.assets, *amendment.assets],
-        }
-        for name in ("event", "shared", "assumptions"):
-            value = getattr(amendment, name)
-            if value not in ("", None):
-                update[name] = value
-        return text, plan.model_copy(update=update)
+        for checks in [amendment.checks, *([decision.restate.checks] if decision.restate is not None else [])]:
+            text, plan = revising.with_checks(text, checks), _with_checks(plan, checks)
+        plan = plan.model_copy(update={"params": revising.mapping(revising.data_of(text), "params")})
+        return text, _with_amendment(plan, amendment)
 
     def apply(self, text: str, decision: Decision) -> str:
         """Apply the changes that the Planner may make by itself, and return the case."""
@@ -133,7 +118,7 @@ class Agreement:
         text, self.plan = self.changed(text, decision)
         amendment = decision.plan or PlanPatch()
         for name in [name for name, rows in amendment.facts.items() if before.get(name, rows) != rows]:
-            self.say_restated(
+            self.report_restated(
                 f"fact `{name}` was {_claims_text(before[name])}, is {_claims_text(amendment.facts[name])}"
             )
         if amendment.rename:
@@ -159,29 +144,59 @@ class Agreement:
 
     def go_back_to(self, earlier: "Agreement") -> None:
         """Restore the parameters, bodies and contract of an earlier copy with the same checks; keep what is newer."""
+        # How requirements are tested (`facts`, `meets`, `causes`) and what the checks mean (`says`, `keeps`) belongs to
+        # the request and may have been amended since; it does not depend on the version of the case.
         kept = {name: getattr(self.plan, name) for name in ("facts", "says", "keeps", "meets", "causes")}
         newer = {
             "plan": earlier.plan.model_copy(update=kept),
-            "restated": self.restated,
-            "planned_anew": self.planned_anew,
+            "restated": self.restated,  # the Critic has to know of every restatement
+            "replanned": self.replanned,  # the one further plan stays used up
         }
         vars(self).update(vars(earlier) | newer)
 
-    def expect_anew(self, plan: CasePlan) -> None:
-        """Replace the plan; binding expectations stay, and new ones are added."""
+    def replace_plan(self, plan: CasePlan) -> None:
+        """Replace the plan; binding expectations stay, and new ones are added.
+
+        Args:
+            plan: Contains all binding expectations, perhaps restated (see `planning._check_plan`).
+        """
         self.first = self.first.model_copy(update={"expect": plan.checks.expect | self.first.expect})
-        self.plan, self.names, self.planned_anew = plan, tuple(plan.checks.expect), True
+        self.plan, self.names, self.replanned = plan, tuple(plan.checks.expect), True
         self._renew("it was planned anew")
 
     def _renew(self, why: str) -> None:
         """Have the contract recorded again from the next valid case, with the reason for the Critic."""
+        # There was no valid case in between: both causes explain the differences of the next one.
         if self.contract is None and self._replaced is not None and why not in self._why:
-            why = f"{self._why}; {why}"  # there was no valid case in between
+            why = f"{self._why}; {why}"
         self._replaced, self.contract, self._why = self.contract or self._replaced, None, why
 
     def _contract_of(self, loaded: LoadedCase) -> Contract:
         planned = [name for name, body in self.plan.bodies.items() if body.kind not in UNMOVED]
         return Contract.of(loaded, self.names, planned)
+
+
+def _with_checks(plan: CasePlan, checks: Fragments) -> CasePlan:
+    """Return the plan with further or restated measures, events and expectations."""
+    merged = {part: getattr(plan.checks, part) | getattr(checks, part) for part in FROZEN_PARTS}
+    return plan.model_copy(update={"checks": Fragments(**merged)})
+
+
+def _with_amendment(plan: CasePlan, amendment: PlanPatch) -> CasePlan:
+    """Return the plan with the fields of an amendment that concern neither the case nor the checks."""
+    bodies = {name: body for name, body in plan.bodies.items() if name not in amendment.drop_bodies}
+    update: dict[str, Any] = {
+        "bodies": bodies | amendment.bodies,
+        "says": plan.says | amendment.says,
+        "keeps": [*plan.keeps, *(name for name in amendment.keeps if name not in plan.keeps)],
+        "facts": plan.facts | amendment.facts,
+        "assets": [*plan.assets, *amendment.assets],
+    }
+    for name in ("event", "shared", "assumptions"):
+        value = getattr(amendment, name)
+        if value not in ("", None):
+            update[name] = value
+    return plan.model_copy(update=update)
 
 
 def _claims_text(claims: Iterable[Claim]) -> str:

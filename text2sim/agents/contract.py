@@ -62,27 +62,28 @@ class Contract:
         dynamic = {name for name in named & set(bodies) if _kind(bodies[name]) != "driven"}
         return cls(tuple(names), values, frozenset(dynamic | (named & set(planned))))
 
-    def breaches(self, loaded: LoadedCase) -> list[str]:
-        """Describe each way in which another version of the case breaks the contract."""
+    def breaches(self, loaded: LoadedCase) -> list[tuple[str, str]]:
+        """Return (JSON Pointer, message) for each way in which another version of the case breaks the contract."""
         actions = loaded.data.get("actions") or {}
-        found = [
-            f"/actions/expect/{name} comes from the request and must stay"
-            for name in self.names
-            if name not in self.values["expect"]
-        ]
+        found = []
+        for name in self.names:
+            if name not in self.values["expect"]:
+                place = f"/actions/expect/{name}"
+                found.append((place, f"{place} comes from the request and must stay"))
         for part in CONTRACT_PARTS:
             for name, row in self.values[part].items():
-                now = (actions.get(part) or {}).get(name)
+                now, place = (actions.get(part) or {}).get(name), f"/actions/{part}/{name}"
                 if now is None:
-                    found.append(f"/actions/{part}/{name} comes from the request and must stay")
+                    found.append((place, f"{place} comes from the request and must stay"))
                 elif not same(now, row):
-                    found.append(f"/actions/{part}/{name} comes from the request and must stay as it is: {row}")
+                    found.append((place, f"{place} comes from the request and must stay as it is: {row}"))
         bodies = loaded.data.get("bodies") or {}
         for name in sorted(self.subjects):
+            place, about = f"/bodies/{name}", "the request's expectations are about it"
             if name not in bodies:
-                found.append(f"/bodies/{name}: the request's expectations are about it: it must stay a body that moves")
+                found.append((place, f"{place}: {about}: it must stay a body that moves"))
             elif _kind(bodies[name]) == "driven":
-                found.append(f"/bodies/{name}: the request's expectations are about it: it cannot be `driven`")
+                found.append((place, f"{place}: {about}: it cannot be `driven`"))
         return found
 
 

@@ -17,27 +17,25 @@ SHORT_FORM_SIZE = 800
 """Largest side of the pictures in the short form [pixels]."""
 
 
-def critic_exhibit(
-    made: Sequence[Attempt], attempt: Attempt, evidence: str, images: tuple[Image, ...], base: str, path: Path
-) -> Exhibit:
-    """Return the exhibit for the Critic.
+def critic_exhibit(made: Sequence[Attempt], evidence: str, images: tuple[Image, ...], base: str, path: Path) -> Exhibit:
+    """Return the exhibit for the Critic of the latest attempt.
 
     Args:
         made: All attempts.
-        attempt: The latest attempt.
-        evidence: Text of its evidence.
+        evidence: Text of the latest attempt's evidence.
         images: Its images.
         base: Text of the existing case that is to be changed; empty for a new one.
         path: Path of the case file.
     """
+    attempt = made[-1]
     missed = attempt.missed(list(attempt.expect))
     cites, facts = frozenset(attempt.cites), tuple(Fact(**row) for row in attempt.facts)
     if base and not missed and attempt.state == "finished" and only_looks(base, attempt.text, path):
         rows = "\n".join(f"- {line}" for line in revising.change_lines(base, attempt.text))
         sentence = (
-            f"Nothing but looks and film differ from the case as it was, so that the motion is the same: all "
-            f"{len(attempt.expect)} expectations are true.\n\n{rows}\n\nA change is judged by the pictures. If "
-            "something has to be mended, say what in `failures`; patches are not needed."
+            "Only looks and film differ from the earlier case, so the motion is the same, and all "
+            f"{len(attempt.expect)} expectations are met.\n\n{rows}\n\nA change is judged by the pictures. If "
+            "something needs fixing, name it in `failures`; patches are not needed."
         )
         return Exhibit(attempt.number, "", sentence, cites, tuple(map(_smaller, images)), missed, facts)
     return Exhibit(
@@ -55,8 +53,9 @@ def earlier_judgements(made: Sequence[Attempt]) -> str:
     return "\n\n".join([*rows, attempts_table([(one.number, one.expect) for one in made if one.expect])])
 
 
-def with_effects(made: Sequence[Attempt], attempt: Attempt) -> str:
+def with_effects(made: Sequence[Attempt]) -> str:
     """Return the evidence of the latest attempt, with the changes since the previous one and their effects."""
+    attempt = made[-1]
     earlier = [other for other in made[:-1] if other.expect]
     if not earlier or not attempt.changes:
         return attempt.evidence
@@ -76,7 +75,7 @@ def what_holds(attempt: Attempt) -> list[str]:
 
 
 def only_looks(before: str, after: str, path: Path) -> bool:
-    """Whether two versions of a case have the same physics, measures and expectations.
+    """Whether two versions of a case have the same physics, measures and expectations, controls included.
 
     Args:
         before: Text of the earlier version.
@@ -90,7 +89,7 @@ def only_looks(before: str, after: str, path: Path) -> bool:
 
 
 def _smaller(image: Image) -> Image:
-    """A reduced copy of an image."""
+    """Return a reduced copy of an image."""
     from PIL import Image as Picture
 
     with Picture.open(BytesIO(image.data)) as picture:

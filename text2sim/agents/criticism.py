@@ -117,7 +117,7 @@ def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> li
         return [format_problem(problem) for problem in _most_severe(refused.problems)]
     except SpecError as error:
         return [format_problem(problem) for problem in _most_severe(error.problems)]
-    return contract.breaches(load_text(revision.text, path))
+    return [message for _, message in contract.breaches(load_text(revision.text, path))]
 
 
 def _most_severe(problems: Sequence[Problem]) -> list[Problem]:

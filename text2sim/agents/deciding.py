@@ -67,7 +67,7 @@ class Deciding:
         report.left, minutes = self.history.time_left()
         tryable = not before_run and not report.problems
         choices = Choices(
-            anew=not (before_run or workshop.agreement.planned_anew or self.history.base),
+            anew=not (before_run or workshop.agreement.replanned or self.history.base),
             trials=self._affordable_trials(minutes) if tryable else 0,
             earlier={} if before_run else self.history.earlier(attempt, workshop.agreement),
         )

@@ -45,7 +45,7 @@ def _amended(loop: AgentLoop, text: str, run_first: bool) -> LoopOutcome:
     if opening.possible == "no":
         return LoopOutcome("impossible", opening.why, plan=loop.agreement.plan)
     for name in opening.drop:
-        loop.agreement.say_restated(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
+        loop.agreement.report_restated(f"expect `{name}` was dropped, because the wish makes it wrong ({opening.why})")
     return loop.work(_opened(loop, text, opening), "as was wished")
 
 
@@ -116,7 +116,7 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
     for part in ("measures", "events"):
         given, there = getattr(opening.checks, part), getattr(checks, part)
         for name in sorted(n for n in given.keys() & there.keys() if not same(given[n], there[n])):
-            loop.agreement.say_restated(f"{part} `{name}` was {there[name]}, is {given[name]} ({opening.why})")
+            loop.agreement.report_restated(f"{part} `{name}` was {there[name]}, is {given[name]} ({opening.why})")
     says = {name: row for name, row in loop.agreement.plan.says.items() if name in expect} | opening.says
     plan = loop.agreement.plan.model_copy(
         update={
@@ -128,6 +128,6 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
             "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],
         }
     )
-    loop.agreement.expect(plan, expect)
+    loop.agreement.adopt_plan(plan, expect)
     text = revising.with_checks(text, opening.checks, opening.drop)
     return loop.workshop.follow_routes(loop.agreement.apply(text, as_decision(opening)), opening.routes)

@@ -90,7 +90,7 @@ class AgentLoop:
         self.emit("stage", name="plan")
         self.require(extract_requirements(self.chat, self.request.text, self.request.images))
         plan = make_plan(self.chat, self.request, self.dealt, self.path)
-        self.agreement.expect(plan, plan.checks.expect)
+        self.agreement.adopt_plan(plan, plan.checks.expect)
         self._emit_plan(plan)
         if plan.possible == "no":
             return LoopOutcome("impossible", plan.why, plan=plan)
@@ -140,7 +140,7 @@ class AgentLoop:
                 try:
                     plan = self._planned_anew(decision.why)
                 except RoleFailed as failed:  # keep the present plan
-                    self.agreement.planned_anew = True
+                    self.agreement.replanned = True
                     self.workshop.referred.append(f"Planning anew came to nothing: {failed}")
                     decision = self.deciding.decide(attempt, report)
                 else:
@@ -191,7 +191,7 @@ class AgentLoop:
         tried = TriedPlan(why, self.history.rows(), self.agreement.plan, self.agreement.first, self.history.left())
         plan = make_plan(self.chat, replace(self.request, minutes=None), self.dealt, self.path, tried)
         if plan.possible != "no":
-            self.agreement.expect_anew(plan)
+            self.agreement.replace_plan(plan)
         self._emit_plan(plan)
         return plan
 
@@ -206,7 +206,7 @@ class AgentLoop:
         try:
             sections = self.workshop.draft_sections()
         except RoleFailed as failed:
-            if self.agreement.planned_anew:
+            if self.agreement.replanned:
                 raise
             try:
                 plan = self._planned_anew(f"{failed}. Plan it in a simpler way, so that this can be written.")
@@ -253,7 +253,7 @@ class AgentLoop:
         if attempt.sound(()):
             now = self.limits.minutes_left()
             self.attempts.rerun_without_causes(attempt, self.agreement.plan, self.limits.timeout(), self.progress, now)
-        report = AttemptReport(evidence=with_effects(self.history.made, attempt), rules=rules)
+        report = AttemptReport(evidence=with_effects(self.history.made), rules=rules)
         if attempt.state == "finished" or attempt.pictures:
             report.critique = self._judge(attempt, report.evidence, contract)
         self.attempts.keep(attempt)
@@ -263,7 +263,7 @@ class AgentLoop:
         """Have the Critic judge a run, and accept the attempt if nothing speaks against it; return the judgement."""
         images, sound = self.attempts.images(attempt), attempt.sound(self.agreement.names)
         evidence = f"{evidence}\n\n## Left\n\n{self.history.left()}"
-        shown = critic_exhibit(self.history.made, attempt, evidence, images, self.history.base, self.path)
+        shown = critic_exhibit(self.history.made, evidence, images, self.history.base, self.path)
         with self.chat.overtime(JUDGING_OVERTIME if sound else 0.0):
             critique = criticise(
                 self.chat, self.request, self.agreement.plan, shown, contract, self.agreement.restated, self.path

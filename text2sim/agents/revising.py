@@ -64,7 +64,8 @@ def with_patches(
     for patch in patches:
         try:
             made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
-            reason = next(iter(contract.breaches(load_text(made, path)) if contract is not None else ()), "")
+            breaches = contract.breaches(load_text(made, path)) if contract is not None else []
+            reason = breaches[0][1] if breaches else ""
         except (PatchError, SpecError) as error:
             made, reason = text, str(error).splitlines()[0]
         text = text if reason else made

@@ -14,7 +14,7 @@ from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError, Text2SimError
 
 if TYPE_CHECKING:
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
     from text2sim.cluster.task import Task
     from text2sim.service.examined import Examined
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -41,9 +41,9 @@ def export_cases(
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import where_of
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
 
-    where = where_of(workers, ray, store, runs) or Where()
+    where = where_of(workers, ray, store, runs) or Placement()
     rows, tasks = examined(cases, runs, overlay_of(variants, sets))
     code, documents = exits.OK, []
     for row, folder, scene in exported(rows, tasks, out, where, quiet=as_json):
@@ -90,7 +90,7 @@ def examined(
 
 
 def exported(
-    rows: "Sequence[Examined]", tasks: "Mapping[int, list[Task]]", out: Path, where: "Where", *, quiet: bool
+    rows: "Sequence[Examined]", tasks: "Mapping[int, list[Task]]", out: Path, where: "Placement", *, quiet: bool
 ) -> "Iterator[tuple[Examined, Path, dict[str, Any] | None]]":
     """Run and export the cases of `examined`; yield each case, its folder, and its benchmark if there is one.
 

@@ -49,7 +49,7 @@ def build_dataset(
     from text2sim.cli.benchmark import examined, exported
     from text2sim.cli.cases import say_examined
     from text2sim.cluster.estimate import in_words
-    from text2sim.cluster.run import Where, slots
+    from text2sim.cluster.run import Placement, capacity
     from text2sim.dataset.build import build
     from text2sim.dataset.recipe_fit import read_recipe
     from text2sim.dataset.review import read_decisions
@@ -65,7 +65,7 @@ def build_dataset(
 
     def announce(tasks: "Sequence[Task]") -> None:
         if not as_json:
-            say(f"simulations: {in_words(tasks, slots(where))}")
+            say(f"simulations: {in_words(tasks, capacity(where))}")
 
     def complete(folder: Path) -> None:
         for row, _, scene in exported(*benchmarks, folder / "benchmarks", where, quiet=as_json):
@@ -74,7 +74,7 @@ def build_dataset(
                 raise RunError(f"{row.title} could not be exported; the same command continues with what is left")
 
     begun = monotonic()
-    wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Where()
+    wanted, where = read_recipe(recipe), where_of(workers, ray, store, runs) or Placement()
     benchmarks = examined((recipe.parent / path for path in wanted.benchmarks), runs)
     for row in benchmarks[0]:
         if not row.ok:

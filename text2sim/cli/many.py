@@ -17,7 +17,7 @@ from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
     from text2sim.cluster.task import Done, Task
     from text2sim.harness.result import RunResult
     from text2sim.service.examined import Examined
@@ -40,7 +40,7 @@ LINE_INTERVAL = 15.0
 """Wall time [s] between lines of progress."""
 
 
-def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
+def where_of(workers: int, ray: str, store: str, runs: Path) -> "Placement | None":
     """Return where tasks run according to the options; None for sequentially in this process.
 
     Args:
@@ -52,15 +52,15 @@ def where_of(workers: int, ray: str, store: str, runs: Path) -> "Where | None":
     Raises:
         typer.BadParameter: if there is a store and no cluster.
     """
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
 
     if store and not ray:
         raise typer.BadParameter("needs --ray", param_hint="'--store'")
-    return Where(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
+    return Placement(workers, ray, store or str((runs / ".store").absolute())) if ray or workers > 1 else None
 
 
 def attempts(
-    rows: "Sequence[Examined]", where: "Where | None", *, quiet: bool, runs: Path, **options: Any
+    rows: "Sequence[Examined]", where: "Placement | None", *, quiet: bool, runs: Path, **options: Any
 ) -> "Iterator[tuple[Examined, RunResult | None]]":
     """Run loaded cases, and yield each, in order, with its result; see `attempt`.
 
@@ -115,7 +115,7 @@ def attempts(
         yield rows[rest], found.get(rest)
 
 
-def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
+def trace(chosen: "Chosen", where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
     """Trace the frames of a run in several processes; existing ones are kept.
 
     Args:
@@ -128,10 +128,10 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
     Raises:
         RunError: if a part could not be traced.
     """
-    from text2sim.cluster.run import slots
+    from text2sim.cluster.run import capacity
     from text2sim.cluster.task import Needs, Task
 
-    folder, free = chosen.recording.folder, slots(where)
+    folder, free = chosen.recording.folder, capacity(where)
     # A tracer uses all cores that it gets, so the cores of this machine are divided.
     cores = RENDER_CORES if where.ray else max(1, (os.cpu_count() or 1) // free)
     parts = max(1, min(free // cores if where.ray else free, pictures))
@@ -150,7 +150,7 @@ def trace(chosen: "Chosen", where: "Where", arguments: dict[str, Any], pictures:
             raise RunError(f"{done.task.label} of the pictures: {done.error}")
 
 
-def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "Iterator[Done]":
+def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -> "Iterator[Done]":
     """Run tasks; print an estimate first, then progress.
 
     Args:
@@ -159,13 +159,13 @@ def with_progress(tasks: "Sequence[Task]", where: "Where", *, quiet: bool) -> "I
         quiet: Print nothing.
     """
     from text2sim.cluster.estimate import in_words
-    from text2sim.cluster.run import run_tasks, slots
+    from text2sim.cluster.run import capacity, run_tasks
     from text2sim.runtime.stop import Stop
 
     if not tasks:
         return
     if not quiet:
-        say(in_words(tasks, slots(where)), to=sys.stderr)
+        say(in_words(tasks, capacity(where)), to=sys.stderr)
     begun = following = monotonic()
     with Stop() as stop:
         for count, done in enumerate(run_tasks(tasks, where, stop), 1):

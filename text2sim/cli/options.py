@@ -33,26 +33,30 @@ def with_options(group: type, **defaults: Any) -> Callable[[Callable[..., None]]
     """Give a command the fields of a dataclass as options, and pass them as its parameter `options`.
 
     Args:
-        group: The dataclass, whose fields are annotated like parameters of commands.
+        group: The dataclass, whose fields are annotated like parameters of commands. Defaults made by
+            `default_factory` are not supported.
         **defaults: Defaults of this command, in place of the dataclass's.
     """
 
     def wrap(command: Callable[..., None]) -> Callable[..., None]:
-        own = [one for one in signature(command).parameters.values() if one.name != "options"]
+        own = [parameter for parameter in signature(command).parameters.values() if parameter.name != "options"]
         shared = [
             Parameter(
-                one.name, Parameter.KEYWORD_ONLY, default=defaults.get(one.name, one.default), annotation=one.type
+                field.name,
+                Parameter.KEYWORD_ONLY,
+                default=defaults.get(field.name, field.default),
+                annotation=field.type,
             )
-            for one in fields(group)
+            for field in fields(group)
         ]
 
         @wraps(command)
         def call(**given: Any) -> None:
-            options = group(**{one.name: given.pop(one.name) for one in shared})
+            options = group(**{parameter.name: given.pop(parameter.name) for parameter in shared})
             command(**given, options=options)
 
         call.__signature__ = Signature([*own, *shared])  # type: ignore[attr-defined]
-        call.__annotations__ = {one.name: one.annotation for one in (*own, *shared)}
+        call.__annotations__ = {parameter.name: parameter.annotation for parameter in (*own, *shared)}
         return call
 
     return wrap

@@ -20,7 +20,7 @@ from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
     from text2sim.cli.recorded import Chosen
-    from text2sim.cluster.run import Where
+    from text2sim.cluster.run import Placement
     from text2sim.rendering.budget import FittedFilm
     from text2sim.rendering.film import Filming, FilmProgress, Format, Reel
 
@@ -136,7 +136,7 @@ def render(
 def _trace_in_many(
     fit: "FittedFilm",
     chosen: "Chosen",
-    where: "Where",
+    where: "Placement",
     parts: dict[str, Any],
     samples: int | None,
     format: "Format",

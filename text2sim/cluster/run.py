@@ -8,7 +8,7 @@ from text2sim.runtime.stop import Stop
 
 
 @dataclass(frozen=True)
-class Where:
+class Placement:
     """Where tasks run: in a pool on this machine, or on a Ray cluster if its address is given."""
 
     workers: int = 1
@@ -21,11 +21,11 @@ class Where:
     """Whether workers keep their engines warm."""
 
 
-def slots(where: Where) -> int:
-    """Return the number of one-core tasks that run at a time.
+def capacity(where: Placement) -> int:
+    """Return the number of one-core tasks that run at once.
 
     Raises:
-        MachineError: if there is no such cluster.
+        MachineError: if Ray is not installed, or no cluster answers at `where.ray`.
     """
     if not where.ray:
         return where.workers
@@ -34,7 +34,7 @@ def slots(where: Where) -> int:
     return connect(where.ray)
 
 
-def run_tasks(tasks: Sequence[Task], where: Where, stop: Stop) -> Iterator[Done]:
+def run_tasks(tasks: Sequence[Task], where: Placement, stop: Stop) -> Iterator[Done]:
     """Run tasks, and yield the result of each as soon as it is known.
 
     Args:
@@ -44,7 +44,7 @@ def run_tasks(tasks: Sequence[Task], where: Where, stop: Stop) -> Iterator[Done]
 
     Raises:
         RunError: if the store cannot be used.
-        MachineError: if there is no such cluster.
+        MachineError: if Ray is not installed, or no cluster answers at `where.ray`.
     """
     if not tasks:
         return

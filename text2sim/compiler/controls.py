@@ -26,7 +26,7 @@ from text2sim.compiler.plan import (
 from text2sim.compiler.schedules import constructor, oscillation, value_at, waypoint_functions
 from text2sim.compiler.selection import select
 from text2sim.compiler.shapes.regions import RegionError
-from text2sim.compiler.soft.control_checks import check_solvers
+from text2sim.compiler.soft.control_checks import check_soft_controls
 from text2sim.compiler.soft.controls import (
     ANY_FIELD,
     NEVER_REACHED,
@@ -101,7 +101,7 @@ def lower_controls(
         soft: Lowers controls of deformable bodies; None if there are none.
         held: Joints whose actuators have a stiffness, by copy.
     """
-    rows = ControlRows(problems=check_solvers(loaded))
+    rows = ControlRows(problems=check_soft_controls(loaded))
     for name, control in loaded.case.actions.controls.items():
         pointer = ("actions", "controls", name)
         line = loaded.line(pointer)

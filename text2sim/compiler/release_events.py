@@ -138,12 +138,12 @@ class _Writer:
             values = [
                 _call("coordinate", one, AXIS[measure.axis])
                 if isinstance(measure, measures.Velocity)
-                else _call("size", one)
+                else _call("norm", one)
                 for one in speeds
             ]
         else:
             places = self._places(measure.of, measure.region)
-            function = "coordinate" if isinstance(measure, measures.Position) else "moved"
+            function = "coordinate" if isinstance(measure, measures.Position) else "displacement"
             axis = AXIS[measure.axis] if measure.axis is not None else None
             values = [_call(function, place, axis) for place in places]
         if measure.stat is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.cluster.estimate import measured_needs
-from text2sim.cluster.run import Where, run_tasks
+from text2sim.cluster.run import Placement, run_tasks
 from text2sim.cluster.task import Needs, Task
 from text2sim.dataset.balance import Group, balanced_questions
 from text2sim.dataset.card import write_card
@@ -89,7 +89,7 @@ def build(
     target: Path,
     runs: Path,
     *,
-    where: Where,
+    where: Placement,
     dropped: Mapping[str, str],
     scores: Mapping[str, list[dict[str, Any]]] | None = None,
     tell: Callable[[Tally, DrawResult], None],
@@ -142,7 +142,7 @@ def build(
     return writer.tally
 
 
-def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Where) -> Iterator[tuple[bool, DrawResult]]:
+def _results(job_of: dict[int, DrawJob], tasks: Sequence[Task], where: Placement) -> Iterator[tuple[bool, DrawResult]]:
     """Run the tasks of jobs; yield whether each was done now, and its result."""
     with Stop() as stop:
         for done in run_tasks(tasks, where, stop):

@@ -8,18 +8,18 @@ from pathlib import Path
 
 
 class ShardWriter:
-    """Writes items to shards of a split, without times of change.
+    """Writes items to the shards of a split, with modification times of zero, so that equal items give equal files.
 
     Args:
         folder: Folder of the shards.
         split: Prefix of their names.
-        size: Size above which the next shard begins [bytes].
+        max_bytes: Size above which the next shard begins [bytes].
     """
 
-    def __init__(self, folder: Path, split: str, size: float):
-        self._folder, self._split, self._size = folder, split, size
+    def __init__(self, folder: Path, split: str, max_bytes: float):
+        self._folder, self._split, self._max_bytes = folder, split, max_bytes
         self._tar: tarfile.TarFile | None = None
-        self.count = 0
+        self._count = 0
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, key: str, folder: Path, extra: dict[str, bytes]) -> str:
@@ -30,10 +30,10 @@ class ShardWriter:
             folder: Its files.
             extra: Further files by name.
         """
-        if self._tar is None or self._tar.offset >= self._size:
+        if self._tar is None or self._tar.offset >= self._max_bytes:
             self.close()
-            self._tar = tarfile.open(self._folder / f"{self._split}-{self.count:05d}.tar", "w")  # noqa: SIM115
-            self.count += 1
+            self._tar = tarfile.open(self._folder / f"{self._split}-{self._count:05d}.tar", "w")  # noqa: SIM115
+            self._count += 1
         for path in sorted(path for path in folder.iterdir() if path.is_file()):
             info = tarfile.TarInfo(f"{key}.{path.name}")
             info.size = path.stat().st_size

@@ -6,6 +6,7 @@ computed for few points only: bounding boxes of groups of neighbours rule out th
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,11 @@ from text2sim.evidence.solids import LinkSolid
 from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array, RunStates
 
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
+
+MAX_POINTS_AT_ONCE = 200_000
+"""Largest number of points whose distances to a solid are computed at once."""
 MAX_GROUP_SIZE = 24
 """Most points in a group of neighbours."""
 ROUNDING_ERROR = 1e-5
@@ -99,7 +105,7 @@ class Nearest:
         return cls(np.full(frames, limit, float), np.full((frames, 3), np.nan), np.full(frames, -1))
 
     def add(self, frames: Array, values: Array, points: Array, of: int) -> None:
-        """Add distances (n,) of points (n, 3) in frames (n,), sorted by frame.
+        """Keep, in each frame, the smallest of these distances.
 
         Args:
             frames: Frames of the distances, shape (n,), increasing.
@@ -166,20 +172,20 @@ def _measure(
     cloud: Cloud, solid: LinkSolid, pos: Array, turn: Array, frames: Array, groups: Array, found: Nearest, number: int
 ) -> None:
     """Compute the distances of the groups that may be nearer than the nearest so far."""
-    block = max(1, 200_000 // MAX_GROUP_SIZE)
+    block = max(1, MAX_POINTS_AT_ONCE // MAX_GROUP_SIZE)
     for begin in range(0, len(frames), block):
         at, points = cloud.members(frames[begin : begin + block], groups[begin : begin + block])
         x = cloud.points[at, points].astype(float)
         own = np.einsum("nij,ni->nj", turn[at], x - pos[at])
         value, exact = solid.least(own)
         found.add(at[exact], value[exact], x[exact], number)
-        open_ = np.flatnonzero(~exact & (value < found.value[at]))
-        if len(open_):
-            # The seemingly nearest group of each frame first: it rules out most others.
-            order = open_[np.lexsort((value[open_], at[open_]))]
+        inexact = np.flatnonzero(~exact & (value < found.value[at]))
+        if len(inexact):
+            # The seemingly nearest point of each frame first: it rules out most others.
+            order = inexact[np.lexsort((value[inexact], at[inexact]))]
             first = order[np.diff(at[order], prepend=-1) > 0]
             found.add(at[first], solid.distance(own[first]), x[first], number)
-            left = open_[value[open_] < found.value[at[open_]]]
+            left = inexact[value[inexact] < found.value[at[inexact]]]
             left = np.setdiff1d(left, first, assume_unique=True)
             found.add(at[left], solid.distance(own[left]), x[left], number)
 
@@ -202,21 +208,25 @@ def nearest_cloud(cloud: Cloud, other: Cloud, limit: float | Array = np.inf) -> 
     apart = np.maximum(np.maximum(low - cloud.high, cloud.low - high), 0.0)
     # Groups with points that are not finite are left out.
     bound = np.nan_to_num(np.linalg.norm(apart, axis=2), nan=np.inf) - ROUNDING_ERROR
-    for frame in np.flatnonzero(bound.min(axis=1) < limit):
+    for frame in np.flatnonzero(bound.min(axis=1) < limit).tolist():
         theirs = other.points[frame].astype(float)
         theirs = theirs[np.isfinite(theirs).all(axis=1)]
         if not len(theirs):
             continue
         tree = KDTree(theirs, balanced_tree=False, compact_nodes=False)
+        # The seemingly nearest group first: it rules out most others.
         first = np.array([bound[frame].argmin()])
-        for groups in (first, None):
-            if groups is None:
-                groups = np.setdiff1d(np.flatnonzero(bound[frame] < found.value[frame]), first)
-            at, points = cloud.members(np.full(len(groups), frame), groups)
-            x = cloud.points[at, points].astype(float)
-            sound = np.isfinite(x).all(axis=1)
-            x, at = x[sound], at[sound]
-            if len(x):
-                far = np.asarray(tree.query(x, distance_upper_bound=found.value[frame])[0])
-                found.add(at, far, x, 0)
+        _measure_to_tree(cloud, tree, frame, first, found)
+        rest = np.setdiff1d(np.flatnonzero(bound[frame] < found.value[frame]), first)
+        _measure_to_tree(cloud, tree, frame, rest, found)
     return found
+
+
+def _measure_to_tree(cloud: Cloud, tree: "KDTree", frame: int, groups: Array, found: Nearest) -> None:
+    """Compute the distances of groups of points to the points of a tree in one frame."""
+    at, points = cloud.members(np.full(len(groups), frame), groups)
+    x = cloud.points[at, points].astype(float)
+    sound = np.isfinite(x).all(axis=1)
+    x, at = x[sound], at[sound]
+    if len(x):
+        found.add(at, np.asarray(tree.query(x, distance_upper_bound=found.value[frame])[0]), x, 0)

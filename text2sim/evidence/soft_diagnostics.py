@@ -15,18 +15,19 @@ from text2sim.recording.states import Array
 from text2sim.spec_schema.names.selectors import body_of
 
 LOOKED_AT = 4_000_000
-"""Most points of a body over all frames that are examined; longer runs are sampled at even steps."""
+"""Largest number of points of a body, over all frames, that are examined; of longer runs, every n-th frame is."""
 LOOKED_FOR_TEARS = 600_000
-"""The same for counting pieces, which takes longer."""
+"""The same limit for counting pieces, which takes longer."""
 WALL_DISTANCE = 1e-4
-"""Nearer than this to a side of its solver's space [m], a point lies against it. Nodes of the mpm grid stop particles
-up to half a cell away, so these turn back that much before the side."""
+"""Distance [m] from the bounds of its solver below which a point lies against them. Particles of mpm stop earlier,
+because nodes of the grid act on them from up to half a cell away: for them, their spacing counts instead."""
 
 
 def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
     """Return the worst value among the copies of each deformable body: {quantity: {value, at, copy, unit, ...}}.
 
-    `volume` is relative to the start: the value farthest from 1. Quantities that a body lacks are omitted.
+    `volume` is relative to the start, and its worst value is the farthest from 1. Quantities that a body lacks are
+    omitted.
     """
     found: dict[str, dict[str, Any]] = {}
     states = recording.states
@@ -59,7 +60,7 @@ def soft_diagnostics(recording: RecordedCase) -> dict[str, dict[str, Any]]:
 
 
 def penetration(recording: RecordedCase, body: RecordedDeformable) -> tuple[Array, list[str]]:
-    """Return the depth [m] of a body's points in the rigid bodies that it touches, shape (F,), and which, by frame."""
+    """Return the largest depth [m] of a body's points in a rigid body, shape (F,), and its name in each frame."""
     names = recording.names
     rigid = [t for t in names.copies.values() if t.soft is None and names.touches_soft(t.copy)]
     solids = recording.shapes.of_links(links_of(rigid))
@@ -105,7 +106,7 @@ def _stretch(recording: RecordedCase, body: RecordedDeformable) -> Array:
 
 
 def _strain(recording: RecordedCase, body: RecordedDeformable) -> Array | None:
-    """The 99th percentile of strain, because single particles may have escaped; None for bodies that flow."""
+    """Return the 99th percentile of strain, because single particles may have escaped; None for bodies that flow."""
     if body.kind != "soft":
         return None
     return np.percentile(deformation.strains(body), 99, axis=1)
@@ -134,7 +135,7 @@ _QUANTITIES: tuple[
     ("self_penetration", "m", _self_penetration, _large),
     ("against_bounds", "", _share_at_walls, _large),
 )
-"""Name, unit, values over frames (None if a body has none), and a measure of how bad they are."""
+"""Name and unit, functions for the values over frames (None if a body has none) and for how bad a value is."""
 
 
 def first_non_finite(recording: RecordedCase) -> tuple[int, list[str]] | None:

@@ -16,13 +16,13 @@ from text2sim.recording.deformables import RecordedDeformable
 from text2sim.recording.states import Array
 
 PBD_TOLERANCE = 0.6
-"""Particles of pbd rest half their spacing above a surface; a fifth more still counts as touching."""
+"""Largest gap of touching pbd particles, in their spacings: they rest at 0.5, and a fifth more still counts."""
 MPM_CELL = 1 / 0.64
-"""Cell of the grid in spacings of mpm particles: bodies rest within one cell of a surface."""
+"""Largest gap of touching mpm particles, in their spacings: one cell of the grid."""
 MESH_TOLERANCE, MESH_TOLERANCE_SHARE = 0.002, 0.05
-"""Vertices of fem and ipc touch within 2 mm, or this part of their edges."""
+"""Largest gap of touching vertices of fem and ipc: [m], or as a fraction of their edges, whichever is larger."""
 RELEASE_FACTOR = 1.5
-"""Gap, in tolerances, at which a touch is over."""
+"""Gap at which a touch is over, in tolerances."""
 
 
 def tolerance(body: RecordedDeformable) -> float:
@@ -39,8 +39,8 @@ def soft_episodes(
 ) -> list[dict[str, Any]]:
     """Return the touches of pairs of targets, at least one deformable, as occurrences without name and kind.
 
-    `gap` is the smallest of the touch [m], `penetration` the largest depth of a point in a solid [m], `pos` where it
-    began [m]. A pair named by both sides is listed once.
+    Each has `gap`, the smallest of the touch [m], `penetration`, the largest depth of a point in a solid [m], and
+    `pos`, the place where it began [m]. A pair named by both sides is listed once.
 
     Args:
         recording: The recording.

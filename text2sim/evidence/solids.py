@@ -9,11 +9,11 @@ import numpy as np
 from text2sim.recording.states import Array
 
 MAX_COMPARED_PAIRS = 1_000_000
-"""Points times triangles that are compared at once."""
+"""Largest number of pairs of a point and a triangle that are compared at once."""
 SURFACE_SAMPLES = 20_000
-"""Points that sample the surface of a mesh that is not convex."""
+"""Number of points that sample the surface of a mesh that is not convex."""
 CONVEX_TOLERANCE = 1e-4
-"""Part of a mesh's size by which corners of a convex mesh may lie outside of a face."""
+"""Distance by which corners of a convex mesh may lie outside a face, as a fraction of the mesh's size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,13 +23,13 @@ class LinkSolid:
     kind: str
     """plane (all below z = 0), box, sphere, cylinder, capsule, hull, or surface (a mesh that is not convex)."""
     pos: Array
-    """[m], shape (3,)"""
+    """Origin of its own frame [m], shape (3,)."""
     turn: Array
-    """Rotation matrix, shape (3, 3)."""
+    """Rotation matrix of its own frame, shape (3, 3)."""
     size: tuple[float, ...] = ()
     """Box: full lengths; sphere: radius; cylinder: radius, height; capsule: radius, straight length [m]."""
     vertices: Array | None = None
-    """Of a hull or surface, in its own frame [m], shape (n, 3)."""
+    """Vertices of a hull or surface, in its own frame [m], shape (n, 3)."""
     faces: Array | None = None
     """Triangles, shape (m, 3)."""
 
@@ -41,7 +41,7 @@ class LinkSolid:
         if self.kind == "plane":
             return np.full(3, -np.inf), np.array([np.inf, np.inf, 0.0])
         radius, *length = self.size
-        straight = sum(length) / 2  # none of a sphere
+        straight = sum(length) / 2  # 0 for a sphere
         if self.kind == "box":
             half = np.array(self.size) / 2
         elif self.kind == "cylinder":
@@ -53,7 +53,7 @@ class LinkSolid:
     def least(self, points: Array) -> tuple[Array, Array]:
         """Return a lower bound of the signed distance [m] of points (n, 3), and a mask of where it is exact, (n,).
 
-        Points are in the solid's own frame. Negative inside.
+        Points are in the solid's own frame; distances are negative inside.
         """
         if self.kind == "hull":
             normals, offsets = self._planes

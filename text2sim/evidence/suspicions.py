@@ -14,21 +14,21 @@ from text2sim.recording.states import Array
 from text2sim.spec_schema.names.selectors import body_of
 
 MIN_VOLUME_RATIO, MAX_VOLUME_RATIO = 0.5, 2.0
-"""Volume of a soft body, over that at the start, beyond which it is reported. Hard pressing leaves 0.85."""
+"""Volumes of a soft body, relative to the start, beyond which it is reported. Hard pressing leaves 0.85."""
 MAX_DEPTH = 2.5
-"""Depth in a rigid body, in distances of points; plates that press mpm bodies get to 2."""
+"""Depth of a point in a rigid body that is reported, in spacings of points; plates that press mpm bodies get to 2."""
 DEEP_FEM = 0.5
-"""The same for fem bodies, in edges."""
+"""The same for fem bodies, in lengths of their edges."""
 MAX_INVERTED = 0.02
-"""Part of the tetrahedra that are inside out."""
+"""Fraction of the tetrahedra inside out that is reported."""
 MAX_LEAKED = 0.01
-"""Part of grains or a liquid that got through what holds it."""
+"""Fraction of grains or a liquid leaked through its container that is reported."""
 AT_WALLS = 0.01
-"""Part of the points of a body at the walls of its solver's space."""
+"""Fraction of a body's points at the bounds of its solver that is reported."""
 MAX_TORN = 0.01
-"""Part of a soft body that is not in the largest piece."""
+"""Fraction of a soft body outside its largest piece that is reported."""
 MAX_STRETCH = 1.5
-"""Length of a thread of cloth over that at rest."""
+"""Length of a thread of cloth that is reported, relative to its length at rest."""
 
 
 def suspicions(recording: RecordedCase, found: dict[str, dict[str, Any]]) -> list[str]:
@@ -107,4 +107,4 @@ _SIGNS: tuple[tuple[str, _Bad, str], ...] = (
         "(scene.{solver}.bounds)",
     ),
 )
-"""Quantity of the diagnostics, whether a value of it is bad, and the message."""
+"""Quantity of the diagnostics, a test whether a value of it is suspicious, and the message."""

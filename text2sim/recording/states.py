@@ -75,9 +75,10 @@ class JointRecord:
     kind: str
     """free, hinge, slider, ball or fixed."""
     q: tuple[int, int]
-    """Its columns of `qpos`, from and to (not included)."""
+    """Its columns of `qpos`: start (inclusive) and stop (exclusive)."""
     dof: tuple[int, int]
-    """Its columns of `dofs_velocity` and `dofs_force`, from and to."""
+    """Its columns of `dofs_velocity` and of `dofs_force` (recorded as `dofs_control_force`): start (inclusive) and stop
+    (exclusive)."""
     limits: tuple[float | None, float | None]
     """[rad or m]; None without a limit."""
     link: int = -1
@@ -151,7 +152,7 @@ class RunStates:
         return float(self.time[-1]) if self.frames else 0.0
 
     def gone(self, copy: str) -> Array:
-        """Return whether a copy has left the scene, shape (F,)."""
+        """Return whether a copy has left the scene, in each frame, shape (F,)."""
         return self.time > self.removed.get(copy, np.inf) + 1e-9
 
     def lacks(self, state: str) -> str:

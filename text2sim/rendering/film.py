@@ -19,7 +19,7 @@ from text2sim.recording.film_record import FilmRecord
 from text2sim.recording.run_files import read_measures
 from text2sim.rendering import tone
 from text2sim.rendering.backdrop import clearness, sky
-from text2sim.rendering.frames import Digests, save, sweep
+from text2sim.rendering.frames import Digests, remove_abandoned, save
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.resting import drawn_frames
 from text2sim.rendering.scene import FilmStage, sensor
@@ -220,7 +220,7 @@ class Filming:
             format: png for the displayed frame, exr for radiance.
             until: Time of `monotonic` [s] after which no frame is started.
         """
-        sweep(self.folder / "frames")
+        remove_abandoned(self.folder / "frames")
         mine = reel.frames[shard[0] :: shard[1]]
         paths = [self.finished(frame, format) for frame in mine]
         for done, k in enumerate(coarse_to_fine(len(mine)), 1):

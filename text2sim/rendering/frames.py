@@ -2,13 +2,14 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from time import time
 from typing import Any
 
 import numpy as np
 
-from text2sim.recording.film_record import FilmRecord
+from text2sim.recording.film_record import FilmRecord, SurfaceLook
 from text2sim.rendering.trace import Quality
 from text2sim.spec_schema.whole_files import replacing
 from text2sim.templates.cadence import Frame
@@ -23,7 +24,7 @@ SHOWN = ("lights", "background", "backdrop", "gain", "tone")
 
 
 class Digests:
-    """Digests of frames.
+    """Digests of everything that a frame's pixels depend on.
 
     Args:
         recording: The recording of the run.
@@ -34,16 +35,9 @@ class Digests:
     def __init__(self, recording: FilmRecord, quality: Quality, size: tuple[int, int]):
         self._recording, self._quality = recording, quality
         self._cameras = Cameras(recording.film, recording.states)
-        parts = [
-            (p.body, p.link, p.mesh.name, p.pos, p.quat, p.look.color, p.look.opacity, p.look.finish, p.look.visible,
-             _content(p.look.picture), p.look.dress, p.look.alike)
-            for p in recording.parts
-        ]  # fmt: skip
-        soft = [
-            (p.body, p.row, _content(p.geometry), p.look.color, p.look.opacity, p.look.finish, p.look.visible,
-             _content(p.look.picture), p.look.dress, p.look.alike)
-            for p in recording.soft
-        ]  # fmt: skip
+        # The name of a mesh is a digest of its content, see `templates/files.py`.
+        parts = [(p.body, p.link, p.mesh.name, p.pos, p.quat, *_look_key(p.look)) for p in recording.parts]
+        soft = [(p.body, p.row, _content(p.geometry), *_look_key(p.look)) for p in recording.soft]
         film = {name: recording.film.get(name) for name in SHOWN}
         self._common = hashlib.sha256(
             json.dumps(
@@ -64,7 +58,7 @@ class Digests:
         return digest.hexdigest()[:20]
 
 
-def sweep(folder: Path) -> None:
+def remove_abandoned(folder: Path) -> None:
     """Remove incomplete files of killed processes."""
     for part in folder.glob(".*-*"):
         try:
@@ -74,7 +68,7 @@ def sweep(folder: Path) -> None:
             continue  # removed by another process
 
 
-def save(path: Path, write: Any) -> None:
+def save(path: Path, write: Callable[[Path], object]) -> None:
     """Write a file atomically.
 
     Args:
@@ -84,6 +78,11 @@ def save(path: Path, write: Any) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as part:
         write(part)
+
+
+def _look_key(look: SurfaceLook) -> tuple[Any, ...]:
+    picture = _content(look.picture)
+    return look.color, look.opacity, look.finish, look.visible, picture, look.dress, look.alike
 
 
 def _content(path: Path | None) -> str:

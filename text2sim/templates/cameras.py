@@ -1,6 +1,6 @@
 """The cameras of a film, given the recorded states; `viewpoints.py` describes a camera.
 
-A still or an orbiting camera may have `frame`: bodies that the whole film shows, as far as they stay `within` a box,
+A still or an orbiting camera may have `frame`: the bodies to keep in the picture, the box `within` which they count,
 and a margin. Its pose was then derived from the start of the scene, and is corrected by the recorded states.
 """
 
@@ -63,11 +63,11 @@ class Cameras:
         camera = self._camera(name)
         pos, look_at = (np.asarray(point, float) for point in place(camera, t, part, self._states))
         ahead = look_at - pos
-        away = float(np.linalg.norm(ahead))
-        focus = away
+        distance = float(np.linalg.norm(ahead))
+        focus = distance
         if camera.get("focus") is not None:
             point = self._point(camera["focus"], t)
-            focus = max(float((point - pos) @ ahead) / away, 1e-3) if away else away
+            focus = max(float((point - pos) @ ahead) / distance, 1e-3) if distance else distance
         aperture = aperture_radius(camera["fov"], camera["f_stop"]) if camera.get("f_stop") else 0.0
         return View(pos, look_at, np.asarray(camera["up"], float), float(camera["fov"]), focus, aperture)
 
@@ -115,41 +115,62 @@ def project(view: View, points: Any, aspect: float) -> np.ndarray:
         aspect: Width of the picture over its height.
     """
     local = (np.asarray(points, float).reshape(-1, 3) - view.pos) @ np.stack(basis(view.pos, view.look_at, view.up)).T
-    tall = math.tan(math.radians(view.fov) / 2)
+    tan_half_fov = math.tan(math.radians(view.fov) / 2)
+    right, up, depth = local.T
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.column_stack(
-            [local[:, 0] / (local[:, 2] * tall * aspect), local[:, 1] / (local[:, 2] * tall), local[:, 2]]
-        )
+        return np.column_stack([right / (depth * tan_half_fov * aspect), up / (depth * tan_half_fov), depth])
 
 
 def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
     """Return a camera that shows all points, with a margin at the edges of the picture.
 
     A still camera with a `direction` moves as near as possible; without one it keeps its place and changes its field of
-    view. An orbiting camera gets the smallest radius if `fit` is set, and otherwise only a new centre.
+    view. An orbiting camera gets the smallest radius if `fit` is set; otherwise it only gets a new centre, and the
+    margin is ignored.
 
     Args:
         camera: Camera with a `frame`.
         points: Points to show [m], shape (n, 3).
         aspect: Width of the picture over its height.
     """
-    frame = camera["frame"]
-    kept = 1 - 2 * frame["margin"]
-    tall = math.tan(math.radians(camera["fov"]) / 2) * kept
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     if camera["kind"] == "orbit":
-        if not frame["fit"]:
-            return camera | {"look_at": middle}
-        slope = camera["height"] / camera["radius"]
-        angles = camera["start"] + camera["turn"] * np.linspace(0, 1, TURNS)
-        ways = [np.array((math.cos(angle), math.sin(angle), slope)) for angle in angles]
-        away = max(_nearest(points - middle, way, camera["up"], tall, aspect, turn_only=True)[0] for way in ways)
-        radius = away / math.hypot(1.0, slope)
-        return camera | {"look_at": middle, "radius": radius, "height": slope * radius}
-    if "direction" in frame:
-        away, aside = _nearest(points - middle, np.asarray(frame["direction"], float), camera["up"], tall, aspect)
-        way = np.asarray(frame["direction"], float) / np.linalg.norm(frame["direction"])
-        return camera | {"pos": middle + aside + away * way, "look_at": middle + aside}
+        return _framed_orbit(camera, points, middle, aspect)
+    if "direction" in camera["frame"]:
+        return _framed_by_distance(camera, points, middle, aspect)
+    return _framed_by_fov(camera, points, middle, aspect)
+
+
+def _usable(camera: dict) -> float:
+    """Share of the picture between its margins, in each direction."""
+    return 1 - 2 * camera["frame"]["margin"]
+
+
+def _tan_usable(camera: dict) -> float:
+    """Tangent of half the field of view between the margins."""
+    return math.tan(math.radians(camera["fov"]) / 2) * _usable(camera)
+
+
+def _framed_orbit(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: float) -> dict:
+    if not camera["frame"]["fit"]:
+        return camera | {"look_at": middle}
+    slope = camera["height"] / camera["radius"]
+    angles = camera["start"] + camera["turn"] * np.linspace(0, 1, TURNS)
+    ways = [np.array((math.cos(angle), math.sin(angle), slope)) for angle in angles]
+    tan_half_fov, local = _tan_usable(camera), points - middle
+    fitting = [_fitting_distance(local, way, camera["up"], tan_half_fov, aspect, turn_only=True)[0] for way in ways]
+    radius = max(fitting) / math.hypot(1.0, slope)
+    return camera | {"look_at": middle, "radius": radius, "height": slope * radius}
+
+
+def _framed_by_distance(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: float) -> dict:
+    direction = np.asarray(camera["frame"]["direction"], float)
+    distance, aside = _fitting_distance(points - middle, direction, camera["up"], _tan_usable(camera), aspect)
+    way = direction / np.linalg.norm(direction)
+    return camera | {"pos": middle + aside + distance * way, "look_at": middle + aside}
+
+
+def _framed_by_fov(camera: dict, points: np.ndarray, middle: np.ndarray, aspect: float) -> dict:
     pos = np.asarray(camera["pos"], float)
     local = (points - pos) @ np.stack(basis(pos, middle, camera["up"])).T
     ahead = local[local[:, 2] > 1e-6]
@@ -162,7 +183,7 @@ def framed(camera: dict, points: np.ndarray, aspect: float) -> dict:
     look_at = pos + np.linalg.norm(middle - pos) * (forward + shift[0] * right + shift[1] * up)
     local = (points - pos) @ np.stack(basis(pos, look_at, camera["up"])).T
     seen = np.abs(local[:, :2] / np.maximum(local[:, 2:], 1e-9)).max(axis=0)
-    fov = 2 * math.degrees(math.atan(max(seen[1], seen[0] / aspect) / kept))
+    fov = 2 * math.degrees(math.atan(max(seen[1], seen[0] / aspect) / _usable(camera)))
     return camera | {"look_at": look_at, "fov": float(np.clip(fov, 2.0, 120.0))}
 
 
@@ -179,8 +200,8 @@ def framed_balls(camera: dict, balls: list[tuple[Any, float]], aspect: float) ->
     return framed(camera, np.concatenate([np.asarray(center) + radius * ways for center, radius in balls]), aspect)
 
 
-def _nearest(
-    points: np.ndarray, way: np.ndarray, up: Any, tall: float, aspect: float, *, turn_only: bool = False
+def _fitting_distance(
+    points: np.ndarray, way: np.ndarray, up: Any, tan_half_fov: float, aspect: float, *, turn_only: bool = False
 ) -> tuple[float, np.ndarray]:
     """Smallest distance along `way` [m] at which all points are in the picture, and the sideways shift it needs [m].
 
@@ -191,7 +212,7 @@ def _nearest(
     right, above, _ = np.array(basis(way, (0.0, 0.0, 0.0), up))
     depth = points @ way  # towards the camera
     needed, aside = [], np.zeros(3)
-    for axis, slope in ((right, tall * aspect), (above, tall)):
+    for axis, slope in ((right, tan_half_fov * aspect), (above, tan_half_fov)):
         across = points @ axis
         high, low = (across + slope * depth).max(), (across - slope * depth).min()
         if turn_only:

@@ -13,12 +13,12 @@ class Removals:
     Args:
         scene: Built scene.
         rows: Name and entity of each body, and when it is removed: a time [s] or the name of an event.
-        gone: Dictionary that receives the time of removal [s] by name.
+        removed_at: Dictionary that receives the time of removal [s] by name.
         happened: First times of events [s].
     """
 
-    def __init__(self, scene, rows, gone, happened=None):
-        self.solver, self.waiting, self.gone = scene.rigid_solver, rows, gone
+    def __init__(self, scene, rows, removed_at, happened=None):
+        self.solver, self.waiting, self.removed_at = scene.rigid_solver, list(rows), removed_at
         self.happened = {} if happened is None else happened
         self.links = set()
 
@@ -30,14 +30,14 @@ class Removals:
             if not due:
                 continue
             self.waiting.remove(row)
-            if name not in self.gone:
-                self.gone[name] = t
+            if name not in self.removed_at:
+                self.removed_at[name] = t
                 self.links.update(link.idx for link in entity.links)
                 switch_off(self.solver, entity)
 
 
 def switch_off(solver, entity):
-    """Take a body out of all contacts, and stop it."""
+    """Take a body out of all contacts, cancel its weight and stop it."""
     geoms = [geom.idx for geom in entity.geoms]
     collider = solver.collider
     pairs = collider.collider_info.collision_pair_idx

@@ -25,7 +25,7 @@ class Triggers:
 
     Args:
         dt: Time step [s].
-        watches: Rows of the name of an event, its watch, and the name of an event that has to come before it, or None.
+        watches: Rows (event, watch, event that must come first or None), each behind the event that it waits for.
     """
 
     def __init__(self, dt, watches):
@@ -42,7 +42,13 @@ class Triggers:
 
 
 class Touch:
-    """Watches for the beginning of contact between links of two groups."""
+    """Watches for the beginning of contact between links of two groups.
+
+    Args:
+        scene: The built scene.
+        first: Bodies of the one group, each a list of its links.
+        second: Bodies of the other group, likewise.
+    """
 
     def __init__(self, scene, first, second):
         self.solver, self.groups = scene.rigid_solver, []
@@ -52,6 +58,7 @@ class Touch:
                 group[[link.idx for link in links]] = number
             self.groups.append(group)
         self.last, self.now = {}, set()
+        # Contacts exist only within a substep, and the engine has no callback.
         substep = self.solver.substep
 
         def watched(f):
@@ -64,8 +71,8 @@ class Touch:
         contacts = self.solver.collider.get_contacts(as_tensor=True, to_torch=False)
         first, second = self.groups
         for a, b in ((contacts["link_a"], contacts["link_b"]), (contacts["link_b"], contacts["link_a"])):
-            itself = (first[a] == first[b]) & (second[a] == second[b])
-            rows = (first[a] >= 0) & (second[b] >= 0) & ~itself
+            same_body = (first[a] == first[b]) & (second[a] == second[b])
+            rows = (first[a] >= 0) & (second[b] >= 0) & ~same_body
             self.now.update(zip(first[a[rows]].tolist(), second[b[rows]].tolist(), strict=True))
 
     def __call__(self, step, dt):
@@ -183,12 +190,12 @@ def coordinate(vector, axis):
     return lambda: vector()[axis]
 
 
-def size(vector):
+def norm(vector):
     """Return a function that gives the length of a vector."""
     return lambda: np.linalg.norm(vector())
 
 
-def moved(place, axis=None):
+def displacement(place, axis=None):
     """Return a function that gives the distance from the present place, or the displacement along an axis [m]."""
     start = place()
     return (lambda: np.linalg.norm(place() - start)) if axis is None else (lambda: (place() - start)[axis])

@@ -9,7 +9,7 @@ from lint_support import data_of, findings
 from text2sim.compiler.build import resolve_case
 from text2sim.drawing.views import cameras, film_view
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import shots
+from text2sim.lint.film.case_cameras import views_at
 from text2sim.spec_schema.load import load_case, load_text
 
 BALL = "bodies: {{ball: {{kind: rigid, shape: {{kind: sphere, radius: 0.1}}, pose: {{pos: {0}}}{1}}}}}"
@@ -25,16 +25,16 @@ def test_they_see_what_the_drawing_sees(cases: Path, t: float) -> None:
         if not (path / "case.yaml").is_file():
             continue
         resolution = resolve_case(load_case(path))
-        for shot in shots(Facts(resolution), t):
-            view = film_view(resolution, shot.name, (160, 90), t)
+        for camera in views_at(Facts(resolution), t):
+            view = film_view(resolution, camera.name, (160, 90), t)
             for point, (column, row) in zip(points, view.pixels(points), strict=True):
-                x, y, depth = shot.place(tuple(point))
+                x, y, depth = camera.project(tuple(point))
                 if depth > 0:
                     assert ((x + 1) / 2 * view.width, (1 - y) / 2 * view.height) == pytest.approx(
                         (column, row), abs=0.5
                     )
                     compared += 1
-        assert {shot.name for shot in shots(Facts(resolution), t)} == set(cameras(resolution))
+        assert {camera.name for camera in views_at(Facts(resolution), t)} == set(cameras(resolution))
     assert compared > 10
 
 
@@ -172,4 +172,4 @@ def test_a_camera_at_its_target_is_an_error(tmp_path: Path) -> None:
 def test_no_camera_no_finding() -> None:
     text = '{"text2sim": 1, "name": "a", "scene": {"duration": 1}, "bodies": {"b": {"kind": "rigid", "shape": {"kind": "sphere", "radius": 1}}}}'
     assert data_of()["name"] == "example"
-    assert shots(Facts(resolve_case(load_text(text))), 0.0)[0].shows((0.0, 0.0, 0.0))
+    assert views_at(Facts(resolve_case(load_text(text))), 0.0)[0].shows((0.0, 0.0, 0.0))

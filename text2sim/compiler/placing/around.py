@@ -26,11 +26,11 @@ from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.shapes import Torus
 
 ROUND_ABOUT_Z = ("cylinder", "capsule", "cone", "torus", "tube", "cup", "funnel")
-"""Shapes with an axis of their own, z."""
+"""Shapes that are round about their z axis."""
 TESTED_DIRECTIONS = 16
-"""Sideways directions in which what surrounds something must not come off."""
+"""Number of sideways directions in which a ring must not come off its pole."""
 MAX_EXCESS = 1e-4
-"""A pole may be larger than its hole by this part of itself."""
+"""Fraction of its own size by which a pole may be larger than the hole."""
 
 
 def axis_frame(target: PlacedGroup) -> Quaternion:

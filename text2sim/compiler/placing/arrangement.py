@@ -31,12 +31,12 @@ from text2sim.spec_schema.models.repeat import Line, Packing, Repeat, Ring, Runn
 from text2sim.spec_schema.names.selectors import parse_selector
 
 COPYWISE_KEYS = ("at", "inset", "direction", "align", "clearance", "offset")
-"""Keys of a place that, like its relation, make copies be placed one by one if they differ from copy to copy."""
+"""Keys of a place, besides its relation: if one differs from copy to copy, copies are placed one by one."""
 _MAX_ROUNDS = 40
 _FACING_TOLERANCE = 1e-12
-"""Largest angle [rad] between where a copy faces and its target."""
+"""Largest angle [rad] between the direction in which a copy faces and that of its target."""
 _ROUGH_FACING_TOLERANCE = 1e-6
-"""The same where rounding or rough bounds allow no better."""
+"""Largest such angle [rad] that is accepted where rounding or rough bounds allow no better."""
 
 
 @dataclass(slots=True)
@@ -49,15 +49,15 @@ class PlacementEntry:
     model: Any
     repeat: Repeat | None
     variables: list[Variables]
-    """Of each copy."""
+    """Variables of each copy."""
     models: list[Any]
-    """As each copy has it."""
+    """The model as each copy has it."""
     alone: bool = False
     """Whether its place differs from copy to copy."""
 
 
 class PlacementTargets:
-    """What others are placed in relation to: everything that is already placed.
+    """Everything that is already placed, to which places of further bodies may refer.
 
     Args:
         find: Returns the copies that a selector means, or raises PlaceError for the given key of `place`.

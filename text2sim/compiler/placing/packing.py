@@ -53,9 +53,9 @@ class Grain:
     radius: float
     """Radius [m] of a ball around the middle that holds the shape."""
     round: bool
-    """The ball is the shape."""
+    """Whether the shape is exactly that ball."""
     outline: tuple[Vec, ...]
-    """Points [m] about the middle that hold the shape when thickened by `rounding`."""
+    """Points [m], relative to the middle: the shape is inside their convex hull, thickened by `rounding` [m]."""
     rounding: float
 
 
@@ -145,7 +145,7 @@ Spot = tuple[Vec, Quaternion]
 
 
 class _Placed:
-    """Grains already placed, found by their cell."""
+    """Grains that are already placed, in a grid of cells, so that neighbours are found quickly."""
 
     def __init__(self, cell: float, gap: float) -> None:
         self.cell, self.gap = cell, gap
@@ -179,7 +179,7 @@ class _Placed:
 def _are_separated(p: Vec, rows: Rows, grain: Grain, q: Vec, other_rows: Rows, other: Grain, gap: float) -> bool:
     """Return whether one of the fifteen axes of two boxes separates them by the gap.
 
-    A sphere is a box of its radius on every axis.
+    A sphere has its radius as half length along every axis.
     """
     d = (q[0] - p[0], q[1] - p[1], q[2] - p[2])
     (ha, hb, hc), (ga, gb, gc) = grain.half, other.half
@@ -249,7 +249,7 @@ def _scatter(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaterni
 
 
 def _lattice(packing: Packing, grains: Sequence[Grain], quats: Sequence[Quaternion], space: Space) -> list[Spot | None]:
-    """One copy in each cell of the widest lattice with enough cells, shifted and turned as the cell allows."""
+    """Return one copy in each cell of the widest lattice with enough cells, shifted and turned as the cell allows."""
     import numpy as np
 
     rng = np.random.Generator(np.random.PCG64([packing.seed, 1]))

@@ -24,18 +24,18 @@ from text2sim.spec_schema.models.soft_bodies import Rope, Round
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 PULLEY_GAP = 0.02
-"""Gap between rope and pulley at the start, as a part of the rope's radius."""
+"""Gap between rope and pulley at the start, as a fraction of the rope's radius."""
 TURN_PITCH = 2.2
-"""Distance from turn to turn along the pulley, in radii of the rope."""
+"""Distance between the centre lines of neighbouring turns along the pulley, in radii of the rope."""
 ARC_STEP = math.radians(2)
 TANGENT_PASSES = 60
-"""Passes over the tangents between pulleys, each of which depends on the pulleys next to it."""
+"""Number of passes in which the tangents are found: each depends on those at the neighbouring pulleys."""
 MAX_LINK_LENGTH = 1.0
-"""Greatest length of a link over the radius of a pulley."""
+"""Largest length of a link, in radii of the pulley that it goes round."""
 MIN_LINK_LENGTH = 1e-6
-"""Least length [m] of a link."""
+"""Smallest length [m] of a link."""
 MIN_AXIS_COSINE = 0.999
-"""Least cosine between the axis of a hinge and that of the pulley on it."""
+"""Smallest cosine of the angle between the axis of a hinge and that of its pulley."""
 
 
 @dataclass
@@ -51,7 +51,7 @@ class _Wheel:
     radius: float
     sense: float = 1.0
     arrive: float = 0.0
-    """Angle [rad] from `side` on, about the axis."""
+    """Angle [rad] about the axis, from `side`, at which the rope arrives; `leave`, at which it leaves."""
     leave: float = 0.0
     rise: float = 0.0
     """Distance [m] along the axis from the first turn to the last."""
@@ -61,7 +61,7 @@ class _Wheel:
         return np.cross(self.axis, self.side)
 
     def at(self, angle: float, part: float = 0.5) -> Array:
-        """Return the point at an angle, after a part of the way round."""
+        """Return the point [m] at an angle [rad], after the fraction `part` of the way round."""
         flat = math.cos(angle) * self.side + math.sin(angle) * self.across
         return self.center + self.radius * flat + (part - 0.5) * self.rise * self.axis
 
@@ -210,7 +210,7 @@ def _walk(points: Array, count: int, length: float) -> tuple[list[Array], bool]:
         if k + 1 == len(points):
             return [*nodes, points[-1]], True
         start, way = points[k] - here, points[k + 1] - points[k]
-        # |start + s way| = length, the larger root
+        # The larger root s of |start + s way| = length.
         a, b, c = way @ way, start @ way, start @ start - length**2
         here = points[k] + (-b + math.sqrt(max(b * b - a * c, 0.0))) / a * way
         nodes.append(here)

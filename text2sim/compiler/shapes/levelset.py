@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from text2sim.compiler.shapes.distances import Bit, PartUnion, form_of
 from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.sculpts import AnySculptPart, Sculpt
+
+if TYPE_CHECKING:
+    from manifold3d import Manifold
 
 Array = np.ndarray
 MAX_NODES = 1_500_000
@@ -47,10 +51,14 @@ class PlacedPart:
     part: AnySculptPart
     form: PartUnion
     blend: float
+    """Radius of the fillet to the parts before it [m]."""
 
     @cached_property
     def frames(self) -> list[tuple[Array, Array, Array]]:
-        """Frames of the part and of its mirror image: position, columns, and signs of the axes before that."""
+        """Frames of the part and of its mirror image.
+
+        Each is (position [m], rotation matrix, signs (1 or −1) applied after both).
+        """
         turn = np.array(quat_to_rows(quat_of(self.part.pose)))
         own = (np.array(self.part.pose.pos), turn, np.ones(3))
         if self.part.mirror is None:
@@ -82,7 +90,7 @@ class PlacedPart:
 
 
 def placed_parts(shape: Sculpt) -> list[PlacedPart]:
-    """Return the parts of a shape where they are."""
+    """Return the parts of a shape, placed in the frame of the shape."""
     return [
         PlacedPart(name, part, form_of(part), shape.blend if part.blend is None else part.blend)
         for name, part in shape.parts.items()
@@ -128,7 +136,7 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
     boxes = [(bit, placed.blend) for placed in parts for bit in placed.bits()]
     size = float((high - low).max())
 
-    def made(cell: float) -> tuple[LevelSetGrid, float, float]:
+    def candidate(cell: float) -> tuple[LevelSetGrid, float, float]:
         pad = (PADDING_CELLS + 0.5) * cell
         counts = np.ceil((high - low + 2 * pad) / cell).astype(float) + 1
         nodes = float(counts.prod())
@@ -141,14 +149,14 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
 
     thinnest = min(parts, key=lambda placed: placed.form.thin)
     cell = shape.detail or min(thinnest.form.thin / CELLS_THROUGH, size / MIN_CELLS_ALONG)
-    grid, nodes, work = made(cell)
+    grid, nodes, work = candidate(cell)
     finest = cell
     while nodes > MAX_NODES or work > MAX_WORK:
         finest *= 1.1
-        grid, nodes, work = made(finest)
+        grid, nodes, work = candidate(finest)
     if shape.detail is not None and finest > cell:
         raise AssetError(
-            f"is made on a grid of at most {MAX_NODES:,} nodes, {MAX_ALONG:,} along a side: with a size of "
+            f"needs too many nodes: the grid has at most {MAX_NODES:,}, {MAX_ALONG:,} along a side; with a size of "
             f"{size:.3g} m, `detail` can be {rounded_up(finest):g} m or more (got {cell:g})"
         )
     lost = list(dict.fromkeys(placed.name for placed in parts if placed.form.thin < MIN_CELLS_THROUGH * grid.cell))
@@ -160,8 +168,8 @@ def grid_of(shape: Sculpt, parts: list[PlacedPart]) -> LevelSetGrid:
         )
         too = "".join(f", `{name}`" for name in lost if name != thinnest.name)
         raise AssetError(
-            f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thin, and the cells of the grid are {grid.cell:.3g} "
-            f"m: it would be lost{too and f', as would{too[1:]}'}; make it "
+            f"part `{thinnest.name}` is {thinnest.form.thin:.3g} m thick, and the cells of the grid are "
+            f"{grid.cell:.3g} m: it would be lost{too and f', as would{too[1:]}'}; make it "
             f"{rounded_up(MIN_CELLS_THROUGH * grid.cell):g} m or thicker, or {way}"
         )
     return grid
@@ -177,6 +185,8 @@ def _size(box: tuple[slice, slice, slice]) -> int:
 
 def fillet(a: Array, b: Array, radius: float) -> Array:
     """Join two fields with a fillet, which has that radius where their surfaces meet at right angles.
+
+    It is `fOpUnionRound` of Mercury's hg_sdf library (https://mercury.sexy/hg_sdf).
 
     Args:
         a: Signed distances [m], any shape.
@@ -280,44 +290,79 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     if len(groups) == 1:
         return vertices, np.full(len(faces), -1), faces
     away, over = _look_distances(parts, groups, firsts, vertices, grid.cell)
+    label = _labels(away, over)
+    points, on_edge = _cut_edges(vertices, faces, label, away, over)
+    points, labels, triangles = _retriangulated(points, faces, label, on_edge)
+    return points, np.array(firsts)[labels], triangles
+
+
+def _labels(away: Array, over: Array) -> Array:
+    """Return the group of each vertex (n,): the last that paints or cuts there, else the nearest of the others."""
     label = np.where(over[:, None], FAR, away).argmin(0)
     for k in np.flatnonzero(over):
         label[away[k] < 0] = k
-    ahead = np.roll(faces, -1, axis=1)
-    mixed = label[faces] != label[ahead]
-    keys = np.minimum(faces, ahead) * len(vertices) + np.maximum(faces, ahead)
-    edges, of = np.unique(keys[mixed], return_inverse=True)
+    return label
+
+
+def _cut_edges(vertices: Array, faces: Array, label: Array, away: Array, over: Array) -> tuple[Array, Array]:
+    """Add a vertex on each edge between two groups.
+
+    Args:
+        vertices: Vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        label: Group of each vertex, shape (n,).
+        away: Distances of the vertices from the groups [m], shape (g, n).
+        over: Whether a group paints or cuts, shape (g,).
+
+    Returns:
+        All vertices, and the new one on the edge from each corner to the next, shape (m, 3); -1 on edges that stay.
+    """
+    following = np.roll(faces, -1, axis=1)
+    mixed = label[faces] != label[following]
+    keys = np.minimum(faces, following) * len(vertices) + np.maximum(faces, following)
+    edges, edge_of = np.unique(keys[mixed], return_inverse=True)
     a, b = edges // len(vertices), edges % len(vertices)
-    la, lb = label[a], label[b]
-    top = np.maximum(la, lb)
-    low = np.minimum(la, lb)
+    higher, lower = np.maximum(label[a], label[b]), np.minimum(label[a], label[b])
     # Parts that paint or cut end at their own surface; between joined parts, the border is half way.
-    fa = np.where(over[top], away[top, a], away[top, a] - away[low, a])
-    fb = np.where(over[top], away[top, b], away[top, b] - away[low, b])
-    t = np.clip(fa / np.where(fa == fb, 1.0, fa - fb), 0.1, 0.9)
-    middle = np.full(faces.shape, -1)
-    middle[mixed] = of + len(vertices)
-    points = np.concatenate([vertices, vertices[a] + t[:, None] * (vertices[b] - vertices[a])])
-    plain = ~mixed.any(axis=1)
-    found, labels = [faces[plain]], [label[faces[plain, 0]]]
+    field_a = np.where(over[higher], away[higher, a], away[higher, a] - away[lower, a])
+    field_b = np.where(over[higher], away[higher, b], away[higher, b] - away[lower, b])
+    share = np.clip(field_a / np.where(field_a == field_b, 1.0, field_a - field_b), 0.1, 0.9)
+    on_edge = np.full(faces.shape, -1)
+    on_edge[mixed] = edge_of + len(vertices)
+    return np.concatenate([vertices, vertices[a] + share[:, None] * (vertices[b] - vertices[a])]), on_edge
+
+
+def _retriangulated(points: Array, faces: Array, label: Array, on_edge: Array) -> tuple[Array, Array, Array]:
+    """Divide triangles at the vertices on their edges; return vertices, the group of each triangle, triangles.
+
+    Args:
+        points: Vertices [m], shape (n, 3).
+        faces: Triangles, shape (m, 3).
+        label: Group of each corner of the triangles.
+        on_edge: Vertex on the edge from each corner to the next, shape (m, 3); -1 on edges that stay.
+    """
+    mixed = on_edge >= 0
+    whole = ~mixed.any(axis=1)
+    found, labels = [faces[whole]], [label[faces[whole, 0]]]
     two = mixed.sum(axis=1) == 2
     # Turned so that the corner with a look of its own comes first: the edges at it are the mixed ones.
     turn = np.argmax(~mixed[two], axis=1)[:, None]
     order = (turn + 2 + np.arange(3)) % 3
     row = np.flatnonzero(two)[:, None]
-    (p, q, r), (pq, _, rp) = faces[row, order].T, middle[row, order].T
+    (p, q, r), (pq, _, rp) = faces[row, order].T, on_edge[row, order].T
     for corners, own in (((p, pq, rp), p), ((pq, q, r), q), ((pq, r, rp), q)):
         found.append(np.stack(corners, 1))
         labels.append(label[own])
+    # With three groups, six triangles meet at the centre.
     three = mixed.sum(axis=1) == 3
-    heart = len(points) + np.arange(int(three.sum()))
+    centre = len(points) + np.arange(int(three.sum()))
     points = np.concatenate([points, points[faces[three]].mean(axis=1)])
     for k in range(3):
-        corner, after, before = faces[three, k], middle[three, k], middle[three, (k + 2) % 3]
-        for corners in ((corner, after, heart), (corner, heart, before)):
+        corner, after, before = faces[three, k], on_edge[three, k], on_edge[three, (k + 2) % 3]
+        for corners in ((corner, after, centre), (corner, centre, before)):
             found.append(np.stack(corners, 1))
             labels.append(label[corner])
-    return points, np.array(firsts)[np.concatenate(labels)], np.concatenate(found)
+    return points, np.concatenate(labels), np.concatenate(found)
 
 
 def _look_groups(parts: list[PlacedPart]) -> tuple[list[list[int]], list[int]]:
@@ -374,15 +419,7 @@ def _simplify(
     whole = Manifold(mesh)
     if whole.is_empty():
         raise AssetError(f"made no closed surface ({whole.status()}): move a part a little, or use another `detail`")
-    apart = [piece for piece in whole.decompose() if piece.volume() > 0]
-    if len(apart) > 1:
-        least = min(apart, key=lambda piece: piece.volume())
-        box = np.array(least.bounding_box()).reshape(2, 3)
-        near = min(_with_op(parts, "add"), key=lambda placed: float(placed.distance(box.mean(0)[None])[0]))
-        raise AssetError(
-            f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, belongs to part `{near.name}`; "
-            "move it to the rest, or make it a body of its own"
-        )
+    _require_one_piece(whole, parts)
     made = whole.simplify(SIMPLIFY_TOLERANCE * cell).to_mesh64()
     ends = np.asarray(made.run_index, np.int64) // 3
     found = np.empty(len(made.tri_verts), np.int64)
@@ -392,6 +429,18 @@ def _simplify(
     # Along borders a vertex may occur several times: one is enough.
     same, back = np.unique(points, axis=0, return_inverse=True)
     return same, back.reshape(-1)[net], found
+
+
+def _require_one_piece(whole: "Manifold", parts: list[PlacedPart]) -> None:
+    apart = [piece for piece in whole.decompose() if piece.volume() > 0]
+    if len(apart) > 1:
+        least = min(apart, key=lambda piece: piece.volume())
+        box = np.array(least.bounding_box()).reshape(2, 3)
+        near = min(_with_op(parts, "add"), key=lambda placed: float(placed.distance(box.mean(0)[None])[0]))
+        raise AssetError(
+            f"is in {len(apart)} pieces: the smallest, around {_place(box.mean(0))}, belongs to part `{near.name}`; "
+            "move it to the rest, or make it a body of its own"
+        )
 
 
 def _place(p: Array) -> str:

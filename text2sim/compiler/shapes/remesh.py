@@ -13,7 +13,7 @@ from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.memory import ObjectKey
 from text2sim.compiler.shapes.casemesh import SINGLE_FILE_SUFFIXES, load_mesh
 from text2sim.compiler.shapes.meshfile import mesh_path, open_mesh, turn_upright
-from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.shapes import Mesh
 
@@ -52,7 +52,7 @@ def file_surface(
     mesh = load_mesh(shape.file, folder)
     vertices, faces = mesh.vertices * shape.scale, mesh.faces
     area = surface_area(vertices, faces)
-    refuse_many(area, edge)
+    check_triangle_count(area, edge)
     uvs, seams = None, 0
     if mesh.closed:
         if coarsen:

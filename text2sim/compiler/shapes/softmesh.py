@@ -17,7 +17,7 @@ from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import points_along_sheet
-from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, refuse_many, surface_area
+from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
@@ -82,7 +82,7 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     if isinstance(shape, Sculpt | Compound | Faceted):
         return _build(*_mesh_union(shape, folder, edge, coarsen=coarsen))
     rows = THIN_ROWS.get(type(shape), THIN_ROUND)
-    refuse_many(_area(shape, folder), edge, rows * _longest(shape, folder))
+    check_triangle_count(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
         return _build(*_sheet(shape, edge))
     if isinstance(shape, Box):
@@ -129,7 +129,7 @@ def _mesh_union(
     else:
         mesh = union(shape, folder).to_mesh64()
         vertices, faces = np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, np.int64)
-    refuse_many(surface_area(vertices, faces), edge)
+    check_triangle_count(surface_area(vertices, faces), edge)
     if coarsen:
         vertices, faces = remesh_evenly(vertices, faces, edge)
     vertices, faces, _ = split_long_edges(vertices, faces, edge)

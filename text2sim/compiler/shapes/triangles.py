@@ -15,16 +15,16 @@ MAX_TRIANGLES = 400_000
 """Most triangles of a surface. More would need more particles or tetrahedra than any solver here can handle."""
 
 
-def refuse_many(area: float, edge: float, along: float = 0.0) -> None:
+def check_triangle_count(area: float, edge: float, along: float = 0.0) -> None:
     """Refuse an area [m2] that would take too many triangles.
 
     Args:
-        area: Of the surface [m2].
+        area: Area of the surface [m2].
         edge: Wanted length of an edge [m].
-        along: Total length [m] of the rows of triangles that even a thin shape has, with one triangle for each edge.
+        along: Total length of the narrowest rows of triangles [m], for shapes thinner than an edge.
 
     Raises:
-        AssetError: if it would; the message says which edge is possible.
+        AssetError: if there would be too many; the message gives the smallest possible edge.
     """
     expected = max(area / (ROW_HEIGHT / 2 * edge**2), along / edge)
     if expected > MAX_TRIANGLES:

@@ -10,7 +10,7 @@ from text2sim.spec_schema.names.selectors import body_of
 MOVED_BY_FIELDS = ("mpm", "pbd")
 
 
-def check_solvers(loaded: LoadedCase) -> list[Problem]:
+def check_soft_controls(loaded: LoadedCase) -> list[Problem]:
     """Return what is wrong with the controls of deformable bodies, given their solvers."""
     found = []
     case = loaded.case

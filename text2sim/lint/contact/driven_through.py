@@ -14,7 +14,7 @@ from text2sim.compiler.shapes.rotation import frame_apply, quat_multiply, vector
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.escape import Effort, inside, overlap_of
+from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.bodies import Driven
@@ -69,7 +69,7 @@ def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[
         if box is None or way is None or apart(way, box):
             continue
         others = facts.parts(other)
-        if any(inside(a, b) for a in parts for b in others):
+        if any(overlapping(a, b) for a in parts for b in others):
             continue
         found = (_depth(copy, parts, moment, others, effort) for moment in path)
         depth, t = max(((depth, -moment[0]) for depth, moment in zip(found, path, strict=True)), default=(0.0, 0.0))
@@ -80,7 +80,7 @@ def _entered_copies(facts: Facts, copy: Copy, effort: Effort) -> Iterator[tuple[
 def _depth(copy: Copy, parts: list[StandingPart], moment: Moment, others: list[StandingPart], effort: Effort) -> float:
     """Return how deep [m] a copy is in another at a moment."""
     moved = _parts_at(copy, parts, moment)
-    pairs = [(a, b) for a in moved for b in others if inside(a, b)]
+    pairs = [(a, b) for a in moved for b in others if overlapping(a, b)]
     if not pairs or effort.left < 0:
         return 0.0
     return overlap_of(moved, others, pairs[:4], effort).depth

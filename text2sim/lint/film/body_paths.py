@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import Offset, films_at, shots
+from text2sim.lint.film.case_cameras import Offset, films_at, views_at
 from text2sim.lint.film.subjects import center_of
 from text2sim.lint.motion.whereabouts import whereabouts
 from text2sim.spec_schema.models.bodies import Driven
@@ -31,7 +31,7 @@ def way_seen(facts: Facts, copy: Copy, start: float, end: float) -> Iterator[tup
         t = start + (end - start) * k / (PATH_MOMENTS - 1)
         step, on = whereabouts(facts).offset(copy, t), max(t - known, 0.0)
         there = (center[0] + step[0] + pace[0] * on, center[1] + step[1] + pace[1] * on, center[2] + step[2])
-        views = [view for view in shots(facts, t, offset_of(facts)) if films_at(facts, view.name, t)]
+        views = [view for view in views_at(facts, t, offset_of(facts)) if films_at(facts, view.name, t)]
         yield t, there, any(view.shows(there, radius) for view in views) if views else None
 
 

@@ -15,41 +15,45 @@ Offset = Callable[[str, float], Vec]
 
 
 @dataclass(frozen=True)
-class ShotView:
+class CameraView:
     """A camera at a moment."""
 
     name: str
     pos: Vec
+    """Position [m]."""
     target: Vec
+    """Point that it looks at [m]."""
     right: Vec
+    """Unit vector, as are `up` and `ahead`."""
     up: Vec
     ahead: Vec
-    tall: float
+    tan_half_height: float
     """Tangent of half the vertical field of view."""
-    wide: float
+    tan_half_width: float
     """Tangent of half the horizontal field of view."""
 
-    def place(self, point: Vec) -> tuple[float, float, float]:
+    def project(self, point: Vec) -> tuple[float, float, float]:
         """Return a point in the picture (-1 to 1 across and up if inside) and its depth [m]."""
         away = vector_minus(point, self.pos)
         depth = vector_dot(away, self.ahead)
         if depth <= 1e-6:
             return math.inf, math.inf, depth
         return (
-            vector_dot(away, self.right) / (depth * self.wide),
-            vector_dot(away, self.up) / (depth * self.tall),
+            vector_dot(away, self.right) / (depth * self.tan_half_width),
+            vector_dot(away, self.up) / (depth * self.tan_half_height),
             depth,
         )
 
     def shows(self, point: Vec, radius: float = 0.0) -> bool:
         """Return whether a ball around a point may be partly in the picture; beyond its corners it is not."""
-        x, y, depth = self.place(point)
+        x, y, depth = self.project(point)
         if depth <= 1e-6:
             return depth > -radius
         # The ball touches the plane through the camera and an edge of the picture.
         room = radius / depth
-        across, tall = 1 + room * math.hypot(1, self.wide) / self.wide, 1 + room * math.hypot(1, self.tall) / self.tall
-        return abs(x) <= across and abs(y) <= tall
+        max_x = 1 + room * math.hypot(1, self.tan_half_width) / self.tan_half_width
+        max_y = 1 + room * math.hypot(1, self.tan_half_height) / self.tan_half_height
+        return abs(x) <= max_x and abs(y) <= max_y
 
     def share(self, balls: Iterable[tuple[Vec, float]]) -> float:
         """Return an upper bound on the share of the picture that balls fill."""
@@ -60,20 +64,21 @@ class ShotView:
             if depth > radius:
                 # The area of the ellipse in which the cone around the ball meets the plane at depth 1.
                 long = math.sqrt((vector_dot(away, away) - radius**2) / (depth**2 - radius**2))
-                total += long * math.pi * radius**2 / (depth**2 - radius**2) / (4 * self.tall * self.wide)
+                picture_area = 4 * self.tan_half_height * self.tan_half_width
+                total += long * math.pi * radius**2 / (depth**2 - radius**2) / picture_area
             elif depth > -radius:
                 return 1.0
         return min(total, 1.0)
 
-    def needed(self, point: Vec) -> float | None:
+    def fov_to_show(self, point: Vec) -> float | None:
         """Return the vertical field of view [deg] that shows a point; None if it is behind the camera."""
-        x, y, depth = self.place(point)
+        x, y, depth = self.project(point)
         if depth <= 1e-6:
             return None
-        return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tall))
+        return 2 * math.degrees(math.atan(max(abs(x), abs(y)) * self.tan_half_height))
 
 
-def shots(facts: Facts, t: float, offset: Offset | None = None) -> list[ShotView]:
+def views_at(facts: Facts, t: float, offset: Offset | None = None) -> list[CameraView]:
     """Return all cameras at a time [s] of the simulation.
 
     Args:
@@ -81,7 +86,7 @@ def shots(facts: Facts, t: float, offset: Offset | None = None) -> list[ShotView
         t: Time of the simulation [s].
         offset: Displacements of copies; none if left out.
     """
-    return [shot(facts, name, t, offset) for name in facts.plan.render["cameras"]]
+    return [view_at(facts, name, t, offset) for name in facts.plan.render["cameras"]]
 
 
 @once_per_case
@@ -96,7 +101,7 @@ def pictures_taken(facts: Facts) -> dict[str, list[Frame]]:
 
 
 def spread_evenly(pictures: list[Frame], max_pictures: int) -> list[Frame]:
-    """Return at most some pictures, spread evenly from the first to the last."""
+    """Return at most `max_pictures` pictures, spread evenly from the first to the last."""
     last = len(pictures) - 1
     if last < max_pictures:
         return pictures
@@ -116,7 +121,7 @@ def films_at(facts: Facts, name: str, t: float) -> bool:
     return bool(times) and min(times) - step <= t <= max(times) + step
 
 
-def shot(facts: Facts, name: str, t: float, offset: Offset | None = None, part: float | None = None) -> ShotView:
+def view_at(facts: Facts, name: str, t: float, offset: Offset | None = None, part: float | None = None) -> CameraView:
     """Return a camera of the plan at a time [s].
 
     Args:
@@ -132,9 +137,9 @@ def shot(facts: Facts, name: str, t: float, offset: Offset | None = None, part: 
     plain = min(max((t - render["start"]) / span, 0.0), 1.0) if span > 0 else 0.0
     pos, target = place(camera, t, plain if part is None else part, _Known(facts, t, offset))
     right, up, ahead = basis(pos, target, camera["up"])
-    tall = math.tan(math.radians(camera["fov"]) / 2)
-    wide = tall * render["resolution"][0] / render["resolution"][1]
-    return ShotView(name, pos, target, right, up, ahead, tall, wide)
+    tan_half_height = math.tan(math.radians(camera["fov"]) / 2)
+    tan_half_width = tan_half_height * render["resolution"][0] / render["resolution"][1]
+    return CameraView(name, pos, target, right, up, ahead, tan_half_height, tan_half_width)
 
 
 class _Known:

@@ -6,7 +6,7 @@ from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import ShotView
+from text2sim.lint.film.case_cameras import CameraView
 from text2sim.lint.film.subjects import Balls
 from text2sim.spec_schema.models.shapes import Compound
 
@@ -14,12 +14,12 @@ TESTED_POINTS = 6
 """Points of a subject that are tested."""
 
 
-def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
+def maybe_hidden(facts: Facts, view: CameraView, name: str, balls: Balls) -> bool:
     """Return whether the boxes of other bodies block the line of sight to every tested point of a subject.
 
     Args:
         facts: The case.
-        shot: The camera at a time.
+        view: The camera at a time.
         name: Name of the subject.
         balls: Balls around its parts: centre [m], radius [m].
     """
@@ -30,8 +30,8 @@ def maybe_hidden(facts: Facts, shot: ShotView, name: str, balls: Balls) -> bool:
 
     def between(center: Vec) -> bool:
         return any(
-            _crosses(box, shot.pos, center)
-            and any(_crosses(part, shot.pos, center) for part in _boxes(facts, copy, box))
+            _crosses(box, view.pos, center)
+            and any(_crosses(part, view.pos, center) for part in _boxes(facts, copy, box))
             for copy, box in others
         )
 
@@ -61,7 +61,7 @@ def _crosses(box: tuple[Vec, Vec], start: Vec, end: Vec) -> bool:
     return first < last
 
 
-def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
+def hidden_behind(facts: Facts, seeing: list[CameraView], name: str) -> str:
     """Return what hides a subject from all these cameras; empty if one sees part of it.
 
     Args:
@@ -73,8 +73,8 @@ def hidden_behind(facts: Facts, seeing: list[ShotView], name: str) -> str:
 
     copies = {copy.name for copy in facts.placed[name]}
     first = None
-    for shot in seeing:
-        layout = at_start(facts.resolution, shot.name)
+    for view in seeing:
+        layout = at_start(facts.resolution, view.name)
         if copies & layout.shares.keys():
             return ""
         first = first or layout

@@ -7,7 +7,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.rotation import Vec
 from text2sim.lint.facts import Facts
 from text2sim.lint.film.body_paths import PATH_MOMENTS, offset_of, way_seen
-from text2sim.lint.film.case_cameras import shots
+from text2sim.lint.film.case_cameras import views_at
 from text2sim.lint.film.subjects import drawn, subjects
 from text2sim.lint.film.unseen_subjects import camera_to_blame
 from text2sim.lint.motion.whereabouts import whereabouts
@@ -58,8 +58,8 @@ def _when_lost(facts: Facts, copy: Copy) -> tuple[float, Vec] | None:
 def _leaving(facts: Facts, copy: Copy, t: float, left_at: Vec) -> Problem:
     driven = isinstance(copy.model, Driven)
     word = "is driven" if driven else "flies" if any(facts.velocities.get(copy.name, ())) else "falls"
-    views = shots(facts, t, offset_of(facts))
-    needed = [angle for shot in views if (angle := shot.needed(left_at)) is not None]
+    views = views_at(facts, t, offset_of(facts))
+    needed = [angle for view in views if (angle := view.fov_to_show(left_at)) is not None]
     text = (
         f"`{copy.name}`, a subject of the script, {word} out of every camera's picture after {t:.2g} s, at "
         f"{vector(tuple(round(c, 2) for c in left_at))}; use a camera of kind `follow`"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from text2sim.lint.facts import Facts, once_per_case
 from text2sim.lint.film.body_paths import comes_in
-from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot
+from text2sim.lint.film.case_cameras import CameraView, pictures_taken, view_at
 from text2sim.lint.film.hiding import hidden_behind, maybe_hidden
 from text2sim.lint.film.subjects import Balls, center_of, drawn, subjects
 from text2sim.lint.rule import Rule
@@ -24,31 +24,31 @@ MAX_FILM_START = 0.1
 
 
 @once_per_case
-def _views(facts: Facts) -> list[ShotView]:
+def _views(facts: Facts) -> list[CameraView]:
     """Return the author's cameras that film the start; none if the camera is derived."""
     return [
-        shot(facts, name, 0.0)
+        view_at(facts, name, 0.0)
         for name, pictures in pictures_taken(facts).items()
         if pictures and pictures[0].t <= MAX_FILM_START
     ]
 
 
-def _share_inside(shot: ShotView, balls: Balls) -> float:
+def _share_inside(view: CameraView, balls: Balls) -> float:
     """Return the share of the balls, by their area, whose centre is in the picture."""
     area = sum(radius**2 for _, radius in balls)
-    return sum(radius**2 for center, radius in balls if shot.shows(center)) / area
+    return sum(radius**2 for center, radius in balls if view.shows(center)) / area
 
 
-def camera_to_blame(views: list[ShotView]) -> Path:
+def camera_to_blame(views: list[CameraView]) -> Path:
     """Return the camera to blame: the only one, or all of them."""
     return ("render", "cameras", views[0].name) if len(views) == 1 else ("render", "cameras")
 
 
-def _who_does_not_see(views: list[ShotView]) -> str:
+def _who_does_not_see(views: list[CameraView]) -> str:
     return f"camera `{views[0].name}` does not see" if len(views) == 1 else "no camera sees"
 
 
-def _filmed_subjects(facts: Facts) -> Iterator[tuple[str, Balls, list[ShotView]]]:
+def _filmed_subjects(facts: Facts) -> Iterator[tuple[str, Balls, list[CameraView]]]:
     """Yield the visible subjects with the balls around them, and the cameras that see part of them at the start."""
     views = _views(facts)
     for name in subjects(facts) if views else ():
@@ -69,16 +69,16 @@ def _unseen(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("unseen-subject", camera_to_blame(views), text, key=True)
 
 
-def _way_in(shot: ShotView, balls: Balls) -> str:
+def _way_in(view: CameraView, balls: Balls) -> str:
     """Return why a subject is not in the picture of a camera, and what would bring it there."""
     center = center_of(balls)
-    needed = shot.needed(center)
+    needed = view.fov_to_show(center)
     look = f"set look_at to {vector(tuple(round(c, 2) for c in center))}"
     if needed is None:
         return f"it is behind the camera; {look}"
     if needed >= 100:
         return f"it is outside the picture; {look}"
-    fov = 2 * math.degrees(math.atan(shot.tall))
+    fov = 2 * math.degrees(math.atan(view.tan_half_height))
     return f"it is outside the picture; {look}, or widen the field of view from {fov:.3g} to {needed * 1.1:.3g} deg"
 
 
@@ -116,12 +116,12 @@ def _cut_off(facts: Facts) -> Iterator[Problem]:
             yield facts.problem("cut-off-subject", ("render", "cameras", view.name), text, key=True)
 
 
-def _step_back(shot: ShotView, balls: Balls) -> str:
-    needed = [shot.needed(center) for center, _ in balls]
+def _step_back(view: CameraView, balls: Balls) -> str:
+    needed = [view.fov_to_show(center) for center, _ in balls]
     if None in needed:
         return "move the camera back: part of the body is behind it"
     widest = max(angle for angle in needed if angle is not None) * 1.1
-    fov = 2 * math.degrees(math.atan(shot.tall))
+    fov = 2 * math.degrees(math.atan(view.tan_half_height))
     if widest < 100:
         return f"widen its field of view from {fov:.3g} to {widest:.3g} deg, or move it back"
     return "move it back"

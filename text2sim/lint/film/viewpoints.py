@@ -7,25 +7,26 @@ from text2sim.compiler.shapes.boxes import apart
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, vector_dot
 from text2sim.lint.facts import Facts
-from text2sim.lint.film.case_cameras import ShotView, pictures_taken, shot, spread_evenly
+from text2sim.lint.film.case_cameras import CameraView, pictures_taken, spread_evenly, view_at
 from text2sim.lint.film.unseen_subjects import MAX_FILM_START
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.escape import inside
+from text2sim.lint.start.escape import overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
 MOVING_KINDS = ("orbit", "dolly", "keyframed")
+"""Kinds of cameras whose path is known; that of one that follows a body is known only at the start of its film."""
 CAMERA_MOMENTS = 13
 """Moments at which the rules sample the path of a moving camera."""
 
 
-def _sampled(facts: Facts) -> Iterator[tuple[float, ShotView]]:
+def _sampled(facts: Facts) -> Iterator[tuple[float, CameraView]]:
     """Yield the author's cameras at sampled times [s] of the simulation."""
     for name, pictures in pictures_taken(facts).items():
         moving = facts.plan.render["cameras"][name]["kind"] in MOVING_KINDS
         for frame in spread_evenly(pictures, CAMERA_MOMENTS if moving else 1):
-            yield frame.t, shot(facts, name, frame.t, part=frame.part)
+            yield frame.t, view_at(facts, name, frame.t, part=frame.part)
 
 
 def _inside(facts: Facts) -> Iterator[Problem]:
@@ -37,7 +38,7 @@ def _inside(facts: Facts) -> Iterator[Problem]:
             reported.add(view.name)
 
 
-def _enclosed(facts: Facts, t: float, view: ShotView) -> str | None:
+def _enclosed(facts: Facts, t: float, view: CameraView) -> str | None:
     """Return a message if a camera is below a ground or inside a body at a time [s]."""
     for ground in facts.planes:
         below = ground.level - vector_dot(ground.up, view.pos)
@@ -52,7 +53,7 @@ def _enclosed(facts: Facts, t: float, view: ShotView) -> str | None:
             continue
         if facts.moves(copy) and t > MAX_FILM_START:
             continue
-        if any(inside(eye, part) for part in facts.parts(copy) if _solid(part)):
+        if any(overlapping(eye, part) for part in facts.parts(copy) if _solid(part)):
             return f"`{view.name}` is inside `{copy.name}`{_time_text(t)} and sees nothing else; move it out"
     return None
 
@@ -66,7 +67,7 @@ def _solid(part: StandingPart) -> bool:
     return part.piece.kind != "mesh" or part.mesh is not None
 
 
-def _path(facts: Facts) -> Iterator[Problem]:
+def _without_direction(facts: Facts) -> Iterator[Problem]:
     found = dict.fromkeys(view.name for _, view in _sampled(facts) if math.dist(view.pos, view.target) < 1e-6)
     for name in found:
         text = f"`{name}` is at the point it looks at, so it has no direction; move it away"
@@ -80,8 +81,8 @@ RULES = (
         title="A camera is inside a body, or below the ground.",
         reason="""\
 From inside a body, the picture shows only its inner side; from below a plane, its underside. The hull of a mesh does
-not count, because a camera may be in its hollow. The rule follows moving cameras; moving bodies count only at the
-start.""",
+not count, because a camera may be in its hollow. The rule follows moving cameras, except those that follow a body,
+which count at the start of their film; moving bodies count only at the start.""",
         remedy="Move the camera out, or make the body invisible (`look: {visible: false}`).",
         example="""\
 scene: {statics: {room: {shape: {kind: box, size: [6, 6, 3]}, place: {on: floor}}}}
@@ -97,7 +98,9 @@ render:
         id="camera-path",
         severity="error",
         title="A camera is at the point it looks at.",
-        reason="Such a camera has no direction. The rule follows moving cameras along their path.",
+        reason="""\
+Such a camera has no direction. The rule follows moving cameras along their path, except those that follow a body, which
+count at the start of their film.""",
         remedy="Move the camera away from the point, or let it look at something else.",
         example="""\
 bodies:
@@ -106,6 +109,6 @@ render:
   cameras: {main: {kind: still, from: [0, 0, 0.5], look_at: ball}}
 """,
         fix="render: {cameras: {main: {from: [0, -4, 0.5]}}}",
-        run=_path,
+        run=_without_direction,
     ),
 )

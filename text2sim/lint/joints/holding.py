@@ -19,11 +19,11 @@ from text2sim.lint.words import amount, at_least
 from text2sim.spec_schema.errors import Problem
 
 MIN_OVERLOAD = 1.05
-"""A motor is weak if its load exceeds its limit by this factor: masses of hollow shapes are slightly inaccurate."""
+"""Smallest load of a weak motor, over its limit; above 1, since masses of hollow shapes are slightly inaccurate."""
 MIN_DROOP = 0.05
-"""Static error of a servo that is reported, as a share of the travel."""
+"""Smallest static error of a servo that is reported, as a fraction of its travel."""
 DROOP_HELD = {"hinge": 0.1, "slider": 0.01}
-"""Static error of a joint that only holds its position [rad, m] that is reported."""
+"""Smallest reported static error [rad, m] of a joint that only holds its position."""
 
 
 def _largest_load(motor: Powered, span: Span) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from text2sim.lint.joints.motors import Powered
 from text2sim.lint.motion.whereabouts import whereabouts
 
 MIN_TARGET_CHANGE = 1e-6
-"""Smallest change of a target [rad or m]."""
+"""Smallest change of a target [rad or m] that counts as motion."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _group(facts: Facts, name: str, t: float) -> set[str]:
 
 
 def _inertial(motor: Powered, name: str, t: float) -> Inertial:
-    """Return the inertial of a load where its fall has taken it by a time [s]."""
+    """Return the inertial of a load in the place to which it has fallen by a time [s]."""
     facts = motor.mechanics.facts
     copy = facts.copies[name]
     inertial = motor.mechanics.inertial(copy)
@@ -117,7 +117,7 @@ def _inertial(motor: Powered, name: str, t: float) -> Inertial:
 
 
 def _standing(facts: Facts, copy: Copy, t: float) -> list[StandingLink]:
-    """Return the links of a copy at the targets of its position drives at a time [s]."""
+    """Return the links of a copy whose joints are at the targets that their position drives have at a time [s]."""
     tree = facts.tree(copy)
     assert tree is not None
     initial = dict(tree.initial)
@@ -137,7 +137,7 @@ def _position(motor: Powered, t: float) -> float:
 
 
 def _turned_pull(pull: tuple[float, float], turn: float) -> tuple[float, float]:
-    """Return a pull as in `LoadedJoint.pull`, given for the angle `turn` from the start, converted to the start."""
+    """Return a pull, as in `LoadedJoint.pull`, with angles from the start, given one with angles from `turn` [rad]."""
     return (pull[0] * cos(turn) - pull[1] * sin(turn), pull[0] * sin(turn) + pull[1] * cos(turn))
 
 

@@ -15,7 +15,7 @@ from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.motion.flight import MAX_RESTING_GAP
 from text2sim.lint.parts import StandingPart
-from text2sim.lint.start.escape import upright
+from text2sim.lint.start.escape import axis_aligned_box
 
 MAX_BODIES = 300
 """Most bodies that are tested."""
@@ -78,11 +78,11 @@ def _is_joint_held(facts: Facts, joint: LoadedJoint) -> bool:
 def _all_stand(facts: Facts, loose: list[Copy]) -> bool:
     """Return whether every free body stands on something, from the lowest to the highest."""
     tops = [part for copy in facts.copies.values() if not facts.moves(copy) for part in facts.parts(copy)]
-    tops = [part for part in tops if upright(part)]
+    tops = [part for part in tops if axis_aligned_box(part)]
     for copy in sorted(loose, key=lambda copy: (facts.box(copy) or ((0, 0, 0),))[0][2]):
         if not _stands(facts, copy, tops):
             return False
-        tops += [part for part in facts.parts(copy) if upright(part)]
+        tops += [part for part in facts.parts(copy) if axis_aligned_box(part)]
     return True
 
 

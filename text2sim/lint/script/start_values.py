@@ -16,11 +16,11 @@ COLUMN = {"x": 0, "y": 1, "z": 2}
 ROUNDING = 1e-4
 """Relative error of values at the start, because the engine uses single precision."""
 MAX_DISTANCES = 10_000
-"""Most distances of bodies that are computed."""
+"""Largest number of pairs of bodies whose distance is computed."""
 
 
 def start_of(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float | None:
-    """Return the value of a measure in the first frame; None if it is not known.
+    """Return the value of a measure in the first frame, before `change_from` is applied; None if it is not known.
 
     Args:
         facts: The case.
@@ -33,11 +33,11 @@ def start_of(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> floa
         return 1.0
     if not targets or any(target.driven or not target.known for target in targets):
         return None
-    if measure.kind in _TOGETHER:
-        return _TOGETHER[measure.kind](facts, measure, targets)
-    if measure.kind not in _OF_ONE:
+    if measure.kind in _COLLECTIVE:
+        return _COLLECTIVE[measure.kind](facts, measure, targets)
+    if measure.kind not in _PER_TARGET:
         return None
-    values = [_OF_ONE[measure.kind](facts, measure, target) for target in targets]
+    values = [_PER_TARGET[measure.kind](facts, measure, target) for target in targets]
     numbers = [value for value in values if value is not None]
     return _reduced(measure, numbers) if len(numbers) == len(values) else None
 
@@ -108,7 +108,7 @@ def spin_at_start(facts: Facts, target: StartTarget) -> float | None:
     return hypot(*rows[0].angular) if len(rows) == 1 else None
 
 
-def _turning(facts: Facts, measure: Any, target: StartTarget) -> float | None:
+def _angular_velocity(facts: Facts, measure: Any, target: StartTarget) -> float | None:
     rows = velocities_of(facts, target.copy)
     if not rows:
         return 0.0
@@ -160,18 +160,18 @@ def _energy(facts: Facts, measure: Any, targets: Sequence[StartTarget]) -> float
     return None if moved or measure.part != "kinetic" else 0.0
 
 
-_OF_ONE: dict[str, Callable[[Facts, Any, StartTarget], float | None]] = {
+_PER_TARGET: dict[str, Callable[[Facts, Any, StartTarget], float | None]] = {
     "position": lambda facts, measure, target: target.origin[COLUMN[measure.axis]],
     "velocity": _component,
     "speed": _speed,
     "angular_speed": lambda facts, measure, target: spin_at_start(facts, target),
-    "angular_velocity": _turning,
+    "angular_velocity": _angular_velocity,
     "turns": lambda facts, measure, target: 0.0,
     "bend": lambda facts, measure, target: 0.0,
     "displacement": lambda facts, measure, target: 0.0,
     "tilt": lambda facts, measure, target: 0.0,
 }
-_TOGETHER: dict[str, Callable[[Facts, Any, Sequence[StartTarget]], float | None]] = {
+_COLLECTIVE: dict[str, Callable[[Facts, Any, Sequence[StartTarget]], float | None]] = {
     "extent": _extent,
     "distance": _distance,
     "count_in": _count_in,

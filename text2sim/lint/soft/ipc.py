@@ -11,7 +11,7 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftFacts, soft_facts, touches_soft
 from text2sim.lint.soft.gaps import Gaps
-from text2sim.lint.start.escape import inside
+from text2sim.lint.start.escape import overlapping
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.names.selectors import body_of
@@ -82,7 +82,7 @@ def _linked(facts: Facts) -> Iterator[Problem]:
         if is_soft(copy.model) or not touches_soft(copy.model):
             continue
         pairs = ((a, b) for a, b in combinations(facts.parts(copy), 2) if a.link != b.link and not apart(a.box, b.box))
-        hit = next((pair for pair in islice(pairs, MAX_LINK_PAIRS) if inside(*pair)), None)
+        hit = next((pair for pair in islice(pairs, MAX_LINK_PAIRS) if overlapping(*pair)), None)
         if hit is not None:
             one, other = ("the fixed part" if part.link is None else f"`{part.link}`" for part in hit)
             text = (

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts, touches_soft
-from text2sim.lint.start.escape import Effort, inside, overlap_of
+from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.words import length
 from text2sim.spec_schema.errors import Problem
 
@@ -48,7 +48,7 @@ def _crash(facts: Facts) -> Iterator[Problem]:
     for a, b in facts.near(slack=MIN_OVERLAP):
         if (a.body, b.body) in seen:
             continue
-        pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and inside(p, q)]
+        pairs = [(p, q) for p in facts.parts(a) for q in facts.parts(b) if effort.spend() and overlapping(p, q)]
         if not pairs or effort.left <= 0:
             continue
         overlap = overlap_of(facts.parts(a), facts.parts(b), pairs, effort)

@@ -11,7 +11,7 @@ from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING_PAIRS
 from text2sim.lint.soft.gaps import Gaps
-from text2sim.lint.start.escape import Effort, Way, inside, overlap_of, plain
+from text2sim.lint.start.escape import Effort, Escape, axes_first, overlap_of, overlapping
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
@@ -72,16 +72,16 @@ def _overlap(facts: Facts, body: SoftBody, copy: Copy, min_depth: float, effort:
     if other_box is None or apart(box, other_box, 0.0 if body.model.kind == "cloth" else min_depth):
         return None
     others = [part for part in facts.parts(copy) if not apart(part.box, box)]
-    pairs = [(a, b) for a in facts.parts(body.copy) for b in others if effort.spend() and inside(a, b)]
+    pairs = [(a, b) for a in facts.parts(body.copy) for b in others if effort.spend() and overlapping(a, b)]
     if not pairs or effort.left <= 0:
         return None
     overlap = overlap_of(facts.parts(body.copy), facts.parts(copy), pairs, effort)
-    ways = plain([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
+    ways = axes_first([way for way in overlap.ways if not _grounded(soft_facts(facts), body, way)])
     depth = ways[0].length if ways and body.model.kind == "cloth" else overlap.depth
     return (depth, f"towards {ways[0].words}" if ways else "") if depth > min_depth else None
 
 
-def _grounded(soft: SoftFacts, body: SoftBody, way: Way) -> bool:
+def _grounded(soft: SoftFacts, body: SoftBody, way: Escape) -> bool:
     """Return whether a translation moves a body below the ground."""
     down = -way.direction[2] * way.length
     lowest = body.box[0][2] - down

@@ -32,7 +32,9 @@ AXES: dict[Vec, str] = {
 MAX_AXIS_DETOUR = 1.5
 """A translation along an axis is preferred if it is at most this many times as long as the shortest."""
 MAX_ROUNDS = 30
-"""Most times that a body is moved on because it is freed from one piece and enters the next."""
+"""Largest number of times a body is moved on when leaving one piece makes it enter another."""
+MAX_DIRECTION_PAIRS = 3
+"""Pairs of pieces whose shapes give directions in which to escape."""
 MAX_EXACT_PAIRS = 12
 """Pairs of pieces whose depth is computed in all directions."""
 SWEEP_COST = 5
@@ -61,7 +63,7 @@ class Effort:
 
 
 @dataclass(frozen=True)
-class Way:
+class Escape:
     """A translation that frees a body from another."""
 
     direction: Vec
@@ -85,22 +87,22 @@ class Overlap:
     """Thickness [m] of the thinner piece of that pair."""
     pair: tuple[StandingPart, StandingPart]
     """That pair: a piece of the first body, and one of the second."""
-    ways: list[Way]
+    ways: list[Escape]
     """Translations that free the first body as a whole, the shortest first."""
 
 
-def inside(a: StandingPart, b: StandingPart) -> bool:
+def overlapping(a: StandingPart, b: StandingPart) -> bool:
     """Return whether two pieces overlap."""
     if apart(a.box, b.box, ROUNDING_OVERLAP):
         return False
     if a.mesh is not None or b.mesh is not None:
         return concave.inside(a, b)
-    if upright(a) and upright(b):
+    if axis_aligned_box(a) and axis_aligned_box(b):
         return True
     return distance(a.solid, b.solid) == 0.0
 
 
-def upright(part: StandingPart) -> bool:
+def axis_aligned_box(part: StandingPart) -> bool:
     """Return whether a piece fills its bounding box."""
     if part.piece.kind != "box":
         return False
@@ -126,21 +128,21 @@ def overlap_of(
     effort.spend(len(directions) * _cost(pairs))
     exits = {direction: [_exit(a, b, direction) for a, b in pairs] for direction in directions}
     depths = [min(column) for column in zip(*exits.values(), strict=True)]
-    depth, worst = max((depth, -index) for index, depth in enumerate(depths))
-    pair = pairs[-worst]
+    worst = max(range(len(depths)), key=depths.__getitem__)
+    pair = pairs[worst]
     own = Effort(min(max(effort.left, 0), MAX_STEPS_PER_OVERLAP))
     effort.left -= own.left
     ways = []
     for direction, first in exits.items():
         length = _free_length(movers, others, direction, max(first), own)
         if length is not None:
-            ways.append(Way(direction, length))
+            ways.append(Escape(direction, length))
     effort.left += max(own.left, 0)
     ways.sort(key=lambda way: (way.length, way.direction not in AXES))
-    return Overlap(depth, min(pair[0].thickness, pair[1].thickness), pair, ways)
+    return Overlap(depths[worst], min(pair[0].thickness, pair[1].thickness), pair, ways)
 
 
-def plain(ways: Sequence[Way]) -> list[Way]:
+def axes_first(ways: Sequence[Escape]) -> list[Escape]:
     """Return the translations, those along an axis first unless they are much longer than the shortest."""
     if not ways:
         return []
@@ -180,7 +182,7 @@ def _cost(pairs: list[tuple[StandingPart, StandingPart]]) -> int:
     )
 
 
-def moved_part(part: StandingPart, way: Way) -> StandingPart:
+def moved_part(part: StandingPart, way: Escape) -> StandingPart:
     """Return a piece after a translation."""
     return replace(part, pos=vector_plus(part.pos, vector_times(way.direction, way.length + ROUNDING_OVERLAP)))
 
@@ -204,9 +206,9 @@ def _exit(one: StandingPart, other: StandingPart, direction: Vec) -> float:
 
 
 def _directions(pairs: list[tuple[StandingPart, StandingPart]]) -> list[Vec]:
-    """Return the axes, the lines between centres, and the normals of faces of boxes and ends of cylinders."""
+    """Return the axes and, of a few pairs, the lines between centres and the normals of boxes and cylinder ends."""
     found = dict.fromkeys(AXES)
-    for a, b in pairs[:3]:
+    for a, b in pairs[:MAX_DIRECTION_PAIRS]:
         line = vector_minus(a.solid.center, b.solid.center)
         length = vector_dot(line, line) ** 0.5
         if length > 1e-9:

@@ -9,7 +9,16 @@ from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
 from text2sim.lint.start.concave import roughness
-from text2sim.lint.start.escape import BOX_TESTS_PER_STEP, Effort, Overlap, Way, inside, moved_part, overlap_of, plain
+from text2sim.lint.start.escape import (
+    BOX_TESTS_PER_STEP,
+    Effort,
+    Escape,
+    Overlap,
+    axes_first,
+    moved_part,
+    overlap_of,
+    overlapping,
+)
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.text.document import Path
@@ -98,7 +107,7 @@ def _pieces_inside(
             if welded and frozenset(((a.name, one.link), (b.name, other.link))) in welded:
                 continue
             tests.spend()
-            if inside(one, other):
+            if overlapping(one, other):
                 pairs.append((one, other))
     return pairs
 
@@ -166,15 +175,15 @@ def _pointer(facts: Facts, a: Copy, b: Copy) -> Path:
     return facts.first_given(a.body, "place", "pose", "repeat")
 
 
-def _way_out(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Way | None:
-    """Return the shortest plain translation, if possible one that does not lead into another body."""
-    ways = plain(overlap.ways)
+def _way_out(facts: Facts, a: Copy, b: Copy, overlap: Overlap, effort: Effort) -> Escape | None:
+    """Return the shortest translation, preferably along an axis, and not into another body."""
+    ways = axes_first(overlap.ways)
     if a.body == b.body:
         return ways[0] if ways else None
     return next((way for way in ways if not _blocked(facts, a, b, way, effort)), ways[0] if ways else None)
 
 
-def _blocked(facts: Facts, a: Copy, b: Copy, way: Way, effort: Effort) -> bool:
+def _blocked(facts: Facts, a: Copy, b: Copy, way: Escape, effort: Effort) -> bool:
     """Return whether a translation moves a copy into another body or below a plane."""
     parts = [moved_part(part, way) for part in facts.parts(a)]
     for plane in facts.planes:
@@ -187,7 +196,7 @@ def _blocked(facts: Facts, a: Copy, b: Copy, way: Way, effort: Effort) -> bool:
         for one in parts:
             if not apart(one.box, box, MIN_DEPTH):
                 others = (other for other in facts.parts(copy) if not apart(one.box, other.box, MIN_DEPTH))
-                if any(effort.spend() and inside(one, other) for other in others):
+                if any(effort.spend() and overlapping(one, other) for other in others):
                     return True
     return False
 

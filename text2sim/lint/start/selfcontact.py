@@ -9,7 +9,7 @@ from text2sim.compiler.trees.tree import Tree, TreeLink, tree_links
 from text2sim.lint.facts import Facts
 from text2sim.lint.parts import StandingPart
 from text2sim.lint.rule import Rule
-from text2sim.lint.start.escape import Effort, inside, overlap_of
+from text2sim.lint.start.escape import Effort, overlap_of, overlapping
 from text2sim.lint.start.overlap import MIN_DEPTH, STEP_BUDGET, push_speed
 from text2sim.lint.words import length, more_copies
 from text2sim.spec_schema.errors import Problem
@@ -72,7 +72,7 @@ def _overlapping(copy: Copy, tree: Tree, pairs: set[tuple[str, str]]) -> dict[tu
     }
     found, effort = {}, Effort(STEP_BUDGET)
     for a, b in sorted(pairs):
-        touching = [(one, other) for one in parts[a] for other in parts[b] if inside(one, other)]
+        touching = [(one, other) for one in parts[a] for other in parts[b] if overlapping(one, other)]
         if touching and (depth := overlap_of(parts[a], parts[b], touching, effort).depth) > MIN_DEPTH:
             found[a, b] = depth
     return dict(sorted(found.items(), key=lambda item: -item[1]))

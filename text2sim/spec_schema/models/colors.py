@@ -60,7 +60,7 @@ PALETTES: dict[str, tuple[str, ...]] = {
         "cividis": "00224e 1f3a6c 434e6c 62646f 7e7b78 9c9475 bfaf6d e5cc50",
     }.items()
 }
-"""Colours by palette, distinguishable with every kind of colour vision."""
+"""Colours by palette, chosen to be distinguishable with colour-vision deficiencies."""
 _HEX = re.compile(r"#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})")
 
 
@@ -70,12 +70,14 @@ class ColorError(ValueError):
     rule = "unknown-color"
 
     def __init__(self, word: str) -> None:
-        super().__init__(f"unknown colour `{word[:40]}`; give a CSS name, a material, or #rrggbb")
+        super().__init__(
+            f"unknown colour `{word[:40]}`; give a CSS name, a material, #rrggbb, #rgb, or three numbers from 0 to 1"
+        )
         self.hint = nearest(word, NAMED)
 
 
 def rgb(color: str | Sequence[float]) -> tuple[float, float, float]:
-    """Return red, green and blue, each in 0..1, in sRGB.
+    """Return red, green and blue, each from 0 to 1, in sRGB.
 
     Args:
         color: A name, `#rrggbb`, `#rgb`, or three numbers, which are returned as they are.
@@ -104,4 +106,4 @@ def _known(word: str) -> str:
 ColorName = Annotated[str, AfterValidator(_known), Noun("a colour", "colours")]
 """A CSS name, a material (`terracotta`, `steel`), or `#rrggbb`."""
 Color = ColorName | tuple[Fraction, Fraction, Fraction]
-"""A name, `#rrggbb`, or three numbers in 0..1 (sRGB)."""
+"""A name, `#rrggbb`, or three numbers from 0 to 1 (sRGB)."""

@@ -32,7 +32,7 @@ class Polyhedron(Model):
         normal = max((_cross(u, v) for v in away), key=lambda n: hypot(*n))
         size, area = hypot(*u), hypot(*normal)
         if size > 1e6:
-            raise ValueError(f"its points are up to {size:g} m apart, more than 1000 km")
+            raise ValueError(f"a point is {size:g} m from the first; at most 1000 km is possible")
         heights = [sum(n * c for n, c in zip(normal, v, strict=True)) / area for v in away] if area > 0 else [0.0]
         thin = max(heights) - min(heights)
         if thin < max(1e-6, FLATTEST * size):
@@ -70,7 +70,7 @@ class Rock(Model):
 
     @cached_property
     def points(self) -> list[Vec3]:
-        """Points [m] whose convex hull it is."""
+        """Points [m] whose convex hull it is: a Fibonacci sphere with jitter, scaled to the size."""
         dice = Random(self.seed)
         turn = pi * (3 - sqrt(5))  # the golden angle spreads points evenly over a sphere
         corners = []

@@ -78,7 +78,7 @@ class Vary(Model):
 
 
 class Palette(Model):
-    """Colours that are assigned to copies in turn, distinguishable with every kind of colour vision."""
+    """Colours that are assigned to copies in turn, chosen to be distinguishable with colour-vision deficiencies."""
 
     palette: Literal["okabe_ito", "tol_bright", "tol_vibrant", "tol_muted", "tol_light", "viridis", "cividis"]
     """Name of the palette. `viridis` and `cividis` are ramps from dark to light in eight steps; the others are
@@ -152,8 +152,8 @@ class Look(Model):
     """Colour and surface, without influence on the physics."""
 
     color: Color | list[ColorName] | Palette | None = None
-    """A name (`terracotta`), `#rrggbb`, three numbers in 0..1, a list of names, or a palette (`{palette: okabe_ito}`).
-    Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
+    """A name (`terracotta`), `#rrggbb`, three numbers from 0 to 1, a list of names, or a palette (`{palette:
+    okabe_ito}`). Lists and palettes are assigned in turn to copies, and to parts and links with `repeat`."""
     finish: Finish = "rough"
     """Surface of the body; the preview shows its gloss. A liquid is by default as clear as `glass`."""
     pattern: Pattern | None = None

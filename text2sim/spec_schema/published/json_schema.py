@@ -5,6 +5,7 @@ boolean, a list or one of several words, it also accepts an expression: text tha
 """
 
 import json
+from itertools import chain, count
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
@@ -94,32 +95,23 @@ class _Builder:
             return self.or_use(union) if slot == ENTRY else union
         if len(slot.members) > 1:
             return {"anyOf": [self.slot(member, hint) for member in slot.members]}
-        bounds = bounds_of(slot)
-        origin, arguments = get_origin(slot.base), get_args(slot.base)
         if slot.base is Static:
             return self.or_use(self.reference(Static))
         if is_model(slot.base):
             return self.reference(slot.base)
+        origin = get_origin(slot.base)
         if origin is dict:
-            return self.mapping(arguments, bounds, hint)
-        if origin in (list, tuple):
-            if origin is tuple:
-                bounds = {"min_length": len(arguments), "max_length": len(arguments)}
-            # All items of a vector have one type; those of a span are a time or `end`.
-            kinds = [self.slot(slot_of(item), hint) for item in dict.fromkeys(arguments)]
-            items = kinds[0] if len(kinds) == 1 else kinds[-1]
-            return _or_expression({"type": "array", "items": items, **_length(bounds, "Items")})
-        if slot.base in (int, float):
-            limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
-            return _or_expression({"type": "integer" if slot.base is int else "number", **limits})
-        if slot.base is bool:
-            return _or_expression({"type": "boolean"})
-        if slot.base is str:
-            pattern = {"pattern": f"({bounds['pattern']})|({EXPRESSION})"} if "pattern" in bounds else {}
-            return {"type": "string", **pattern, **_length(bounds, "Length")}
-        if arguments and all(isinstance(word, str) for word in arguments):
-            return {"anyOf": [{"enum": list(arguments)}, {"type": "string", "pattern": EXPRESSION}]}
-        return {"enum": list(arguments)} if arguments else {}
+            return self.mapping(get_args(slot.base), bounds_of(slot), hint)
+        return self.sequence(slot, hint) if origin in (list, tuple) else _scalar(slot)
+
+    def sequence(self, slot: LanguageSlot, hint: str) -> Schema:
+        bounds, arguments = bounds_of(slot), get_args(slot.base)
+        if get_origin(slot.base) is tuple:
+            bounds = {"min_length": len(arguments), "max_length": len(arguments)}
+        # Items of a vector have one type. Those of a span are `end` or a time: the schema of a number comes last, and
+        # accepts both, because it accepts expressions.
+        kinds = [self.slot(slot_of(item), hint) for item in dict.fromkeys(arguments)]
+        return _or_expression({"type": "array", "items": kinds[-1], **_length(bounds, "Items")})
 
     def union(self, slot: LanguageSlot, hint: str) -> Schema:
         """Return the schema of a union, which branches on `kind` so that editors use the schema of that kind only."""
@@ -127,7 +119,7 @@ class _Builder:
         docs = [model_doc(model).partition(". ")[0] for model in kinds.values()]
         name = self.name_union(tuple(kinds), hint)
         if name not in self.definitions:
-            self.definitions[name] = {}  # shapes may contain shapes
+            self.definitions[name] = {}  # reserve the name: shapes may contain shapes
             schema: Schema = {
                 "type": "object",
                 "properties": {"kind": {"enum": list(kinds), "markdownEnumDescriptions": docs}},
@@ -155,7 +147,7 @@ class _Builder:
         if key not in self.unions:
             base = "Any" + hint.title().replace("_", "") + ("Changes" if self.loose else "")
             taken = set(self.unions.values())
-            self.unions[key] = next(n for n in (base, *(f"{base}{i}" for i in range(2, 99))) if n not in taken)
+            self.unions[key] = next(n for n in chain([base], (f"{base}{i}" for i in count(2))) if n not in taken)
         return self.unions[key]
 
     def or_use(self, schema: Schema) -> Schema:
@@ -178,7 +170,7 @@ class _Builder:
     def reference(self, model: type[BaseModel]) -> Schema:
         name = model.__name__ + ("Changes" if self.loose else "")
         if name not in self.definitions:
-            self.definitions[name] = {}  # shapes may contain shapes
+            self.definitions[name] = {}  # reserve the name: shapes may contain shapes
             self.definitions[name] = self.model(model)
         return {"$ref": f"#/definitions/{name}"}
 
@@ -195,6 +187,22 @@ class _Builder:
             own["additionalProperties"] = {"anyOf": [*(loose.reference(model) for model in bodies), {"type": "null"}]}
             self.definitions[name] = own
         return {"$ref": f"#/definitions/{name}"}
+
+
+def _scalar(slot: LanguageSlot) -> Schema:
+    """Return the schema of a number, a boolean, text, or one of several words; it accepts everything else."""
+    bounds, words = bounds_of(slot), get_args(slot.base)
+    if slot.base in (int, float):
+        limits = {word: bounds[name] for name, word in _BOUNDS.items() if name in bounds}
+        return _or_expression({"type": "integer" if slot.base is int else "number", **limits})
+    if slot.base is bool:
+        return _or_expression({"type": "boolean"})
+    if slot.base is str:
+        pattern = {"pattern": f"({bounds['pattern']})|({EXPRESSION})"} if "pattern" in bounds else {}
+        return {"type": "string", **pattern, **_length(bounds, "Length")}
+    if words and all(isinstance(word, str) for word in words):
+        return {"anyOf": [{"enum": list(words)}, {"type": "string", "pattern": EXPRESSION}]}
+    return {"enum": list(words)} if words else {}
 
 
 def _or_expression(schema: Schema) -> Schema:

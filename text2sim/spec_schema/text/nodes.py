@@ -1,4 +1,4 @@
-"""Positions of values in a file, and origins of values from elsewhere."""
+"""Positions of values in a file, and origins of values that are not written there."""
 
 from dataclasses import dataclass
 
@@ -46,10 +46,10 @@ class Origin:
 
     def __str__(self) -> str:
         place = f", {self.file}:{self.line}" if self.file else ""
-        outer, between = self.outer, 0
+        outer, skipped = self.outer, False
         while outer is not None and outer.outer is not None:
-            outer, between = outer.outer, between + 1
-        return f"{self.text}{place}{', …' if between else ''}" + (f", {outer}" if outer is not None else "")
+            outer, skipped = outer.outer, True
+        return f"{self.text}{place}{', …' if skipped else ''}" + (f", {outer}" if outer is not None else "")
 
 
 class Derived(Node):

@@ -25,7 +25,7 @@ _CONTENT: dict[tuple[type[BaseModel], str], LanguageSlot] = {
     (PrefabFile, "bodies"): slot_of(dict[Name, Body]),
     (Sweep, "points"): slot_of(dict[Name, Case]),
 }
-"""Content of fields that accept anything in their model, because they are checked elsewhere."""
+"""Content of fields whose values are typed `Any` in their model, because they are checked elsewhere."""
 
 
 def content_slot(model: type[BaseModel], key: str, slot: LanguageSlot) -> LanguageSlot:
@@ -40,7 +40,7 @@ def content_slot(model: type[BaseModel], key: str, slot: LanguageSlot) -> Langua
 
 
 def slots_by_key(slot: LanguageSlot | None) -> dict[str, LanguageSlot]:
-    """Return the slot under each key of a mapping, in canonical order; nothing if the keys are names.
+    """Return the slot under each key of a mapping, in canonical order; empty if the keys are names.
 
     Args:
         slot: A model, or a union of models, all of which are considered.
