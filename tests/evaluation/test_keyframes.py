@@ -66,7 +66,7 @@ def test_a_path_without_forces_is_keyframed_even_if_velocities_fit(tmp_path: Pat
     found = moved(tmp_path, hover)
     assert found.mainly_keyframed
     assert found.part == pytest.approx(1.0)
-    assert "do not follow from forces in 100 % of its motion" in found.keyframed["ball"]
+    assert "do not follow from forces in 100 % of its path" in found.keyframed["ball"]
 
 
 def test_motion_that_a_control_may_explain_is_not_keyframed(tmp_path: Path) -> None:

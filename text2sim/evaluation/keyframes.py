@@ -28,7 +28,7 @@ CONTACT_SLACK = 0.2
 REFERENCE_GRAVITY = 9.81
 """Reference acceleration in a scene without gravity [m/s2]."""
 MIN_UNEXPLAINED_SHARE, MIN_UNEXPLAINED_FRAMES = 0.2, 3
-"""Smallest fraction and number of unexplained frames in motion for which a body counts as keyframed."""
+"""Smallest unexplained fraction of the path of its links, and number of frames, from which a body is keyframed."""
 MIN_JUMP = 0.05
 """Displacement in one frame beyond what velocities explain that counts as a jump [m]."""
 
@@ -78,15 +78,15 @@ def motion_of(recording: RecordedCase) -> Motion:
     given = _impulses(recording)
     for target in recording.names.loose:
         moved, odd, worst = _unexplained_motion(recording, target, given)
-        ways[target.copy] = float(moved.sum())
+        ways[target.copy] = float(moved.max(axis=1).sum())
         moving = moved > MAX_REST_DISPLACEMENT
-        share = float(odd[moving].mean()) if moving.any() else 0.0
+        share = float(moved[odd & moving].sum() / moved[moving].sum()) if moving.any() else 0.0
         if worst[0] > MIN_JUMP:
             keyframed[target.copy] = (
                 f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
             )
-        elif share >= MIN_UNEXPLAINED_SHARE and (odd & moving).sum() >= MIN_UNEXPLAINED_FRAMES:
-            keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its motion"
+        elif share >= MIN_UNEXPLAINED_SHARE and (odd & moving).any(axis=1).sum() >= MIN_UNEXPLAINED_FRAMES:
+            keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its path"
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
         way = float(np.linalg.norm(np.diff(recording.origin(recording.names.copies[copy]), axis=0), axis=1).sum())
@@ -112,7 +112,7 @@ def _impulses(recording: RecordedCase) -> tuple[Array, Array]:
 def _unexplained_motion(
     recording: RecordedCase, target: RecordedTarget, given: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[float, float]]:
-    """Displacements [m] per frame, mask of the unexplained ones, (F-1,), and the largest jump [m] with its time [s]."""
+    """Displacements [m] of links, (F-1, L), a mask of the unexplained ones, the largest jump [m] and its time [s]."""
     states = recording.states
     step = np.diff(states.time)[:, None]
     if target.soft is not None:
@@ -123,7 +123,7 @@ def _unexplained_motion(
         centers, velocities = recording.centers(links), states.vel[:, links].astype(float)
     there = ~recording.gone(target.copy)
     if centers.shape[0] < 2 or not centers.shape[1]:
-        return np.zeros(0), np.zeros(0, bool), (0.0, 0.0)
+        return np.zeros((0, 1)), np.zeros((0, 1), bool), (0.0, 0.0)
     ways = np.diff(centers, axis=0)
     before, after = velocities[:-1], velocities[1:]
     gap = np.linalg.norm(ways - step[..., None] * (before + after) / 2, axis=-1)
@@ -138,11 +138,9 @@ def _unexplained_motion(
     fast = step[:, 0] * np.linalg.norm(velocities, axis=-1).max(axis=1)[:-1]
     beyond = np.where(beyond > 2 * fast, beyond, 0.0)
     at = int(beyond.argmax())
-    result = odd.any(axis=1)
     if _is_free(recording, target):
-        result |= _without_cause(recording, target, given, before[:, 0], after[:, 0]) & present[:, 0]
-    longest = np.where(present, moved, 0.0).max(axis=1)
-    return longest, result, (float(beyond[at]), float(states.time[at + 1]))
+        odd[:, 0] |= _without_cause(recording, target, given, before[:, 0], after[:, 0]) & present[:, 0]
+    return np.where(present, moved, 0.0), odd, (float(beyond[at]), float(states.time[at + 1]))
 
 
 def _without_cause(
