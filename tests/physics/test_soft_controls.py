@@ -286,6 +286,25 @@ def test_folds_tighter_than_the_crease_radius_stay(simulate, agree):
     assert high["uncurled"][-1] < 0.03
 
 
+HEAPS = """
+scene: {duration: 0.4, dt: 0.004, statics: {floor: {shape: {kind: plane}, material: {friction: 0.8}}}}
+bodies:
+  firm: {kind: granular, cell: 0.02, shape: {kind: box, size: [0.12, 0.12, 0.2]}, material: {cohesion: 1600}, pose: {pos: [0, 0, 0.11]}}
+  weak: {kind: granular, cell: 0.02, shape: {kind: box, size: [0.12, 0.12, 0.2]}, material: {cohesion: 400}, pose: {pos: [0, 0.6, 0.11]}}
+"""
+
+
+def test_damp_sand_stands_as_high_as_its_cohesion_lets_it(simulate):
+    """Its compressive strength is 2 C tan(45 deg + phi / 2) (Mohr and Coulomb).
+
+    1600 Pa give 6.1 kPa, 400 Pa 1.5 kPa; the foot of a block of 0.2 m bears rho g h = 3.1 kPa.
+    """
+    trial = simulate(HEAPS)
+    high = {name: rows(trial.states, name)[0][-1, :, 2].max() for name in ("firm", "weak")}
+    assert high["firm"] > 0.2, "it settles by a particle"
+    assert high["weak"] < 0.17
+
+
 CANTILEVER = """
 scene: {duration: 0.3, dt: 0.002, record: {rate: 500}}
 bodies:

@@ -111,6 +111,7 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
+    copied += ["damp_sand.py"] if context["damp"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -201,6 +202,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
+        "damp": any(entity.material == "DampSand" for entity in plan.entities),
         "bending": {
             name: row
             for name, facts in plan.deformables.items()
@@ -250,7 +252,7 @@ def _group(group: Group) -> dict[str, Any]:
         "rows": [] if single else [tuple(row[key] for key in varying) for row in rows],
         "columns": Code(", ".join(varying)),
         "target": Code("(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
-        "material": Code(first.material),
+        "material": Code(first.material if first.material == "DampSand" else f"gs.materials.{first.material}"),
         "material_keys": [identifier(key) for key in _material_keys(first)],
         "mode": first.surface.mode if first.surface else None,
         "roughness": rough,

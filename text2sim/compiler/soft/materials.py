@@ -19,7 +19,7 @@ Made = tuple[str, dict[str, Any]]
 
 
 def made_of(model: Any, solver: str) -> Made:
-    """Return the engine's class of material, and its keyword arguments.
+    """Return the class of material, the engine's or `DampSand`, and its keyword arguments.
 
     Args:
         model: The body.
@@ -91,7 +91,9 @@ def _pbd_cloth(model: Cloth) -> Made:
 
 
 def _granular(model: Granular) -> Made:
-    return "MPM.Sand", _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
+    values = _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
+    cohesion = model.material.cohesion
+    return ("DampSand", values | {"cohesion": cohesion}) if cohesion else ("MPM.Sand", values)
 
 
 def _liquid(model: Liquid) -> Made:
