@@ -29,6 +29,7 @@ shape = st.one_of(
     st.builds(lambda r, h: {"kind": "cylinder", "radius": r, "height": h}, size, size),
     st.builds(lambda r, h: {"kind": "capsule", "radius": r, "length": h}, size, size),
     st.builds(lambda r, h: {"kind": "cone", "radius": r, "height": h}, size, size),
+    st.builds(lambda r, h, top: {"kind": "cone", "radius": r, "height": h, "top_radius": top}, size, size, size),
     st.builds(lambda a, b, c: {"kind": "ellipsoid", "radii": [a, b, c]}, size, size, size),
     st.builds(lambda r: {"kind": "torus", "radius": r, "bar_radius": r / 4, "segments": 8}, size),
     st.builds(lambda r, h: {"kind": "cup", "radius": r, "height": r + h, "thickness": r / 8}, size, size),

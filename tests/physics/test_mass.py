@@ -16,6 +16,7 @@ SHAPES = {
     "capsule": "{kind: capsule, radius: 0.1, length: 0.3}",
     "ellipsoid": "{kind: ellipsoid, radii: [0.1, 0.2, 0.3]}",
     "cone": "{kind: cone, radius: 0.1, height: 0.3}",
+    "frustum": "{kind: cone, radius: 0.1, height: 0.3, top_radius: 0.05}",
     "polyhedron": "{kind: polyhedron, points: [[-0.1, -0.1, 0], [0.1, -0.1, 0], [-0.1, 0.1, 0], [0.1, 0.1, 0], [0, 0, 0.3]]}",
     "torus": "{kind: torus, radius: 0.2, bar_radius: 0.03, segments: 24}",
     "tube": "{kind: tube, outer_radius: 0.3, inner_radius: 0.25, height: 0.4}",
@@ -83,7 +84,7 @@ def theory(name):
         across = m * (4 * big**2 + 5 * small**2) / 8
         return m, 0, across, across, m * (big**2 + 0.75 * small**2)
     # The rest are differences of bodies of revolution; integrate pi (R^2 - r^2) and its moments over the height.
-    edges = {"tube": _tube, "cup": _cup, "funnel": _funnel}[name]
+    edges = {"frustum": _frustum, "tube": _tube, "cup": _cup, "funnel": _funnel}[name]
     parts = np.concatenate([np.linspace(*span, 4001)[:-1] + (span[1] - span[0]) / 8000 for span in edges[1]])
     dz = np.concatenate([np.full(4000, (span[1] - span[0]) / 4000) for span in edges[1]])
     inner, outer = edges[0](parts)
@@ -93,11 +94,12 @@ def theory(name):
     return m, z, across, across, polar.sum()
 
 
+_frustum = (lambda z: (0 * z, 0.075 - z / 0.3 * 0.05), [(-0.15, 0.15)])
 _tube = (lambda z: (0.25 + 0 * z, 0.3 + 0 * z), [(-0.2, 0.2)])
 _cup = (lambda z: (np.where(z < -0.18, 0.0, 0.18), 0.2 + 0 * z), [(-0.2, -0.18), (-0.18, 0.2)])
 _funnel = (lambda z: (0.2 + z / 0.15 * 0.1, 0.23 + z / 0.15 * 0.1), [(-0.15, 0.15)])
 
-POLYGON = {"cone": 32, "torus": 24, "tube": 24, "cup": 24, "funnel": 24}
+POLYGON = {"cone": 32, "frustum": 32, "torus": 24, "tube": 24, "cup": 24, "funnel": 24}
 
 
 def tolerance(name):

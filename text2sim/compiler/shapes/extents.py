@@ -52,7 +52,7 @@ def _reach_ellipsoid(shape: Ellipsoid, u: Vec, folder: Path) -> float:
 
 def _reach_cone(shape: Cone, u: Vec, folder: Path) -> float:
     half = shape.height / 2
-    return max(_reach_ring(shape.radius, -half, u), half * u[2])
+    return max(_reach_ring(shape.radius, -half, u), _reach_ring(shape.top_radius, half, u))
 
 
 def _reach_wall(shape: Tube | Cup | Funnel, u: Vec, folder: Path) -> float:

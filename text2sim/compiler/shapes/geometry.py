@@ -79,7 +79,7 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
     if kind == "ellipsoid":
         return [Piece("ellipsoid", size=shape.radii)]
     if kind == "cone":
-        return [cone_piece(shape.radius, shape.height)]
+        return [cone_piece(shape.radius, shape.height, shape.top_radius)]
     if isinstance(shape, Faceted):
         return [_faceted_piece(shape)]
     if kind == "torus":
@@ -196,7 +196,8 @@ def volume(shape: Any, folder: Path) -> float:
     if kind == "mesh":
         return load_mesh(shape.file, folder).volume * shape.scale**3
     if kind == "cone":
-        return math.pi * shape.radius**2 * shape.height / 3
+        r, top = shape.radius, shape.top_radius
+        return math.pi * (r * r + r * top + top * top) * shape.height / 3
     if kind == "torus":
         return 2 * math.pi**2 * shape.radius * shape.bar_radius**2
     if kind == "tube":

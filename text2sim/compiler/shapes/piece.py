@@ -195,15 +195,26 @@ def wall_pieces(
     return staves
 
 
-def cone_piece(radius: float, height: float) -> Piece:
-    """Return a cone about the middle of its axis, tip up, as a pyramid inside it."""
+def cone_piece(radius: float, height: float, top: float = 0.0) -> Piece:
+    """Return a cone about the middle of its axis, tip up, as a pyramid inside it.
+
+    Args:
+        radius: Of the base [m].
+        height: Height [m].
+        top: Radius of the upper end [m]; 0 for a tip.
+    """
     n = CONE_SIDES
-    rim = [
-        (radius * math.cos(2 * math.pi * k / n), radius * math.sin(2 * math.pi * k / n), -height / 2) for k in range(n)
-    ]
-    sides = [(k, (k + 1) % n, n) for k in range(n)]
+    turns = [(math.cos(2 * math.pi * k / n), math.sin(2 * math.pi * k / n)) for k in range(n)]
+    rim = [(radius * x, radius * y, -height / 2) for x, y in turns]
     base = [(0, k + 1, k) for k in range(1, n - 1)]
-    return Piece("hull", vertices=(*rim, (0.0, 0.0, height / 2)), faces=(*sides, *base))
+    if top == 0.0:
+        sides = [(k, (k + 1) % n, n) for k in range(n)]
+        return Piece("hull", vertices=(*rim, (0.0, 0.0, height / 2)), faces=(*sides, *base))
+    sides = [face for k in range(n) for face in ((k, (k + 1) % n, n + k), ((k + 1) % n, n + (k + 1) % n, n + k))]
+    lid = [(n, n + k, n + k + 1) for k in range(1, n - 1)]
+    return Piece(
+        "hull", vertices=(*rim, *((top * x, top * y, height / 2) for x, y in turns)), faces=(*sides, *base, *lid)
+    )
 
 
 def ring_pieces(radius: float, bar: float, segments: int) -> list[Piece]:

@@ -103,7 +103,8 @@ def profile(shape: Any) -> tuple[list[Part], bool]:
     if kind == "cylinder":
         return _polyline((0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)), False
     if kind == "cone":
-        return _polyline((0.0, -h), (shape.radius, -h), (0.0, h)), False
+        top = [(shape.top_radius, h)] if shape.top_radius else []
+        return _polyline((0.0, -h), (shape.radius, -h), *top, (0.0, h)), False
     if kind == "cup":
         r, t = shape.radius, shape.thickness
         return _polyline((0.0, -h), (r, -h), (r, h), (r - t, h), (r - t, t - h), (0.0, t - h)), False

@@ -182,7 +182,8 @@ def _surface(shape: Any) -> VisualMesh:
     if isinstance(shape, Cylinder):
         return _lathe([(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)])
     if isinstance(shape, Cone):
-        return _lathe([(0.0, -h), (shape.radius, -h), (0.0, h)])
+        top = [(shape.top_radius, h)] if shape.top_radius else []
+        return _lathe([(0.0, -h), (shape.radius, -h), *top, (0.0, h)])
     if isinstance(shape, Cup):
         outer, inner, floor = shape.radius, shape.radius - shape.thickness, shape.thickness - h
         return _lathe([(0.0, -h), (outer, -h), (outer, h), (inner, h), (inner, floor), (0.0, floor)])

@@ -73,13 +73,15 @@ class Capsule(Model):
 
 
 class Cone(Model):
-    """A cone along z with its tip up; its frame is at half its height."""
+    """A cone or a frustum along z, with its tip up; its frame is at half its height."""
 
     kind: Literal["cone"]
     radius: Length
     """Radius [m] of the base."""
     height: Length
     """Height [m]."""
+    top_radius: NonNegative = 0.0
+    """Radius [m] of the upper end: 0 is a tip; a bucket is wider there."""
 
 
 class Ellipsoid(Model):
