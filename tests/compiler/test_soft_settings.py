@@ -141,6 +141,20 @@ def test_bounds_follow_what_is_carried_and_pushed_ahead() -> None:
     assert x_of("snow", "[-0.3, 0, 0.2]", "[0.1, 0.4, 0.4]") < x_of("soft", "[-0.3, 0, 0.2]", "[0.1, 0.4, 0.4]")
 
 
+def test_sand_on_a_board_with_a_hinge_needs_room_to_slide_off() -> None:
+    sand = (
+        "{kind: granular, cell: 0.02, shape: {kind: cylinder, radius: 0.1, height: 0.1}, pose: {pos: [-0.3, 0, 0.115]}}"
+    )
+    board = "{kind: rigid, shape: {kind: box, size: [0.8, 0.4, 0.06]}, pose: {pos: [-0.1, 0, 0.03]}%s}"
+    fixed, hinged = (
+        mpm(resolve(f"  a: {sand}\n  board: {board % mount}"))
+        for mount in ("", ", mount: {kind: hinge, axis: y, anchor: [0.4, 0, 0]}")
+    )
+    assert hinged.high[0] > 0.3 + 0.4, "its end, and half of its length"
+    assert fixed.high[0] < 0.2
+    assert hinged.high[1] < 0.2 + 0.4
+
+
 def test_sand_needs_the_room_of_its_run_out() -> None:
     """A column of aspect 1 runs out by 1.24 of its height (Lube et al. 2004), not by what it fell."""
     sand = "{kind: granular, cell: 0.02, shape: {kind: cylinder, radius: 0.1, height: 0.1}, pose: {pos: [0, 0, 0.05]}}"

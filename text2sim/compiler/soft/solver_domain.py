@@ -10,12 +10,14 @@ from pathlib import Path
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, apart, around, grown, moved, swept
 from text2sim.compiler.shapes.extents import extents
-from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate
+from text2sim.compiler.shapes.rotation import Z_AXIS, Vec, quat_rotate, vector_unit
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
+from text2sim.spec_schema.models.bodies import HingeMount
 from text2sim.spec_schema.models.scene import Scene
 
+FLOWING = ("granular", "liquid", "snow")
 FLUID_SPREAD = 1.5
 """How far a liquid spreads on the floor, over the height that it falls from."""
 RUNOUT_FLAT, RUNOUT_TALL, RUNOUT_IMPACT = 1.24, 1.6, 0.25
@@ -37,6 +39,8 @@ class Surroundings:
     """Heights [m] of horizontal planes."""
     moved: tuple[tuple[Bounds, Bounds], ...]
     """Solids that motors or prescribed motions move: bounds [m] at the start, and displacements."""
+    tilting: tuple[tuple[Bounds, Bounds], ...]
+    """Solids on hinges: bounds [m] at the start, and of where what they lift gets when it slides off."""
 
 
 def extents_of(copy: Copy, folder: Path) -> Bounds:
@@ -70,7 +74,7 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
-    solids, floors, carried = [], [], []
+    solids, floors, carried, tilting = [], [], [], []
     for copies in placed.values():
         for copy in copies:
             if is_soft(copy.model):
@@ -80,6 +84,8 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
                 floors += [height] if height is not None else []
                 continue
             box = extents_of(copy, folder)
+            if isinstance(mount := getattr(copy.model, "mount", None), HingeMount):
+                tilting.append((box, _slid(box, quat_rotate(copy.quat, vector_unit(mount.axis)))))
             if copy.name in travel.spins:
                 radius = max(dist(copy.pos, (x, y, z)) for x, y, z in product(*zip(*box, strict=True)))
                 box = grown((copy.pos, copy.pos), radius)
@@ -87,7 +93,7 @@ def find_surroundings(placed: dict[str, list[Copy]], travel: Travel, folder: Pat
             solids.append(swept(box, ways))
             if ways != NOWHERE:
                 carried.append((box, ways))
-    return Surroundings(tuple(solids), tuple(floors), tuple(carried))
+    return Surroundings(tuple(solids), tuple(floors), tuple(carried), tuple(tilting))
 
 
 def domain_box(
@@ -170,8 +176,20 @@ def _flown(
     for start, ways in surroundings.moved:
         if not apart(grown(swept(start, ways), MAX_RESTING_GAP), fallen):
             fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
+    if copy.model.kind in FLOWING:
+        for solid, slid in surroundings.tilting:
+            if solid[1][2] <= box[0][2] + MAX_RESTING_GAP and not apart(grown(solid, MAX_RESTING_GAP), box):
+                fallen = around([*fallen, *slid])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high
+
+
+def _slid(box: Bounds, axis: Vec) -> Bounds:
+    """Return where what lies on a solid gets when that turns about an axis: off it, and on by half of its length."""
+    half = max(b - a for a, b in zip(*box, strict=True)) / 2
+    on = tuple(half * sqrt(max(0.0, 1 - part * part)) for part in axis)
+    low, high = box
+    return (low[0] - on[0], low[1] - on[1], low[2]), (high[0] + on[0], high[1] + on[1], high[2] + on[2])
 
 
 def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds) -> Bounds:
@@ -180,7 +198,7 @@ def _reach_of_mover(kind: str, box: Bounds, start: Bounds, displacements: Bounds
     if start[1][2] <= box[0][2] + MAX_RESTING_GAP:
         return taken  # it carries it
     # What it pushes is in front of it: a whole body, or only a heap of what flows.
-    size = 0.0 if kind in ("granular", "liquid", "snow") else max(b - a for a, b in zip(*box, strict=True))
+    size = 0.0 if kind in FLOWING else max(b - a for a, b in zip(*box, strict=True))
     front = grown(swept(start, displacements), size)
     return _componentwise(max, taken[0], front[0]), _componentwise(min, taken[1], front[1])
 
