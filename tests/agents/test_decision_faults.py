@@ -168,3 +168,18 @@ def test_a_new_expectation_may_come_at_a_time_that_the_same_decision_makes_room_
     longer = {"section": "scene", "operations": [{"op": "replace", "path": "/scene/duration", "value": 3}]}
     found = faults(whole, critique={"patches": [longer]})
     assert any("is after the end of the run (1 s)" in row for row in found) is wrong, found
+
+
+def test_what_a_requirement_is_bound_to_can_be_corrected_and_is_told() -> None:
+    """A cause that does not concern every expectation of its requirement made its fact false for good."""
+    assert any("no requirement `flies`" in row for row in faults("plan: {causes: {flies: [ball]}}"))
+    assert any("no expectation `high`" in row for row in faults("plan: {meets: {falls: [high]}}"))
+    agreement, told = agreed()
+    agreement.plan.causes = {"falls": ["push"]}
+    decision = Decision.model_validate(
+        {"action": "repair", "why": "x"} | data("plan: {meets: {falls: [low]}, causes: {falls: []}}")
+    )
+    agreement.apply(CASE, decision)
+    assert agreement.plan.meets == {"falls": ["low"]}
+    assert agreement.plan.causes == {}
+    assert "causes of `falls` was ['push'], is []" in [what["what"] for event, what in told if event == "restated"]

@@ -114,13 +114,16 @@ class Agreement:
 
     def apply(self, text: str, decision: Decision) -> str:
         """Apply the changes that the Planner may make by itself, and return the case."""
-        before = self.plan.facts
+        before = self.plan
         text, self.plan = self.changed(text, decision)
         amendment = decision.plan or PlanPatch()
-        for name in [name for name, rows in amendment.facts.items() if before.get(name, rows) != rows]:
-            self.report_restated(
-                f"fact `{name}` was {_claims_text(before[name])}, is {_claims_text(amendment.facts[name])}"
-            )
+        for name in [name for name, rows in amendment.facts.items() if before.facts.get(name, rows) != rows]:
+            was, now = _claims_text(before.facts[name]), _claims_text(amendment.facts[name])
+            self.report_restated(f"fact `{name}` was {was}, is {now}")
+        for part in ("meets", "causes"):
+            for name, rows in getattr(amendment, part).items():
+                if (was := getattr(before, part).get(name, [])) != rows:
+                    self.report_restated(f"{part} of `{name}` was {was}, is {rows}")
         if amendment.rename:
             self.first = Fragments.model_validate(revising.words_renamed(self.first.model_dump(), amendment.rename))
         fresh = [name for name in amendment.checks.expect if name not in self.names]
@@ -190,6 +193,8 @@ def _with_amendment(plan: CasePlan, amendment: PlanPatch) -> CasePlan:
         "says": plan.says | amendment.says,
         "keeps": [*plan.keeps, *(name for name in amendment.keeps if name not in plan.keeps)],
         "facts": plan.facts | amendment.facts,
+        "meets": plan.meets | amendment.meets,
+        "causes": {name: rows for name, rows in (plan.causes | amendment.causes).items() if rows},
         "assets": [*plan.assets, *amendment.assets],
     }
     for name in ("event", "shared", "assumptions"):

@@ -10,7 +10,7 @@ from text2sim.agents.assembly import FROZEN_PARTS, PLANNER_PARTS, examine, forma
 from text2sim.agents.attempt_report import AttemptReport, Choices
 from text2sim.agents.contract import weakened_bounds
 from text2sim.agents.facts import claim_faults
-from text2sim.agents.planning import asset_faults, card_faults
+from text2sim.agents.planning import asset_faults, binding_faults, card_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES, plan_faults
 from text2sim.agents.replies import SECTIONS, CasePlan, Decision, Fragments
 from text2sim.agents.trials import settings_faults
@@ -77,6 +77,8 @@ def decision_faults(
     if decision.plan is not None:
         bodies = {*agreement.plan.bodies, *decision.plan.bodies}
         wrong += [f"/plan{row}" for row in claim_faults(decision.plan.facts, requirements, bodies)]
+        expected = {*agreement.plan.checks.expect, *decision.plan.checks.expect}
+        wrong += [f"/plan{row}" for row in binding_faults(decision.plan, requirements, expected)]
     if not (work and (set(work) - {"plan"} or _changes_anything(decision))):
         wrong += [f"/params/{name}: it is {present[name]!r} already" for name in unchanged]
         wrong.append(
@@ -113,7 +115,15 @@ def _changes_anything(decision: Decision) -> bool:
     """Whether a change of the plan also changes the case or creates work for a Writer."""
     plan = decision.plan
     return plan is not None and bool(
-        plan.duration or plan.rename or plan.briefs or plan.assets or plan.checks.expect or plan.keeps or plan.facts
+        plan.duration
+        or plan.rename
+        or plan.briefs
+        or plan.assets
+        or plan.checks.expect
+        or plan.keeps
+        or plan.facts
+        or plan.meets
+        or plan.causes
     )
 
 

@@ -1,6 +1,6 @@
 """Planning: the Planner turns a request into a plan with expectations."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
-from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, PlannedBody
+from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, PlannedBody, PlanPatch
 from text2sim.agents.requirements import Requirements, requirement_rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -126,18 +126,7 @@ def _check_plan(
         ]
     wrong += [f"/says/{name}: say which sentence it stands for" for name in plan.checks.expect if name not in plan.says]
     wrong += [f"/assets: {fault}" for fault in asset_faults(plan.assets, plan.bodies)]
-    wrong += [
-        f"/{part}/{name}: there is no requirement `{name}`; there are {', '.join(requirements)}"
-        for part in ("meets", "causes")
-        for name in getattr(plan, part)
-        if name not in requirements
-    ]
-    wrong += [
-        f"/meets/{name}: there is no expectation `{row}` in checks"
-        for name, bound in plan.meets.items()
-        for row in bound
-        if row not in plan.checks.expect
-    ]
+    wrong += binding_faults(plan, requirements, plan.checks.expect)
     if tried is not None:
         wrong += [
             f"/checks/expect/{name}: it comes from the request and must stay, under its name"
@@ -151,6 +140,29 @@ def _check_plan(
     wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
+
+
+def binding_faults(plan: CasePlan | PlanPatch, requirements: Iterable[str], expected: Container[str]) -> list[str]:
+    """Describe unknown requirements and expectations under `meets` and `causes`.
+
+    Args:
+        plan: The plan, or a change of it.
+        requirements: Names of the requirements.
+        expected: Names of the expectations.
+    """
+    known = list(requirements)
+    wrong = [
+        f"/{part}/{name}: there is no requirement `{name}`; there are {', '.join(known)}"
+        for part in ("meets", "causes")
+        for name in getattr(plan, part)
+        if name not in known
+    ]
+    return wrong + [
+        f"/meets/{name}: there is no expectation `{row}` in checks"
+        for name, bound in plan.meets.items()
+        for row in bound
+        if row not in expected
+    ]
 
 
 def asset_faults(assets: Iterable[Asset], bodies: Mapping[str, PlannedBody]) -> list[str]:

@@ -325,6 +325,10 @@ class PlanPatch(Form):
     """Expectations that are meant to hold from the start."""
     facts: dict[Name, list[Claim]] = {}
     """Replaces the facts of these requirements."""
+    meets: dict[Name, list[Name]] = {}
+    """Replaces the expectations that these requirements are bound to."""
+    causes: dict[Name, list[Name]] = {}
+    """Replaces the causes of these requirements; an empty list removes them."""
 
 
 class Decision(Form):
