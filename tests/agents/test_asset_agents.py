@@ -202,6 +202,6 @@ def test_a_mesh_is_for_a_body_with_a_shape() -> None:
     }
     assets = [Asset(kind="mesh", body=name, what="a thread") for name in (*bodies, "bolt")]
     assert asset_faults(assets, bodies) == [
-        "`rig` is articulated, so only its links have shapes: ask for a `mechanism`, or plan the part as a body of its own",
+        "`rig` is articulated, which takes no mesh: ask for a `mechanism`, or plan the part as a body of its own",
         "`bolt` is not a body of the plan",
     ]

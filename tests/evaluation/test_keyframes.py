@@ -69,6 +69,21 @@ def test_a_path_without_forces_is_keyframed_even_if_velocities_fit(tmp_path: Pat
     assert "do not follow from forces in 100 % of its path" in found.keyframed["ball"]
 
 
+def test_a_fall_pays_for_no_flight(tmp_path: Path) -> None:
+    """It falls for half of the time, and floats up, more slowly, for the other half."""
+
+    def record(run: WrittenRun) -> None:
+        half = run.time[-1] / 2
+        down = 3 - 9.81 * np.minimum(run.time, half) ** 2 / 2
+        run.add_link("floor", fixed=True)
+        run.add_link(
+            "ball",
+            **along(run, down + 0.5 * np.maximum(run.time - half, 0), np.where(run.time < half, -9.81 * run.time, 0.5)),
+        )
+
+    assert "ball" in moved(tmp_path, record).keyframed
+
+
 def test_motion_that_a_control_may_explain_is_not_keyframed(tmp_path: Path) -> None:
     lift = {"kind": "force", "body": "ball", "force": [0, 0, 9.81]}
     assert moved(tmp_path, hover, controls={"lift": lift}).keyframed == {}

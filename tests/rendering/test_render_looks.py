@@ -69,7 +69,8 @@ def test_dark_glass_is_not_clear() -> None:
     assert FINISHES[drawn_finish("glass", (0.2, 0.4, 0.2))].kind == "tinted"
     assert FINISHES[drawn_finish("glass", (0.8, 0.9, 1.0))].kind == "clear"
     assert FINISHES[drawn_finish("smooth", (0.2, 0.4, 0.2), 0.4)].kind == "clear"
-    assert drawn_finish("smooth", (0.2, 0.4, 0.2), 0.6) == "smooth"
+    assert drawn_finish("smooth", (0.2, 0.4, 0.2), 0.5) == "smooth"
+    assert drawn_finish("metal", (0.2, 0.4, 0.2), 0.4) == "metal"
     assert drawn_finish("wood", (0.2, 0.1, 0.1)) == "wood"
 
 

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from text2sim.agents import language
 from text2sim.agents.assembly import format_problem
-from text2sim.agents.conversation import Conversation, Wrong, typed_parser
+from text2sim.agents.conversation import Conversation, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Emit
 from text2sim.agents.models.exchange import Image, StoppedError
 from text2sim.agents.pictures import moments_of
@@ -132,7 +132,12 @@ class Cinematography:
                 if best.marks.total >= EXCELLENT_MARK or (good_enough and round_ > 0):
                     break
                 first = round_ == 0 and not good_enough
-                for name, tried in self._written(best, FIRST_PROPOSALS if first else 1).items():
+                try:
+                    written = self._written(best, FIRST_PROPOSALS if first else 1)
+                except RoleFailed as failed:  # the next round asks again
+                    self._emit("treatments_failed", why=str(failed))
+                    continue
+                for name, tried in written.items():
                     if (sheet := self._sheet_or_none(name, tried)) is not None:
                         self._tried.append(self._judge_still(name, tried, sheet))
         except StoppedError:

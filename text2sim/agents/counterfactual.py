@@ -71,7 +71,7 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
         A fact for each effect; none if the plan names no cause.
     """
     facts = []
-    runs: dict[frozenset[str], tuple[str, Found]] = {}
+    runs: dict[frozenset[str], tuple[str, Found] | RunError] = {}
     for requirement, names in plan.causes.items():
         description, causes = f"without {', '.join(f'`{name}`' for name in names)}", frozenset(names)
         if causes not in runs and len(runs) >= MAX_CAUSES:
@@ -89,13 +89,15 @@ def compare_causes(plan: CasePlan, text: str, path: Path, simulate: Callable[[An
                 Fact(requirement, None, f"{description} the case cannot be run: {format_problem(examined.errors[0])}")
             )
         else:
-            try:
-                if causes not in runs:
+            if causes not in runs:
+                try:
                     runs[causes] = simulate(examined.loaded)
-            except RunError as error:
-                facts.append(Fact(requirement, None, f"{description} the run failed: {error}"))
+                except RunError as error:
+                    runs[causes] = error
+            if isinstance(made := runs[causes], RunError):
+                facts.append(Fact(requirement, None, f"{description} the run failed: {made}"))
                 continue
-            state, found = runs[causes]
+            state, found = made
             for name in (one for written in effects for one in numbered_copies(written, found)):
                 row = found.get(name, {})
                 came = row.get("ok") if state == "finished" else None

@@ -105,9 +105,11 @@ class Mending:
 
     def _has_to_stay(self, problem: Problem) -> bool:
         """Whether a measure never changes, and all that is expected of it is planned to hold from the start."""
+        if problem.rule != "dead-measure":
+            return False
         plan, name = self.agreement.plan, problem.path.split("/")[3]
         users = [key for key, row in plan.checks.expect.items() if row.get("measure") == name]
-        return problem.rule == "dead-measure" and bool(users) and set(users) <= set(plan.keeps)
+        return bool(users) and set(users) <= set(plan.keeps)
 
     def adopt(self, attempt: Attempt, text: str, before: Examination) -> Examination:
         """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.

@@ -173,8 +173,8 @@ def asset_faults(assets: Iterable[Asset], bodies: Mapping[str, PlannedBody]) -> 
         if kind is None:
             wrong.append(f"`{asset.body}` is not a body of the plan")
         elif asset.kind == "mesh" and kind in language.body_kinds() and not language.shapes_of(kind):
-            remedy = "ask for a `mechanism`, or plan the part as a body of its own"
-            wrong.append(f"`{asset.body}` is {kind}, so only its links have shapes: {remedy}")
+            remedy = ": ask for a `mechanism`, or plan the part as a body of its own" if kind == "articulated" else ""
+            wrong.append(f"`{asset.body}` is {kind}, which takes no mesh{remedy}")
     return wrong
 
 

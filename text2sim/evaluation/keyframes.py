@@ -29,6 +29,9 @@ REFERENCE_GRAVITY = 9.81
 """Reference acceleration in a scene without gravity [m/s2]."""
 MIN_UNEXPLAINED_SHARE, MIN_UNEXPLAINED_FRAMES = 0.2, 3
 """Smallest unexplained fraction of the path of its links, and number of frames, from which a body is keyframed."""
+MIN_UNEXPLAINED_PATH = 0.1
+"""Path [m] of a link over unexplained frames in a row from which its body is keyframed, however far it falls besides.
+Where bodies crowd, unexplained frames are scattered."""
 MIN_JUMP = 0.05
 """Displacement in one frame beyond what velocities explain that counts as a jump [m]."""
 
@@ -81,11 +84,12 @@ def motion_of(recording: RecordedCase) -> Motion:
         ways[target.copy] = float(moved.max(axis=1).sum())
         moving = moved > MAX_REST_DISPLACEMENT
         share = float(moved[odd & moving].sum() / moved[moving].sum()) if moving.any() else 0.0
+        far = _longest_run(moved, odd & moving) > MIN_UNEXPLAINED_PATH
         if worst[0] > MIN_JUMP:
             keyframed[target.copy] = (
                 f"it jumps by {worst[0]:.2g} m more than its velocity explains, at {worst[1]:.3g} s"
             )
-        elif share >= MIN_UNEXPLAINED_SHARE and (odd & moving).any(axis=1).sum() >= MIN_UNEXPLAINED_FRAMES:
+        elif (share >= MIN_UNEXPLAINED_SHARE or far) and (odd & moving).any(axis=1).sum() >= MIN_UNEXPLAINED_FRAMES:
             keyframed[target.copy] = f"its positions do not follow from forces in {100 * share:.0f} % of its path"
     driven: dict[str, float] = {}
     for copy in recording.names.driven:
@@ -95,6 +99,15 @@ def motion_of(recording: RecordedCase) -> Motion:
     part = sum(ways[copy] for copy in keyframed) / whole if whole > MAX_REST_DISPLACEMENT else 0.0
     driven = {name: way / whole if whole > MAX_REST_DISPLACEMENT else 0.0 for name, way in driven.items()}
     return Motion(keyframed, driven, part, len(ways))
+
+
+def _longest_run(moved: Array, odd: Array) -> float:
+    """Return the longest path [m] of a link over frames in a row that are odd; both arrays are (F-1, L)."""
+    best, now = 0.0, np.zeros(moved.shape[1])
+    for way, wrong in zip(moved, odd, strict=True):
+        now = np.where(wrong, now + way, 0.0)
+        best = max(best, float(now.max()))
+    return best
 
 
 def _impulses(recording: RecordedCase) -> tuple[Array, Array]:

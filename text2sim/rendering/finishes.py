@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from text2sim.compiler.looks import MIN_HIDING_OPACITY
 from text2sim.rendering.renderer import mitsuba
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ FINEST = 256
 """Largest number of periods of a detail along a texture: finer ones would show the texels in close views."""
 HAZE = 0.045
 """Fraction of the light that clear glass scatters, which makes it visible."""
-HAZE_OF_COLOR = 0.3
+HAZE_OF_COLOR = 0.6
 """What is added to that for a transparent colour, as a fraction of its opacity."""
 MILKY = 0.45
 """Fraction of the light that frosted glass scatters; the rest passes straight through and shows its contents."""
@@ -103,8 +104,6 @@ FINISHES = {
 SCATTERED = {"frosted": MILKY, "tinted": TINT, "edge": EDGE}
 """Fraction of the light that kinds of glass scatter; the rest passes straight through."""
 PLAIN = "rough"
-TRANSPARENT = 0.5
-"""Largest opacity of a body that is drawn as glass."""
 DEEP = 0.65
 """Brightest channel of a colour below which glass is dark, like a wine bottle, and tints what is behind it."""
 
@@ -120,7 +119,7 @@ def drawn_finish(finish: str, color: tuple[float, float, float], opacity: float 
         color: The colour, RGB from 0 to 1.
         opacity: 0 to 1; 1 is opaque.
     """
-    if opacity <= TRANSPARENT and finish_of(finish).kind == "solid":
+    if opacity < MIN_HIDING_OPACITY and finish_of(finish).kind == "solid" and not finish_of(finish).metallic:
         return "glass"
     return "tinted_glass" if finish == "glass" and max(color) < DEEP else finish
 

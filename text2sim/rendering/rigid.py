@@ -18,6 +18,8 @@ Array = NDArray[np.floating]
 
 PANE = 0.35
 """Largest thickness of a box that is a pane, as a fraction of its middle extent."""
+MIN_RIM_OPACITY = 0.15
+"""Opacity below which a pane has no rim."""
 FACING, BOXY = 0.9, 0.88
 """Cosine from which a triangle belongs to the broad sides, and fraction of the broad sides that such triangles cover:
 less, and the shape is no box."""
@@ -113,7 +115,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         look = part.look
         if not look.visible or look.opacity <= 0:
             continue
-        finish = drawn_finish(look.finish, look.color, look.opacity)
+        printed = look.dress is not None or look.picture is not None  # which glass has no room for
+        finish = drawn_finish(look.finish, look.color, 1.0 if printed else look.opacity)
         key = part.mesh, needs_uvs(finish)
         if key not in read:
             mesh = read_mesh(part.mesh)
@@ -140,7 +143,8 @@ def batches(parts: list[WornMesh], statics: frozenset[str], texture_scale: float
         moves, has_uvs = part.body not in statics, mesh.uvs is not None
         shared = BatchMaterial(finish, opacity, picture, moves, has_uvs, layer, texture_scale)
         sorted_parts.setdefault(shared, []).append((part, mesh))
-        if finish_of(finish).kind == "clear" and (narrow := narrow_sides(read[part.mesh, False])) is not None:
+        rimmed = look.opacity >= MIN_RIM_OPACITY and finish_of(finish).kind == "clear"
+        if rimmed and (narrow := narrow_sides(read[part.mesh, False])) is not None:
             tint = tuple(c * t for c, t in zip(look.color, EDGE_TINT, strict=True))
             edge = replace(part, look=replace(look, finish="glass_edge", color=tint))
             sorted_parts.setdefault(BatchMaterial("glass_edge", 1.0, None, moves, False), []).append((edge, narrow))

@@ -114,7 +114,9 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
             with _timed(seconds, "gloss"):
                 glosses.add(mi.render(moment.gloss, sensor=sensor, integrator=integrator, spp=samples, seed=seed))
                 if moment.filters is not None:
-                    filters.add(passed(moment.filters, sensor, guides.last[..., -1]))
+                    # The mean of the depths of a pixel, where misses count as 0.
+                    depth = guides.last[..., -1] / np.maximum(there, 1e-3)
+                    filters.add(passed(moment.filters, sensor, depth))
     with _timed(seconds, "denoise"):
         picture, seen = pictures.value, guides.value[..., -7:]
         radiance, alpha = _limited(undimmed(picture[..., :3], picture[..., 3]), gain), np.clip(alphas.value, 0, 1)
@@ -126,7 +128,8 @@ def trace(moments: Sequence[tuple[FilmMoment, Any]], quality: Quality, gain: flo
             gloss = dimmed(_denoised(gloss, fast=fast) if denoise else gloss, gain)
             through = filters.value if filters.count else np.ones(3)
             lit = radiance * alpha[..., None] * through + gloss
-            alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 1 - through.mean(axis=-1), 1))
+            alpha = 1 - (1 - alpha) * through.mean(axis=-1)
+            alpha = np.maximum(alpha, np.clip(gloss.mean(axis=-1) * gain, 0, 1))
             radiance = undimmed(lit, alpha)
     return Traced(radiance, alpha, seen[..., 6], seconds)
 

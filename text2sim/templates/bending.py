@@ -33,7 +33,7 @@ class Bending:
         limits, stiffness, rest = np.full(len(corners), np.inf), np.zeros(len(corners)), np.zeros(len(corners))
         for name, (rigidity, radius, at_rest) in rows.items():
             own = (corners[:, 0] >= bodies[name].particle_start) & (corners[:, 0] < bodies[name].particle_end)
-            if rigidity is not None:
+            if rigidity is not None and own.any():
                 stiffness[own] = stable(rigidity, places[own], corners[own], masses[own], self.solver.substep_dt)
             if radius is not None:
                 limits[own] = spans(places[own]) / radius
@@ -158,7 +158,8 @@ def _bend(
             relaxation, step = edges[e].bending_relaxation, 0.0
             if stiffness[e] > 0.0:
                 if sweep == 0:
-                    step = -bent * stiffness[e] * h**2
+                    # The divisor matters where a triangle is squeezed flat, so that its gradients are large.
+                    step = -bent / (1.0 / (stiffness[e] * h**2) + weight)
             elif weight > 0.0:
                 sine = qd.sin(bent) ** 2
                 step = -bent * sine / (weight * sine + edges[e].bending_compliance / h**2 + TINY) * relaxation

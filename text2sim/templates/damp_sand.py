@@ -5,8 +5,6 @@ from typing import Any
 
 import genesis as gs
 import quadrants as qd
-from genesis.typing import NonNegativeFloat, ValidFloat
-from pydantic import Field
 
 
 @qd.data_oriented
@@ -20,8 +18,8 @@ class DampSand(gs.materials.MPM.Sand):
         cohesion: Shear strength without pressure [Pa].
     """
 
-    cohesion: NonNegativeFloat = 0.0
-    tip: ValidFloat = Field(default=0.0, exclude=True)
+    cohesion: float = 0.0
+    tip: float = 0.0
 
     def model_post_init(self, context: Any) -> None:
         """Compute the volumetric strain at the tip, and take the place of the engine's law."""

@@ -109,3 +109,12 @@ def test_a_reach_that_no_grid_heeds(tmp_path: Path, kind: str, count: int) -> No
     wall = "scene: {statics: {wall: {shape: {kind: box, size: [1, 0.1, 1]}, material: {soft_reach: 0.01}, pose: {pos: [0, 2, 1]}}}}"
     found = findings(tmp_path, "unheeded-stuff", BODY.format(kind, shape), wall)
     assert [problem.path for problem in found] == ["/scene/statics/wall/material/soft_reach"] * count
+
+
+@pytest.mark.parametrize(("more", "count"), [("", 0), ("bending_compliance: 1, ", 1)])
+@pytest.mark.parametrize(("cell", "softer"), [(0.05, 0), (0.005, 1)])
+def test_a_rigidity_that_substeps_do_not_reach(tmp_path: Path, more: str, count: int, cell: float, softer: int) -> None:
+    sheet = f"cell: {cell}, shape: {{kind: sheet, size: [0.5, 0.5]}}, material: {{{more}rigidity: 0.01}}"
+    found = findings(tmp_path, "unheeded-stuff", BODY.format("cloth", sheet))
+    keys = ["bending_compliance"] * count + ["rigidity"] * softer
+    assert sorted(problem.path for problem in found) == [f"/bodies/a/material/{key}" for key in keys]

@@ -14,7 +14,7 @@ from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, 
 from text2sim.compiler.soft.solver_domain import domain_box, find_surroundings, floor_height
 from text2sim.compiler.soft.travel import Travel
 from text2sim.spec_schema.models.scene import Scene
-from text2sim.spec_schema.models.soft_bodies import Liquid, Snow
+from text2sim.spec_schema.models.soft_bodies import Cloth, Liquid, Snow
 
 PADDING_CELLS = 3
 """Cells at each side of the grid in which the engine stops everything."""
@@ -84,8 +84,11 @@ def derive_soft(
     if "pbd" in by_solver:
         pbd = _pbd(scene, scales, domain, why)
         substeps.append((MAX_PBD_STEP, "cloth stretches at longer steps"))
-        if stiff := [_bending_step(copy.model, scales) for copy in by_solver["pbd"] if copy.model.material.rigidity]:
-            substeps.append((max(min(stiff), MIN_BENDING_STEP), "a stiff sheet is softer at longer steps"))
+        stiff = [copy.model for copy in by_solver["pbd"] if copy.model.material.rigidity]
+        if stiff:
+            shortest = min(bending_step(model, pbd.particle_size) for model in stiff)
+            reason = "a stiff sheet is softer at longer steps, and may be at this one"
+            substeps.append((max(shortest, MIN_BENDING_STEP), reason))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
             substeps.append((pbd.particle_size / 2 / fastest, reason))
@@ -101,15 +104,18 @@ def derive_soft(
     return SoftSettings(model, "64" if model == "sap" else "32", mpm, pbd, fem, sap, tuple(substeps), why, coupler)
 
 
-def _bending_step(model: Any, scales: Scales) -> float:
+def bending_step(model: Cloth, cell: float) -> float:
     """Return the substep [s] up to which a sheet is as stiff as its rigidity says.
 
     On a grid of cells c, a plate of rigidity D and mass per area m has the highest frequency 8 / c^2 sqrt(D / m); one
     over it would do, but meshes are not so even.
+
+    Args:
+        model: The sheet, which has a rigidity.
+        cell: Distance of its points [m].
     """
-    cell = scales.pbd_size
-    assert cell is not None
-    return cell**2 / 10 * sqrt(model.material.area_density / model.material.rigidity)
+    assert model.material.rigidity is not None
+    return cell**2 / 12 * sqrt(model.material.area_density / model.material.rigidity)
 
 
 def wave_speed(material: Any, model: Any) -> float:

@@ -178,7 +178,7 @@ def _flown(
             fallen = around([*fallen, *_reach_of_mover(copy.model.kind, fallen, start, ways)])
     if copy.model.kind in FLOWING:
         for solid, slid in surroundings.tilting:
-            if solid[1][2] <= box[0][2] + MAX_RESTING_GAP and not apart(grown(solid, MAX_RESTING_GAP), box):
+            if not apart(grown(solid, MAX_RESTING_GAP), fallen):
                 fallen = around([*fallen, *slid])
     (x, y, z), high = fallen
     return (x, y, max([z, *floors])), high

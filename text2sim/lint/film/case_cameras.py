@@ -45,15 +45,16 @@ class CameraView:
         )
 
     def shows(self, point: Vec, radius: float = 0.0) -> bool:
-        """Return whether a ball around a point may be partly in the picture; beyond its corners it is not."""
-        x, y, depth = self.project(point)
-        if depth <= 1e-6:
-            return depth > -radius
-        # The ball touches the plane through the camera and an edge of the picture.
-        room = radius / depth
-        max_x = 1 + room * math.hypot(1, self.tan_half_width) / self.tan_half_width
-        max_y = 1 + room * math.hypot(1, self.tan_half_height) / self.tan_half_height
-        return abs(x) <= max_x and abs(y) <= max_y
+        """Return whether a ball around a point may be partly in the picture; False is certain."""
+        away = vector_minus(point, self.pos)
+        depth = vector_dot(away, self.ahead)
+        if depth <= 1e-6 - radius:
+            return False
+        # The ball is at most a radius beyond the planes through the camera and the edges of the picture.
+        return all(
+            abs(vector_dot(away, side)) <= depth * slope + radius * math.hypot(1, slope)
+            for side, slope in ((self.right, self.tan_half_width), (self.up, self.tan_half_height))
+        )
 
     def share(self, balls: Iterable[tuple[Vec, float]]) -> float:
         """Return an upper bound on the share of the picture that balls fill."""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from text2sim.compiler.soft.settings import bending_step
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.lint.facts import REPLACING_CONTACT_MODELS, Facts
 from text2sim.lint.rule import Rule
@@ -69,11 +70,13 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
             if facts.value_at(where) is not None:
                 text = f"`{name}` has solver {solver}, which ignores {key}; use {instead}"
                 yield facts.problem("unheeded-stuff", where, text, key=True)
+        if solver == "pbd" and (rigidity := model.material.rigidity) is not None:
+            yield from _rigidity(facts, name, model, rigidity)
         radius, cell = model.material.crease_radius, soft.scales.spacing(name, solver)
         if solver == "pbd" and radius is not None and math.pi * radius < cell:
             text = (
-                f"no fold of `{name}` can be as tight as {radius:g} m with cells of {cell:g} m, so none stays; use "
-                f"{cell:g} m, or smaller cells"
+                f"no fold of `{name}` can be as tight as {radius:g} m with cells of {cell:g} m, so hardly one stays; "
+                f"use {cell:g} m, or smaller cells"
             )
             yield facts.problem("unheeded-stuff", facts.where(name, "material", "crease_radius"), text)
     for name in (*facts.case.scene.statics, *facts.case.bodies):
@@ -94,6 +97,26 @@ def _ignored(facts: Facts) -> Iterator[Problem]:
                     yield facts.problem("unheeded-stuff", where, text, key=True)
 
 
+def _rigidity(facts: Facts, name: str, model: Cloth, rigidity: float) -> Iterator[Problem]:
+    """Report a rigidity that the substeps do not reach, and a compliance beside it."""
+    if model.material.bending_compliance is not None:
+        where = facts.where(name, "material", "bending_compliance")
+        text = f"`{name}` has a rigidity, which replaces this; leave it out"
+        yield facts.problem("unheeded-stuff", where, text, key=True)
+    cell, h = soft_facts(facts).scales.spacing(name, "pbd"), facts.substep
+    reached = (bending_step(model, cell) / h) ** 2
+    if reached < MIN_REACHED_RIGIDITY:
+        text = (
+            f"in substeps of {h:.2g} s and with cells of {cell:.2g} m, `{name}` is about "
+            f"{max(1, round(100 * reached))} % as stiff; "
+            f"use `cell: {cell / reached**0.25:.2g}` or more, a rigid body, or scene.substeps of "
+            f"{math.ceil(facts.case.scene.dt / h / math.sqrt(reached))}"
+        )
+        yield facts.problem("unheeded-stuff", facts.where(name, "material", "rigidity"), text, key=True)
+
+
+MIN_REACHED_RIGIDITY = 0.5
+"""Part of its rigidity below which a sheet is reported to be softer."""
 _BALL = "ball: {kind: rigid, shape: {kind: sphere, radius: 0.1}, pose: {pos: [1, 0, 0.5]}"
 _RAG = """\
 bodies:

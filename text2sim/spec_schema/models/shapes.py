@@ -81,7 +81,7 @@ class Cone(Model):
     height: Length
     """Height [m]."""
     top_radius: NonNegative = 0.0
-    """Radius [m] of the upper end: 0 is a tip; a bucket is wider there."""
+    """Radius [m] of the upper end; 0 is a tip. It is solid: `cup` and `funnel` are hollow."""
 
 
 class Ellipsoid(Model):

@@ -53,7 +53,7 @@ class ClothMaterial(Model):
     with cells of 1 cm, where a sheet that holds itself out needs a `rigidity`. 1e4 drapes like cotton."""
     rigidity: Positive | None = None
     """With solver pbd, instead of `bending_compliance`: flexural rigidity `E t^3 / 12` [N m]: cotton 1e-6, paper 3e-4,
-    card 0.01. With a mass m per area it needs substeps of `cell^2 / 10 sqrt(m / rigidity)`, or is softer."""
+    card 0.01. With a mass m per area it needs substeps of `cell^2 / 12 sqrt(m / rigidity)`, or is softer."""
     crease_radius: Length | None = None
     """With solver pbd: folds tighter than this radius [m] stay, as in foil (0.05) or paper (0.01): an edge keeps what
     exceeds `cell / crease_radius` radians. By default all folds spring back."""
