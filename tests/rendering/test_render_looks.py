@@ -62,6 +62,10 @@ def test_recorded_colours_find_their_looks() -> None:
     found = _look_by_color([red, grey], [look((0.3, 0.9, 0.3), "cloth"), look(RED, "wood")])
     assert found[red]["finish"] == "wood"
     assert found[grey]["finish"] == "cloth"
+    # A red grip on a grey body became a grey grip on a red body.
+    before, now = [look(RED, "wood"), look(GREY, "cloth")], [look(GREY, "wood"), look(RED, "cloth")]
+    found = _look_by_color([red, grey], now, before)
+    assert (found[red]["color"], found[grey]["color"]) == (now[0]["color"], now[1]["color"])
     assert _look_by_color([red, blue], look(GREY, "paper"))[blue]["finish"] == "paper", "one look is that of all parts"
 
 

@@ -126,7 +126,13 @@ def read_recording(folder: Path, plan: "Plan | None" = None) -> FilmRecord:
         painted: dict[str, list[Paint]] = {}
         for body, _, worn in listed:
             painted.setdefault(body, []).append(tuple(worn["color"]))
-        dressed = {body: _look_by_color(colors, looks[body]) for body, colors in painted.items() if body in looks}
+        known = folder / "geometry" / "looks.json"
+        before = json.loads(known.read_text("utf-8")) if known.is_file() else {}  # older runs have none
+        dressed = {
+            body: _look_by_color(colors, looks[body], before.get(body))
+            for body, colors in painted.items()
+            if body in looks
+        }
         parts = [
             WornMesh(
                 body, link, folder / "geometry" / worn["mesh"], tuple(worn["pos"]), tuple(worn["quat"]),
@@ -177,13 +183,27 @@ def _plan_anew(folder: Path) -> "Plan":
         ) from error
 
 
-def _look_by_color(colors: list[Paint], looks: dict[str, Any] | list[dict[str, Any]]) -> dict[Paint, dict[str, Any]]:
+Looks = dict[str, Any] | list[dict[str, Any]]
+"""Looks of a copy: one for all parts, or one for each of its colours, in the order of parts."""
+
+
+def _look_by_color(colors: list[Paint], looks: Looks, before: Looks | None = None) -> dict[Paint, dict[str, Any]]:
     """Return the look that belongs to each recorded colour of a copy.
 
-    A colour that the case still has gets its own look. One that has changed gets the nearest look that is left.
+    If the looks as recorded are known, and are as many, each colour gets the look that has taken the place of its own.
+    Otherwise a colour that the case still has gets its own look, and one that has changed the nearest that is left.
+
+    Args:
+        colors: The recorded colours.
+        looks: The looks now.
+        before: The looks as recorded.
     """
     if isinstance(looks, dict):
         return dict.fromkeys(colors, looks)
+    if isinstance(before, list) and len(before) == len(looks):
+        paints = [(*look["color"], look["opacity"]) for look in before]
+        places = {color: min(range(len(paints)), key=lambda k: math.dist(color, paints[k])) for color in set(colors)}
+        return {color: looks[k] for color, k in places.items()}
     pairs = sorted(
         (math.dist(color, (*look["color"], look["opacity"])), color, k)
         for color in set(colors)
