@@ -37,7 +37,10 @@ class Digests:
         self._cameras = Cameras(recording.film, recording.states)
         # The name of a mesh is a digest of its content, see `templates/files.py`.
         parts = [(p.body, p.link, p.mesh.name, p.pos, p.quat, *_look_key(p.look)) for p in recording.parts]
-        soft = [(p.body, p.row, _content(p.geometry), *_look_key(p.look)) for p in recording.soft]
+        soft = [
+            (p.body, p.row, _content(p.geometry), *_look_key(p.look), _content(p.regions), *map(_look_key, p.parts))
+            for p in recording.soft
+        ]
         film = {name: recording.film.get(name) for name in SHOWN}
         self._common = hashlib.sha256(
             json.dumps(
@@ -80,7 +83,9 @@ def save(path: Path, write: Callable[[Path], object]) -> None:
         write(part)
 
 
-def _look_key(look: SurfaceLook) -> tuple[Any, ...]:
+def _look_key(look: SurfaceLook | None) -> tuple[Any, ...]:
+    if look is None:
+        return ()
     picture = _content(look.picture)
     return look.color, look.opacity, look.finish, look.visible, picture, look.dress, look.alike
 
