@@ -62,6 +62,48 @@ def test_program_imports_engine_numpy_and_standard_library_only(cases: Path, tmp
             assert {name.split(".")[0] for name in names} <= ALLOWED, module
 
 
+SHEETS = """\
+text2sim: 2
+name: stiff
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  plain: {kind: cloth, cell: 0.05, shape: {kind: sheet, size: [0.5, 0.5]}, pose: {pos: [0, 0, 1]}}
+  card: {kind: cloth, shape: {kind: sheet, size: [0.5, 0.5]}, material: {rigidity: 0.001}, pose: {pos: [0, 1, 1]}}
+  foil: {kind: cloth, shape: {kind: sheet, size: [0.5, 0.5], sag: 0.1}, material: {crease_radius: 0.05, rest_shape: start}, pose: {pos: [0, 2, 1]}}
+"""
+SANDS = """\
+text2sim: 2
+name: damp
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  sand:
+    kind: granular
+    repeat: {kind: line, count: 2, step: [1, 0, 0]}
+    cell: 0.03
+    shape: {kind: box, size: [0.2, 0.2, 0.2]}
+    material: {cohesion: "${%s}"}
+    pose: {pos: [0, 0, 0.2]}
+"""
+
+
+def test_bending_of_sheets_that_ask_for_it(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, SHEETS)), tmp_path / "program")
+    bodies = (tmp_path / "program" / "bodies.py").read_text()
+    assert '"card": (0.001, None, False)' in bodies
+    assert '"foil": (None, 0.05, True)' in bodies
+    assert '"plain": (' not in bodies
+    assert (tmp_path / "program" / "bending.py").is_file()
+
+
+@pytest.mark.parametrize("cohesion", ["500 * i", "500 - 500 * i"])
+def test_all_copies_of_damp_sand_have_its_law(tmp_path: Path, cohesion: str) -> None:
+    compile_case(load_case(write(tmp_path, SANDS % cohesion)), tmp_path / "program")
+    bodies = (tmp_path / "program" / "bodies.py").read_text()
+    assert "material=DampSand(" in bodies
+    assert "MPM.Sand" not in bodies
+    assert (tmp_path / "program" / "damp_sand.py").is_file()
+
+
 def test_same_case_same_bytes(tmp_path: Path) -> None:
     case = load_case(write(tmp_path, CASE))
     compile_case(case, tmp_path / "a")
