@@ -8,6 +8,7 @@ import pytest
 
 from text2sim.agents.models.parsing import read_reply
 from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
+from text2sim.evaluation.statistics import estimate
 from text2sim.evaluation.suite import read_suite
 
 HERE = Path(__file__).parent
@@ -63,15 +64,33 @@ def test_kept_replies_give_the_table_with_and_without_cards(prompt):
     assert f"| `{prompt}`, once more | {' | '.join(cells)} |" in PAGE
 
 
-@pytest.mark.parametrize("prompt", sorted({row["prompt"] for row in RECORDED["arms"]}))
+ARMS = ("text2sim-with-cards", "text2sim-no-cards", "agent-no-cards")
+KINDS = ("physical", "visual")
+IN_THREE_ARMS = sorted({row["prompt"] for row in RECORDED["arms"]})
+
+
+def score(prompt, method, kind):
+    of = (prompt, method, kind)
+    marks = [total(row) for row in RECORDED["arms"] if (row["prompt"], row["method"], row["kind"]) == of]
+    no_film = [prompt, method] in NO_FILM
+    assert len(marks) == (0 if no_film and kind == "visual" else 3)
+    # Without a film, the program gives no marks for it and at most 20 for the physics.
+    return mean(marks) if not no_film else min(20.0, mean(marks)) if marks else 0.0
+
+
+@pytest.mark.parametrize("prompt", IN_THREE_ARMS)
 def test_kept_replies_give_the_table_of_three_arms(prompt):
-    cells = []
-    for method in ("text2sim-with-cards", "text2sim-no-cards", "agent-no-cards"):
-        no_film = [prompt, method] in NO_FILM
-        for kind in ("physical", "visual"):
-            of = (prompt, method, kind)
-            marks = [total(row) for row in RECORDED["arms"] if (row["prompt"], row["method"], row["kind"]) == of]
-            assert len(marks) == (0 if no_film and kind == "visual" else 3)
-            # Without a film, the program gives no marks for it and at most 20 for the physics.
-            cells.append(mean(marks) if not no_film else min(20.0, mean(marks)) if marks else 0.0)
+    cells = [score(prompt, method, kind) for method in ARMS for kind in KINDS]
     assert f"| `{prompt}` | {' | '.join(f'{cell:.1f}' for cell in cells)} |" in PAGE
+
+
+def test_three_arms_have_the_means_and_differences_of_the_page():
+    """Paired by prompt, with the bootstrap intervals of the report."""
+    scores = {kind: {p: [score(p, method, kind) for method in ARMS] for p in IN_THREE_ARMS} for kind in KINDS}
+    means = [mean(row[k] for row in scores[kind].values()) for k in range(3) for kind in KINDS]
+    assert f"| mean | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
+    rows = (("with cards − without |", 0, 1), ("with cards − bare agent |", 0, 2), ("without cards − bare agent |", 1, 2))
+    for label, one, other in rows:
+        found = [estimate([row[one] - row[other] for row in scores[kind].values()]) for kind in KINDS]
+        cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
+        assert f"| {label} {' | '.join(cells)} |" in PAGE
