@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -230,6 +231,8 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
 
 def _group(group: Group) -> dict[str, Any]:
     """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
+    if any(entity.material == "DampSand" for entity in group.entities):  # then dry copies are of the same class
+        group = replace(group, entities=tuple(map(_damp, group.entities)))
     first = group.entities[0]
     turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
     rows = [_cells(entity, turned=turned) for entity in group.entities]
@@ -258,6 +261,11 @@ def _group(group: Group) -> dict[str, Any]:
         "roughness": rough,
         "metallic": metallic,
     }
+
+
+def _damp(entity: EntityPlan) -> EntityPlan:
+    options = {**entity.material_options, "cohesion": entity.material_options.get("cohesion", 0.0)}
+    return replace(entity, material="DampSand", material_options=options)
 
 
 def _material_keys(entity: EntityPlan) -> list[str]:

@@ -92,9 +92,8 @@ def _pbd_cloth(model: Cloth) -> Made:
 
 def _granular(model: Granular) -> Made:
     values = _elastic(model.material) | {"friction_angle": model.material.friction_angle_deg}
-    if "cohesion" not in model.material.model_fields_set:
-        return "MPM.Sand", values
-    return "DampSand", values | {"cohesion": model.material.cohesion}  # for all copies, even if one is dry
+    cohesion = model.material.cohesion
+    return ("DampSand", values | {"cohesion": cohesion}) if cohesion else ("MPM.Sand", values)
 
 
 def _liquid(model: Liquid) -> Made:

@@ -73,7 +73,7 @@ class Capsule(Model):
 
 
 class Cone(Model):
-    """A cone or a frustum along z, with its tip up; its frame is at half its height."""
+    """A cone along z with its tip up; its frame is at half its height."""
 
     kind: Literal["cone"]
     radius: Length
@@ -81,7 +81,7 @@ class Cone(Model):
     height: Length
     """Height [m]."""
     top_radius: NonNegative = 0.0
-    """Radius [m] of the upper end; 0 is a tip. It is solid: `cup` and `funnel` are hollow."""
+    """Radius [m] of the upper end of a frustum; 0 is a tip. It is solid: `cup` and `funnel` are hollow."""
 
 
 class Ellipsoid(Model):
