@@ -89,7 +89,11 @@ def test_three_arms_have_the_means_and_differences_of_the_page():
     scores = {kind: {p: [score(p, method, kind) for method in ARMS] for p in IN_THREE_ARMS} for kind in KINDS}
     means = [mean(row[k] for row in scores[kind].values()) for k in range(3) for kind in KINDS]
     assert f"| mean | {' | '.join(f'{cell:.1f}' for cell in means)} |" in PAGE
-    rows = (("with cards − without |", 0, 1), ("with cards − bare agent |", 0, 2), ("without cards − bare agent |", 1, 2))
+    rows = (
+        ("with cards − without |", 0, 1),
+        ("with cards − bare agent |", 0, 2),
+        ("without cards − bare agent |", 1, 2),
+    )
     for label, one, other in rows:
         found = [estimate([row[one] - row[other] for row in scores[kind].values()]) for kind in KINDS]
         cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
