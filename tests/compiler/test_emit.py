@@ -76,13 +76,7 @@ text2sim: 2
 name: damp
 scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
 bodies:
-  sand:
-    kind: granular
-    repeat: {kind: line, count: 2, step: [1, 0, 0]}
-    cell: 0.03
-    shape: {kind: box, size: [0.2, 0.2, 0.2]}
-    material: {cohesion: "${%s}"}
-    pose: {pos: [0, 0, 0.2]}
+  sand: {kind: granular, repeat: {kind: line, count: 2, step: [1, 0, 0]}, cell: 0.03, shape: {kind: box, size: [0.2, 0.2, 0.2]}, material: {cohesion: "${%s}"}, pose: {pos: [0, 0, 0.2]}}
 """
 
 
