@@ -178,3 +178,9 @@ def simulate(warm_engine: WarmEngine, tmp_path_factory: pytest.TempPathFactory) 
         return Trial(folder, loaded.case)
 
     return run
+
+
+def rows(states, body):
+    """Points of a deformable body over time, (F, n, 3), and the velocity of its centre of mass, (F, 3)."""
+    index = next(k for k, one in enumerate(states.deformables) if one.body == body)
+    return states.deformables[index].points.astype(float), states.soft_velocity[:, index].astype(float)

@@ -175,6 +175,14 @@ def test_the_best_so_far_is_kept_when_the_judge_fails(make_run: MakeRun, tmp_pat
     assert [event for event, _ in studio.events][-2:] == ["treatments_failed", "styled"]
 
 
+@pytest.mark.usefixtures("untraced")
+def test_after_a_round_without_a_usable_answer_the_next_one_asks_again(make_run: MakeRun, tmp_path: Path) -> None:
+    replies = {"viewer": [marks(40, 40, 40, 40), marks(90, 90, 90, 90)], "render": ["x", "x", "x", light("overcast")]}
+    studio = Studio(make_run, tmp_path, replies)
+    assert "lighting: overcast" in studio.shoot()
+    assert [event for event, _ in studio.events].count("treatments_failed") == 1
+
+
 def test_a_treatment_that_cannot_be_traced_costs_no_other(
     make_run: MakeRun, tmp_path: Path, untraced: list[str]
 ) -> None:

@@ -33,9 +33,7 @@ COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
-BENDING = ("rigidity", "crease_radius", "rest_at_start")
-"""Facts of a cloth that its bending depends on."""
-UNRECORDED = ("mass", *BENDING)
+UNRECORDED = ("mass", "bending")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
@@ -204,11 +202,7 @@ def _context(plan: Plan) -> dict[str, Any]:
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
         "damp": any(entity.material == "DampSand" for entity in plan.entities),
-        "bending": {
-            name: row
-            for name, facts in plan.deformables.items()
-            if any(row := tuple(getattr(facts, key) for key in BENDING))
-        },
+        "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
         "render": plan.render,
     }

@@ -45,12 +45,8 @@ class SoftRecord:
     """How its frame is turned; the engine may be given a mesh that is already turned."""
     mass: float
     """[kg]"""
-    rigidity: float | None = None
-    """Flexural rigidity of a cloth [N m]; None if the solver's compliance decides."""
-    crease_radius: float | None = None
-    """Radius [m] below which folds of a cloth stay; None if none do."""
-    rest_at_start: bool = False
-    """Whether a cloth is unbent as it starts, not when it is flat."""
+    bending: tuple[float | None, float | None, bool] | None = None
+    """A row of `templates/bending.py`; None for what bends as the engine has it."""
 
 
 @dataclass(frozen=True)

@@ -245,28 +245,6 @@ bodies:
     assert "it may lie on the body" in free[0].message
 
 
-DISHES = """\
-scene: {{statics: {{table: {{shape: {{kind: box, size: [1, 0.6, 0.7]}}, place: {{on: floor, clearance: {0}}}}}}}}}
-bodies:
-  towel:
-    kind: cloth
-    solver: ipc
-    shape: {{kind: sheet, size: [0.6, 0.4]}}
-    material: {{thickness: 0.002}}
-    place: {{on: table, clearance: {0}}}
-  plate: {{kind: rigid, shape: {{kind: cylinder, radius: 0.1, height: 0.02}}, place: {{on: towel, clearance: {0}}}}}
-"""
-
-
-def test_ipc_needs_room_between_all_bodies(tmp_path: Path) -> None:
-    found = findings(tmp_path, "ipc-clearance", DISHES.format(0))
-    assert {problem.path.split("/")[-2] for problem in found} == {"table", "towel", "plate"}
-    said = [float(x) for problem in found for x in re.findall(r"`clearance: ([\d.e-]+)`", problem.message)]
-    # The cloth is 2 mm thick, of which 1 mm is in the sheet that is placed.
-    assert max(said) == pytest.approx(0.0006)
-    assert findings(tmp_path, "ipc-clearance", DISHES.format(0.0007)) == []
-
-
 FLAG = """\
 scene: {duration: 4.0, pbd: {bounds: {min: [-1, -1.5, 0.9], max: [2, 1.5, 3.2]}}}
 bodies:
@@ -389,16 +367,3 @@ def test_under_sap_a_depth_is_that_of_what_deforms(tmp_path, sides, unseen):
     measure = f"actions: {{measures: {{deep: {{kind: penetration, {sides}}}}}}}"
     found = findings(tmp_path, "unseen-contacts", bodies, measure)
     assert [problem.path for problem in found] == ["/actions/measures/deep/kind"] * unseen
-
-
-@pytest.mark.parametrize("contact", ["scene: {duration: 1}", "scene: {contact: {model: ipc}}"])
-def test_ipc_refuses_impulses_wherever_it_is_derived(tmp_path: Path, contact: str) -> None:
-    towel = (
-        "bodies: {towel: {kind: cloth, solver: ipc, shape: {kind: sheet, size: [0.6, 0.4]}, pose: {pos: [0, 0, 0.5]}}}"
-    )
-    jelly = (
-        "bodies: {jelly: {kind: soft, solver: fem, shape: {kind: box, size: [0.1, 0.1, 0.1]}, pose: {pos: [0, 0, 1]}}}"
-    )
-    hit = "actions: {controls: {hit: {kind: impulse, body: jelly, impulse: [0, 0, 1], at: 0.1}}}"
-    (found,) = findings(tmp_path, "ipc-control", towel, jelly, hit, contact)
-    assert found.path == "/actions/controls/hit/kind"

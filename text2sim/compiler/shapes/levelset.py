@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from text2sim.compiler.shapes.borders import FAR, cut_edges, labels_of, retriangulated
 from text2sim.compiler.shapes.distance_field import rounded_down, rounded_up
 from text2sim.compiler.shapes.distances import Bit, PartUnion, form_of
 from text2sim.compiler.shapes.rotation import quat_of, quat_to_rows
@@ -40,7 +41,6 @@ SLAB_NODES = 150_000
 """Most nodes that are computed at once."""
 SIMPLIFY_TOLERANCE = 0.1
 """How far the surface may move when it is simplified, in cells."""
-FAR = 1e30
 
 
 @dataclass(frozen=True)
@@ -290,79 +290,10 @@ def _bordered(parts: list[PlacedPart], vertices: Array, faces: Array, grid: Leve
     if len(groups) == 1:
         return vertices, np.full(len(faces), -1), faces
     away, over = _look_distances(parts, groups, firsts, vertices, grid.cell)
-    label = _labels(away, over)
-    points, on_edge = _cut_edges(vertices, faces, label, away, over)
-    points, labels, triangles = _retriangulated(points, faces, label, on_edge)
+    label = labels_of(away, over)
+    points, on_edge = cut_edges(vertices, faces, label, away, over)
+    points, labels, triangles = retriangulated(points, faces, label, on_edge)
     return points, np.array(firsts)[labels], triangles
-
-
-def _labels(away: Array, over: Array) -> Array:
-    """Return the group of each vertex (n,): the last that paints or cuts there, else the nearest of the others."""
-    label = np.where(over[:, None], FAR, away).argmin(0)
-    for k in np.flatnonzero(over):
-        label[away[k] < 0] = k
-    return label
-
-
-def _cut_edges(vertices: Array, faces: Array, label: Array, away: Array, over: Array) -> tuple[Array, Array]:
-    """Add a vertex on each edge between two groups.
-
-    Args:
-        vertices: Vertices [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        label: Group of each vertex, shape (n,).
-        away: Distances of the vertices from the groups [m], shape (g, n).
-        over: Whether a group paints or cuts, shape (g,).
-
-    Returns:
-        All vertices, and the new one on the edge from each corner to the next, shape (m, 3); -1 on edges that stay.
-    """
-    following = np.roll(faces, -1, axis=1)
-    mixed = label[faces] != label[following]
-    keys = np.minimum(faces, following) * len(vertices) + np.maximum(faces, following)
-    edges, edge_of = np.unique(keys[mixed], return_inverse=True)
-    a, b = edges // len(vertices), edges % len(vertices)
-    higher, lower = np.maximum(label[a], label[b]), np.minimum(label[a], label[b])
-    # Parts that paint or cut end at their own surface; between joined parts, the border is half way.
-    field_a = np.where(over[higher], away[higher, a], away[higher, a] - away[lower, a])
-    field_b = np.where(over[higher], away[higher, b], away[higher, b] - away[lower, b])
-    share = np.clip(field_a / np.where(field_a == field_b, 1.0, field_a - field_b), 0.1, 0.9)
-    on_edge = np.full(faces.shape, -1)
-    on_edge[mixed] = edge_of + len(vertices)
-    return np.concatenate([vertices, vertices[a] + share[:, None] * (vertices[b] - vertices[a])]), on_edge
-
-
-def _retriangulated(points: Array, faces: Array, label: Array, on_edge: Array) -> tuple[Array, Array, Array]:
-    """Divide triangles at the vertices on their edges; return vertices, the group of each triangle, triangles.
-
-    Args:
-        points: Vertices [m], shape (n, 3).
-        faces: Triangles, shape (m, 3).
-        label: Group of each corner of the triangles.
-        on_edge: Vertex on the edge from each corner to the next, shape (m, 3); -1 on edges that stay.
-    """
-    mixed = on_edge >= 0
-    whole = ~mixed.any(axis=1)
-    found, labels = [faces[whole]], [label[faces[whole, 0]]]
-    two = mixed.sum(axis=1) == 2
-    # Turned so that the corner with a look of its own comes first: the edges at it are the mixed ones.
-    turn = np.argmax(~mixed[two], axis=1)[:, None]
-    order = (turn + 2 + np.arange(3)) % 3
-    row = np.flatnonzero(two)[:, None]
-    (p, q, r), (pq, _, rp) = faces[row, order].T, on_edge[row, order].T
-    for corners, own in (((p, pq, rp), p), ((pq, q, r), q), ((pq, r, rp), q)):
-        found.append(np.stack(corners, 1))
-        labels.append(label[own])
-    # With three groups, six triangles meet at the centre.
-    three = mixed.sum(axis=1) == 3
-    centre = len(points) + np.arange(int(three.sum()))
-    points = np.concatenate([points, points[faces[three]].mean(axis=1)])
-    for k in range(3):
-        corner, after, before = faces[three, k], on_edge[three, k], on_edge[three, (k + 2) % 3]
-        for corners in ((corner, after, centre), (corner, centre, before)):
-            found.append(np.stack(corners, 1))
-            labels.append(label[corner])
-    return points, np.concatenate(labels), np.concatenate(found)
 
 
 def _look_groups(parts: list[PlacedPart]) -> tuple[list[list[int]], list[int]]:

@@ -65,7 +65,7 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight, **bending_of(model, solver)),
+            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight, _bending(model, solver)),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
@@ -142,16 +142,13 @@ def _merges(shape: Any, solver: str) -> bool:
     return FAMILIES[solver] == "fem"
 
 
-def bending_of(model: Any, solver: str) -> dict[str, Any]:
-    """Return how a cloth of solver pbd bends where it is not as the engine has it."""
+def _bending(model: Any, solver: str) -> tuple[float | None, float | None, bool] | None:
+    """Return rigidity [N m], crease radius [m], and whether it is at rest as it starts; None if it asks for none."""
     if solver != "pbd":
-        return {}
+        return None
     own = model.material
-    return {
-        "rigidity": own.rigidity,
-        "crease_radius": own.crease_radius,
-        "rest_at_start": own.rest_shape == "start",
-    }
+    row = own.rigidity, own.crease_radius, own.rest_shape == "start"
+    return row if any(row) else None
 
 
 def mass(copy: Copy, folder: Path) -> float:

@@ -59,8 +59,8 @@ class Airflow(_During):
 
     Only for solver pbd. The force on a triangle of the cloth is
     `rho A |u| (1.5 u_across + 0.05 u_along) / 2` with the air's velocity u relative to it and `rho` = 1.225 kg/m3. It
-    replaces the cloth's `air_resistance`; outside `during`, and with a velocity of 0, the air is
-    still: a stiff sheet glides in it. Other bodies give no shelter.
+    replaces the cloth's `air_resistance`; outside `during`, and with a velocity of 0, the air is still.
+    Other bodies give no shelter.
     """
 
     kind: Literal["airflow"]

@@ -49,14 +49,14 @@ class ClothMaterial(Model):
     stretch_compliance: NonNegative | None = None
     """With solver pbd: compliance of the threads [m/N]; by default 1e-7."""
     bending_compliance: NonNegative | None = None
-    """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, as stiff as card with cells of 3 cm, and limp
-    with cells of 1 cm, where a sheet that holds itself out needs a `rigidity`. 1e4 drapes like cotton."""
+    """With solver pbd: compliance of the folds [rad/N]; by default 1e-4, and 1e4 drapes like cotton. What it amounts to
+    depends on cells and substeps: give a `rigidity` instead to what is stiff by its material."""
     rigidity: Positive | None = None
     """With solver pbd, instead of `bending_compliance`: flexural rigidity `E t^3 / 12` [N m]: cotton 1e-6, paper 3e-4,
     card 0.01. With a mass m per area it needs substeps of `cell^2 / 12 sqrt(m / rigidity)`, or is softer."""
     crease_radius: Length | None = None
-    """With solver pbd: folds tighter than this radius [m] stay, as in foil (0.05) or paper (0.01): an edge keeps what
-    exceeds `cell / crease_radius` radians. By default all folds spring back."""
+    """With solver pbd: folds tighter than this radius [m], `thickness / (2 yield strain)`, stay: in foil (0.05), in
+    paper (0.01). An edge keeps what exceeds `cell / crease_radius` radians. By default all folds spring back."""
     rest_shape: Literal["flat", "start"] | None = None
     """With solver pbd: what bending returns it to, by default `flat`; `start` keeps the curl of `sag` and `folds`, and
     the form of a mesh."""
@@ -73,8 +73,8 @@ class GranularMaterial(Model):
     friction_angle_deg: Real = Field(default=35.0, gt=0.0, lt=80.0)
     """Angle of internal friction [deg], which limits the slope of a heap."""
     cohesion: NonNegative = 0.0
-    """Shear strength without pressure [Pa]: dry 0, damp sand 500 to 3000. A block of density d stands up to a height of
-    `2 cohesion tan(45 deg + friction_angle_deg / 2) / (9.81 d)`."""
+    """Shear strength without pressure [Pa]: 0 if dry, some 1000 for damp sand. A block of density d stands up to a
+    height of `2 cohesion tan(45 deg + friction_angle_deg / 2) / (9.81 d)`."""
     youngs_modulus: Positive = 5e5
     """Young's modulus [Pa]; softer than real grains, for longer time steps."""
     poisson_ratio: Real = Field(default=0.2, ge=0.0, lt=0.5)
