@@ -98,6 +98,25 @@ def test_all_copies_of_damp_sand_have_its_law(tmp_path: Path, cohesion: str) -> 
     assert (tmp_path / "program" / "damp_sand.py").is_file()
 
 
+STREAMS = """\
+text2sim: 2
+name: taps
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  tap: {kind: liquid, repeat: {kind: line, count: 2, step: [1, 0, 0]}, shape: {kind: stream, radius: 0.03, speed: 1, duration: 0.5}, material: {viscosity: "${i}"}, pose: {pos: [0, 0, 0.4]}}
+"""
+
+
+def test_streams_flow_before_each_step(tmp_path: Path) -> None:
+    compile_case(load_case(write(tmp_path, STREAMS)), tmp_path / "program")
+    bodies = (tmp_path / "program" / "bodies.py").read_text()
+    assert 'Nowhere(n_particles=len(STREAMS[f"tap[{i}]"]))' in bodies
+    assert '"stream": STREAMS["tap[1]"]' in bodies
+    assert "ViscousLiquid(" in bodies
+    assert "MPM.Liquid" not in bodies, "all copies are of one class"
+    assert "Flows(scene, STREAMS, bodies, DT)," in (tmp_path / "program" / "actions.py").read_text()
+
+
 def test_same_case_same_bytes(tmp_path: Path) -> None:
     case = load_case(write(tmp_path, CASE))
     compile_case(case, tmp_path / "a")

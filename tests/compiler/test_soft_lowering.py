@@ -69,6 +69,18 @@ def test_stiffness_of_a_liquid_is_its_bulk_modulus() -> None:
     assert young * nu / ((1 + nu) * (1 - 2 * nu)) == pytest.approx(4e5)
 
 
+def test_a_stream_waits_nowhere_and_weighs_what_comes_out() -> None:
+    stream = "shape: {kind: stream, radius: 0.02, speed: 0.5, start: 1, duration: 2, direction: [0, 1, 0]}"
+    pose = "pose: {pos: [0, 0, 1], euler_deg: [0, 0, 90]}"
+    one = entity(f"  a: {{kind: liquid, {stream}, {pose}, material: {{density: 1200, viscosity: 3}}}}")
+    assert (one.morph, one.material) == ("Nowhere", "ViscousLiquid")
+    assert one.soft is not None
+    assert one.soft.stream is not None
+    assert one.soft.mass == pytest.approx(1200 * pi * 0.02**2 * 0.5 * 2)
+    assert one.soft.stream["direction"] == pytest.approx((-1, 0, 0))
+    assert one.soft.stream["start"] == 1.0
+
+
 def test_cloth_and_grains() -> None:
     one = entity(
         "  a: {kind: cloth, shape: {kind: sheet, size: [0.4, 0.2]}, material: {area_density: 0.25, friction: 0.4}}"

@@ -85,6 +85,22 @@ def test_substeps_keep_sound_within_half_a_cell() -> None:
     assert step_s == pytest.approx(0.02 * cell), "a soft one: what the engine suggests for its grid"
 
 
+def test_substeps_keep_a_viscous_liquid_stable() -> None:
+    """Within a substep s a viscosity is a shear modulus of `viscosity / s`."""
+    case = resolve(
+        f"  a: {CUBE.replace('soft', 'liquid')}, material: {{density: 1400, viscosity: 500, stiffness: 1e5}}}}"
+    )
+    step_s, cell = 0.01 / case.settings.substeps, mpm(case).cell
+    assert 0.45 * cell < sqrt((1e5 + 2 * 500 / step_s) / 1400) * step_s <= 0.5 * cell
+
+
+def test_bounds_follow_a_stream() -> None:
+    tap = "  a: {kind: liquid, shape: {kind: stream, radius: 0.02, speed: %g, duration: 1, direction: [1, 0, 0]}, pose: {pos: [0, 0, 0.5]}}"
+    slow, fast = mpm(resolve(tap % 0.1)), mpm(resolve(tap % 3))
+    assert fast.high[0] > slow.high[0] + 2.9 * sqrt(2 * 0.5 / 9.81) * 0.9
+    assert slow.cell == pytest.approx(0.01), "four cells across"
+
+
 def test_bounds_hold_the_start_the_fall_and_the_walls_of_the_grid() -> None:
     case = resolve(f"  a: {CUBE}}}")
     found = mpm(case)

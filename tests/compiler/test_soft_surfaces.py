@@ -19,7 +19,7 @@ from text2sim.compiler.shapes.tets import tet_options
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.shapes import Box, Cylinder, Mesh, Shape, Sheet
+from text2sim.spec_schema.models.shapes import Box, Cylinder, Disc, Mesh, Shape, Sheet
 
 HERE = Path(".")
 SOLIDS = {
@@ -153,6 +153,19 @@ class TestSheets:
         a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
         assert (np.cross(b - a, c - a)[:, 2] > 0).all(), "it looks up"
         assert b"vt 0 0\n" in write_obj(mesh)
+
+    def test_a_disc_may_have_a_hole(self):
+        disc = Disc(kind="disc", radius=0.5, hole=0.1)
+        mesh = soft_surface(disc, HERE, 0.05)
+        radii = np.linalg.norm(mesh.vertices, axis=1)
+        assert (radii.min(), radii.max()) == (pytest.approx(0.1), pytest.approx(0.5))
+        a, b, c = mesh.vertices[mesh.faces].transpose(1, 0, 2)
+        areas = np.cross(b - a, c - a)[:, 2] / 2
+        assert (areas > 0).all(), "it looks up"
+        assert areas.sum() == pytest.approx(disc.area, rel=0.02)
+        assert mesh.uvs == pytest.approx(mesh.vertices[:, :2] + 0.5, abs=1e-7)
+        assert len(geometry.pieces(disc, HERE)) == 16
+        assert extents(disc, IDENTITY, HERE)[1] == pytest.approx((0.5, 0.5, 0.0005))
 
     def test_its_edges_and_corners_can_be_picked(self):
         mesh = soft_surface(Sheet(kind="sheet", size=(1.0, 0.6)), HERE, 0.1)

@@ -70,6 +70,8 @@ def edits_of(section: str, kind: str) -> dict[str, Any]:
         edits[parent] = {**FRAMES[section], **fragment}
     else:
         edits = {f"{parent}/{key}": value for key, value in fragment.items()}
+    if kind == "stream":
+        edits = {"/bodies/water": {"kind": "liquid", "pose": {"pos": [0, 0, 3]}, **fragment}}
     if "place" in fragment:
         edits["/bodies/ball/pose"] = None
     if section == "expectations":

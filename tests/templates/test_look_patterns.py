@@ -109,6 +109,20 @@ def test_staves_close_around_what_is_round():
         assert staves > 10
 
 
+def test_ends_of_a_flat_cylinder_are_flat_although_its_corners_lie_on_a_ball():
+    turn = 2 * np.pi * np.arange(48) / 48
+    ring = np.stack([0.3 * np.cos(turn), 0.3 * np.sin(turn)], axis=1)
+    points = np.concatenate([np.column_stack([ring, np.full(48, z)]) for z in (-0.02, 0.02)])
+    k = np.arange(48)
+    sides = [np.stack([k, (k + 1) % 48, k + 48], 1), np.stack([(k + 1) % 48, (k + 1) % 48 + 48, k + 48], 1)]
+    fan = np.stack([np.zeros(46, int), k[1:-1], k[2:]], 1)
+    mesh = presentable(points, np.concatenate([*sides, fan[:, ::-1], fan + 48]))
+    flat = unfold(mesh.vertices, mesh.faces, mesh.normals, upright=False)
+    assert [sheet.name for sheet in flat.sheets] == ["side", "top", "bottom"]
+    on_top = flat.sheet == 1
+    assert flat.uvs[on_top] == pytest.approx(mesh.vertices[flat.vertices[on_top], :2] + 0.3)
+
+
 def test_every_tile_is_seen():
     for kind in TILES:
         made = tile(kind, None, OWN)

@@ -14,7 +14,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from text2sim import __version__
 from text2sim.compiler.emit_actions import action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
-from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
+from text2sim.compiler.plan import EntityPlan, Group, Plan, SoftRecord, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.soft.setup import SoftSettings
 from text2sim.spec_schema.errors import MachineError
@@ -29,14 +29,16 @@ FILM_MODULES = (
 FILM_TEMPLATES = (*FILM_MODULES, "soft_film.py", "soft_states.py", "shading.py", "render.py.j2")
 """Templates that no simulation depends on."""
 COPIED_MODULES = ("engine.py", "files.py", "contacts.py", "recorder.py", "solids.py", *FILM_MODULES)
-COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film.py", "shading.py")
+COPIED_SOFT = ("filling.py", "soft.py", "skins.py", "soft_states.py", "soft_film.py", "shading.py", "streams.py")
 """Also copied into programs with deformable bodies."""
 MODULES = ("scene.py", "bodies.py", "actions.py", "render.py", "main.py")
 
-UNRECORDED = ("mass", "bending")
+UNRECORDED = ("mass", "bending", "stream")
 """Facts of deformable bodies that the recorder does not need."""
 FROM_FILE = ("MJCF", "URDF", "Mesh")
 """Morphs that read a file of the program."""
+OWN_MATERIALS = {"DampSand": ("damp_sand.py", "cohesion"), "ViscousLiquid": ("viscous_liquid.py", "viscosity")}
+"""Materials of our own: their module, and the property without which the engine's does."""
 
 # Roughness and metallic of the engine's surfaces; its rasteriser shows little of the difference.
 FINISHES = {
@@ -110,7 +112,8 @@ def emit(plan: Plan) -> dict[str, bytes]:
     copied += ["friction.py"] if plan.frictions else []
     copied += ["bounce.py"] if context["uneven"] else []
     copied += ["cloth_friction.py"] if context["cloth"] else []
-    copied += ["damp_sand.py"] if context["damp"] else []
+    copied += [file for name, (file, _) in OWN_MATERIALS.items() if name in context["own_materials"]]
+    copied += ["flows.py"] if context["streams"] else []
     copied += ["bending.py"] if context["bending"] else []
     files |= {name: (TEMPLATES / name).read_bytes() for name in copied} | dict(plan.files)
     return files | {"looks.json": _looks(plan)}
@@ -184,11 +187,11 @@ def _context(plan: Plan) -> dict[str, Any]:
         "soft_why": _reasons(soft),
         "masses": {name: facts.mass for name, facts in plan.deformables.items() if facts.solver == "mpm"},
         "deformables": {
-            name: {key: value for key, value in vars(facts).items() if key not in UNRECORDED}
+            name: {key: value for key, value in vars(facts).items() if key not in UNRECORDED} | _stream(name, facts)
             for name, facts in plan.deformables.items()
         },
-        "statics": [_group(group) for group in plan.statics],
-        "bodies": [_group(group) for group in plan.bodies],
+        "statics": [_group(group, settings.substeps) for group in plan.statics],
+        "bodies": [_group(group, settings.substeps) for group in plan.bodies],
         "uses_models": any(entity.morph in FROM_FILE for entity in plan.entities),
         "statics_use_models": any(e.morph in FROM_FILE for g in plan.statics for e in g.entities),
         "motors": plan.motors,
@@ -201,7 +204,8 @@ def _context(plan: Plan) -> dict[str, Any]:
         "link_contact": {tuple(name.split(".")): damping for name, damping in plan.contact.items() if "." in name},
         "frictions": plan.frictions,
         "cloth": next((name for name, facts in plan.deformables.items() if facts.solver == "pbd"), None),
-        "damp": any(entity.material == "DampSand" for entity in plan.entities),
+        "own_materials": {entity.material for entity in plan.entities} & {*OWN_MATERIALS},
+        "streams": {name: facts.stream for name, facts in plan.deformables.items() if facts.stream},
         "bending": {name: facts.bending for name, facts in plan.deformables.items() if facts.bending},
         **action_context(plan),
         "render": plan.render,
@@ -223,10 +227,15 @@ def _reasons(soft: SoftSettings | None) -> dict[str, Code]:
     }
 
 
-def _group(group: Group) -> dict[str, Any]:
+def _stream(name: str, facts: SoftRecord) -> dict[str, Any]:
+    return {} if facts.stream is None else {"stream": Code(f"STREAMS[{literal(name)}]")}
+
+
+def _group(group: Group, substeps: int) -> dict[str, Any]:
     """Return what a group's template prints: constant cells as they are, varying cells as columns of a table."""
-    if any(entity.material == "DampSand" for entity in group.entities):  # then dry copies are of the same class
-        group = replace(group, entities=tuple(map(_damp, group.entities)))
+    own = next((entity.material for entity in group.entities if entity.material in OWN_MATERIALS), None)
+    if own is not None:  # then all copies are of that class
+        group = replace(group, entities=tuple(_of_class(own, entity, substeps) for entity in group.entities))
     first = group.entities[0]
     turned = any(tuple(entity.quat) != IDENTITY for entity in group.entities)
     rows = [_cells(entity, turned=turned) for entity in group.entities]
@@ -249,7 +258,7 @@ def _group(group: Group) -> dict[str, Any]:
         "rows": [] if single else [tuple(row[key] for key in varying) for row in rows],
         "columns": Code(", ".join(varying)),
         "target": Code("(" + ", ".join(varying) + ("," if len(varying) == 1 else "") + ")"),
-        "material": Code(first.material if first.material == "DampSand" else f"gs.materials.{first.material}"),
+        "material": Code(own or f"gs.materials.{first.material}"),
         "material_keys": [identifier(key) for key in _material_keys(first)],
         "mode": first.surface.mode if first.surface else None,
         "roughness": rough,
@@ -257,9 +266,12 @@ def _group(group: Group) -> dict[str, Any]:
     }
 
 
-def _damp(entity: EntityPlan) -> EntityPlan:
-    options = {**entity.material_options, "cohesion": entity.material_options.get("cohesion", 0.0)}
-    return replace(entity, material="DampSand", material_options=options)
+def _of_class(own: str, entity: EntityPlan, substeps: int) -> EntityPlan:
+    _, value = OWN_MATERIALS[own]
+    options = {value: 0.0} | entity.material_options
+    if own == "ViscousLiquid":
+        options["substep"] = Code(f"DT / {substeps}")
+    return replace(entity, material=own, material_options=options)
 
 
 def _material_keys(entity: EntityPlan) -> list[str]:

@@ -47,6 +47,8 @@ class SoftRecord:
     """[kg]"""
     bending: tuple[float | None, float | None, bool] | None = None
     """A row of `templates/bending.py`; None for what bends as the engine has it."""
+    stream: dict[str, Any] | None = None
+    """Arguments of `templates/streams.py`; None for what is there at the start."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class EntityPlan:
     name: str
     """Name of the copy: `ball`, `brick[3]`."""
     morph: str
-    """Box, Sphere, Cylinder, Plane, Mesh, MJCF or URDF."""
+    """Box, Sphere, Cylinder, Plane, Mesh, MJCF, URDF, or Nowhere for a stream."""
     options: dict[str, Any]
     """Keyword arguments of the morph besides pos and quat."""
     pos: Vec

@@ -9,18 +9,21 @@ from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, thumbnail
 from text2sim.compiler.shapes.sagging import is_bent
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
-from text2sim.spec_schema.models.shapes import Sheet
+from text2sim.spec_schema.models.shapes import Disc, Sheet
 
 SHEET_CELLS = 48
 """Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the surface of a sheet, with its picture if it has one; None for other shapes.
+    """Return the surface of a disc, or of a sheet with its picture if it has one; None for other shapes.
 
     Raises:
         AssetError: if the picture cannot be used.
     """
+    if isinstance(shape, Disc):
+        net = soft_surface(shape, folder, 2 * shape.radius / SHEET_CELLS)
+        return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
     if not isinstance(shape, Sheet):
         return None
     picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)

@@ -14,6 +14,7 @@ from text2sim.rendering.rigid import read_picture
 from text2sim.rendering.shapes import mesh_shape, shaded
 from text2sim.templates.shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
 from text2sim.templates.soft_states import SoftStates
+from text2sim.templates.streams import flowing
 
 Array = NDArray[np.floating]
 Around = tuple[int, int, float]
@@ -164,8 +165,10 @@ class Grains:
     def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
         """Return the grains for these particle positions [m]."""
         outside = ~enclosed(points, ENCLOSING * self._spacing)
-        centers = points[outside][:, None] + self._offsets[outside]
-        sizes, shade = self._sizes[outside], self._shade[outside]
+        # What has not come out of a stream yet is last among its particles.
+        count = len(points)
+        centers = points[outside][:, None] + self._offsets[:count][outside]
+        sizes, shade = self._sizes[:count][outside], self._shade[:count][outside]
         found = {}
         for k, own in enumerate(self._bsdfs):
             mine = shade == k
@@ -214,12 +217,14 @@ class SoftBodies:
 
     def __init__(self, parts: list[SoftPart], states: SoftStates, texture_scale: float = 1.0):
         self._states, self._figures = states, []
+        self._mouths: list[Array | None] = []
         for k, part in enumerate(parts):
             if not part.look.visible or part.look.opacity <= 0:
                 continue
             name = f"soft{k}"
             with np.load(part.geometry) as file:
                 arrays = dict(file)
+            self._mouths.append(arrays["rest"] if part.row.get("stream") else None)
             if "faces" in arrays:
                 figure: Any = SoftSurface(name, part, self._places(part, (0, 0, 0.0)), arrays, texture_scale)
             else:
@@ -234,8 +239,12 @@ class SoftBodies:
             bsdf: Material instead of their own.
         """
         found: dict[str, Any] = {}
-        for part, figure in self._figures:
-            found |= figure.shapes(self._places(part, around), bsdf)
+        for (part, figure), mouth in zip(self._figures, self._mouths, strict=True):
+            points = self._places(part, around)
+            if mouth is not None:
+                points = points[flowing(points, mouth, part.row["spacing"])]
+            if len(points):
+                found |= figure.shapes(points, bsdf)
         return found
 
     def _places(self, part: SoftPart, around: Around) -> Array:

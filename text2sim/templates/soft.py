@@ -29,8 +29,8 @@ class Soft:
     Args:
         scene: Built scene with one environment.
         bodies: Copy name -> entity.
-        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc), spacing [m] and initial pose of its frame (pos
-            [m], quat), in the order of their rows.
+        deformables: Copy name -> kind, solver (mpm, pbd, fem or ipc), spacing [m], initial pose of its frame (pos [m],
+            quat) and its stream, if it is one, in the order of their rows.
         dt: Time step [s].
         speed_limit: Speed of a point above which the run counts as diverged [m/s].
 
@@ -64,6 +64,8 @@ class Soft:
             row |= {"spacing": body.spacing, "mass": float(self._total[k])}
             row |= {"pos": [float(x) for x in body.pos], "quat": [float(x) for x in body.quat]}
             vertices += 0 if body.skin is None else len(body.skin)
+            if body.stream is not None:
+                row["stream"] = True
             if body.domain is not None:
                 row["domain"] = [bound.tolist() for bound in body.domain]
             rows.append(row)
@@ -153,7 +155,7 @@ class Soft:
     def _gather(self, which: int, f: int | None) -> np.ndarray:
         f = self._sim.cur_substep_local if f is None else f
         arrays = {name: read(f)[which] for name, read in self._fields.items()}
-        return np.concatenate([arrays[body.field][body.span] for body in self._bodies])
+        return np.concatenate([body.values(arrays[body.field], which) for body in self._bodies])
 
     def _owner(self, point: int) -> str:
         return self.names[int(np.searchsorted(self._starts, point, side="right")) - 1]
@@ -163,7 +165,7 @@ class _Body:
     """One deformable body in its solver.
 
     Attributes:
-        entity, kind, solver, spacing, pos, quat: The arguments.
+        entity, kind, solver, spacing, pos, quat, stream: The arguments.
         field, span: Name of the engine's solver, and the body's rows in its fields.
         masses: Masses of its points [kg], shape (p,).
         topology: Arrays of its geometry file besides points and masses.
@@ -171,8 +173,8 @@ class _Body:
         domain: Lower and upper bound of its solver's domain [m]; None if there is none.
     """
 
-    def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float, pos, quat):
-        self.entity, self.kind, self.solver, self.spacing = entity, kind, solver, spacing
+    def __init__(self, scene, entity, *, kind: str, solver: str, spacing: float, pos, quat, stream=None):
+        self.entity, self.kind, self.solver, self.spacing, self.stream = entity, kind, solver, spacing, stream
         self.pos, self.quat = pos, quat
         self.skin, self.domain, self.topology = None, None, {}
         if solver in ("mpm", "pbd"):
@@ -190,6 +192,11 @@ class _Body:
                 self._add_cloth()
             else:
                 self.topology["tets"] = np.asarray(entity.elems, np.int32)
+
+    def values(self, of_solver: np.ndarray, which: int) -> np.ndarray:
+        """Returns its positions (`which` is 0) or velocities (1), from those of all bodies of its solver."""
+        own = of_solver[self.span]
+        return own if self.stream is None else self.stream.fill_in(own, which)
 
     def _add_surface(self, particles: np.ndarray) -> None:
         """Attaches the mesh from which the particles were sampled to the particles."""

@@ -12,6 +12,7 @@ from genesis.utils.mesh import create_sphere
 from genesis.utils.particle import particles_to_mesh
 from shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
 from soft_states import SoftStates
+from streams import flowing
 
 HERE = Path(__file__).resolve().parent
 FINISH = {"metallicFactor": 0.2, "roughnessFactor": 0.8}  # the rasterizer's values for rigid bodies
@@ -33,6 +34,7 @@ class SoftFilm:
 
     def __init__(self, scene, states: SoftStates, geometry: Path):
         self._scene, self._states, self._geometry, self._figures = scene, states, geometry, []
+        self._mouths = {}  # where what has not come out of a stream waits, by number of the body
         context = scene.visualizer.context
         for solver in ("mpm", "pbd", "fem"):
             setattr(context, f"on_{solver}", _nothing)
@@ -42,8 +44,10 @@ class SoftFilm:
     def show(self, around: tuple[int, int, float]) -> None:
         """Updates every body to its state between two frames, see `SoftStates.at`; call before rendering a picture."""
         self._figures = self._figures or self._make()
-        for figure, places in zip(self._figures, self._places(around), strict=True):
-            figure.show(places)
+        for k, (figure, places) in enumerate(zip(self._figures, self._places(around), strict=True)):
+            if k in self._mouths:
+                places = places[flowing(places, self._mouths[k], self._states.rows[k]["spacing"])]
+            figure.show(places) if len(places) else figure.clear()
 
     def _make(self) -> list:
         looks = json.loads((self._geometry / "soft_index.json").read_text())
@@ -60,6 +64,8 @@ class SoftFilm:
                     figures[-1].wear([worn, *(part or worn for part in worn["parts"])], parts)
             else:
                 figures.append((_Liquid if row["kind"] == "liquid" else _Grains)(self._scene, row, looks[k]))
+                if row.get("stream"):
+                    self._mouths[k] = arrays["rest"]
         return figures
 
     def _places(self, around: tuple[int, int, float]) -> list[np.ndarray]:

@@ -93,8 +93,10 @@ def _boxed(vertices, faces, looks, upright):
 def _turned(vertices, faces, looks):
     radius = np.hypot(vertices[:, 0], vertices[:, 1])
     r, low, tall = radius.max(), vertices[:, 2].min(), np.ptp(vertices[:, 2])
-    away = np.linalg.norm(vertices - (0, 0, low + tall / 2), axis=1)
-    is_ball = np.ptp(away) < 0.02 * r
+    away = vertices - (0, 0, low + tall / 2)
+    # The corners of a cylinder are on a ball, too, but its ends do not look away from the middle.
+    outward = (looks * away[faces].mean(axis=1)).sum(axis=1)
+    is_ball = np.ptp(np.linalg.norm(away, axis=1)) < 0.02 * r and outward.min() > 0.8 * r
     turn = np.arctan2(vertices[:, 1], vertices[:, 0])[faces] % (2 * np.pi)
     pole = radius[faces] < 1e-4 * r
     highest = np.where(pole, -1.0, turn).max(axis=1, keepdims=True)

@@ -22,7 +22,7 @@ from text2sim.compiler.shapes.rotation import (
     quat_to_rows,
     vector_dot,
 )
-from text2sim.compiler.shapes.sagging import sheet_reach
+from text2sim.compiler.shapes.sagging import SHEET_THICKNESS, sheet_reach
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.placed import Linked
@@ -99,6 +99,7 @@ def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
 _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "box": _reach_box,
     "sphere": lambda shape, u, folder: shape.radius,
+    "stream": lambda shape, u, folder: shape.radius,  # its mouth, whatever its direction
     "cylinder": lambda shape, u, folder: _reach_ring(shape.radius, shape.height / 2, (u[0], u[1], abs(u[2]))),
     "capsule": lambda shape, u, folder: shape.radius + shape.length / 2 * abs(u[2]),
     "polyhedron": _reach_points,
@@ -113,10 +114,11 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "text": _reach_flat,
     "sketch": _reach_flat,
     "sculpt": _reach_sculpt,
+    "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
     "sheet": lambda shape, u, folder: sheet_reach(shape, u),
     "compound": _reach_compound,
 }
-_SYMMETRIC = {"box", "sphere", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
+_SYMMETRIC = {"box", "sphere", "stream", "disc", "cylinder", "capsule", "ellipsoid", "torus", "tube", "cup"}
 
 
 def extents(shape: Any, quat: Quaternion, folder: Path) -> Bounds:

@@ -10,14 +10,21 @@ from text2sim.compiler.shapes.distance_field import field_of
 from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.meshfile import errors_about
 from text2sim.compiler.shapes.piece import Piece, cone_piece, ring_pieces, wall_pieces, wall_radii
-from text2sim.compiler.shapes.rotation import Z_AXIS, quat_of, quat_rotate
-from text2sim.compiler.shapes.sagging import sheet_pieces
+from text2sim.compiler.shapes.rotation import (
+    Z_AXIS,
+    quat_between,
+    quat_of,
+    quat_rotate,
+    vector_times,
+    vector_unit,
+)
+from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sheet, Sketch, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cup, Disc, Funnel, Mesh, Sheet, Sketch, Stream, Text, Tube
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
@@ -78,6 +85,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return [Piece("capsule", size=(shape.radius, shape.length))]
     if kind == "ellipsoid":
         return [Piece("ellipsoid", size=shape.radii)]
+    if isinstance(shape, Stream):
+        return [_stream_piece(shape)]
     if kind == "cone":
         return [cone_piece(shape.radius, shape.height, shape.top_radius)]
     if isinstance(shape, Faceted):
@@ -96,6 +105,8 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return pieces_of(shape)
     if isinstance(shape, Sheet):
         return sheet_pieces(shape)
+    if isinstance(shape, Disc):
+        return disc_pieces(shape)
     if kind == "compound":
         return [
             piece.at(part.pose.pos, quat_of(part.pose), name)
@@ -111,6 +122,13 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         floor = Piece("cylinder", pos=(0.0, 0.0, shape.thickness / 2 - half), size=(shape.radius, shape.thickness))
         return [floor, *staves]
     return wall_pieces(bottom, top, -half, half, shape.segments)
+
+
+def _stream_piece(stream: Stream) -> Piece:
+    """Return what just comes out of a mouth, by half of its radius."""
+    way, long = vector_unit(stream.direction), stream.radius / 2
+    turned = quat_between(Z_AXIS, way)
+    return Piece("cylinder", pos=vector_times(way, long / 2), quat=turned, size=(stream.radius, long))
 
 
 def _faceted_piece(shape: Faceted) -> Piece:
@@ -195,6 +213,8 @@ def volume(shape: Any, folder: Path) -> float:
         return sum(volume(part.shape, folder) for part in shape.solids.values())
     if kind == "mesh":
         return load_mesh(shape.file, folder).volume * shape.scale**3
+    if isinstance(shape, Stream):
+        return shape.volume
     if kind == "cone":
         r, top = shape.radius, shape.top_radius
         return math.pi * (r * r + r * top + top * top) * shape.height / 3

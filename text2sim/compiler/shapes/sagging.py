@@ -4,11 +4,13 @@ from functools import lru_cache
 from math import asinh, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import Any
 
-from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.shapes import Sheet
+from text2sim.spec_schema.models.shapes import Disc, Sheet
 
+DISC_STAVES = 16
+"""Pieces that stand for a disc with a hole."""
 SHEET_THICKNESS = 1e-3
 """Thickness [m] of a sheet when bodies are placed and compared; its solver has its own."""
 SHEET_BOXES = 12
@@ -115,6 +117,15 @@ def sheet_pieces(sheet: Sheet) -> list[Piece]:
         lean = quat_from_axis_angle(Y_AXIS, -atan2(d - b, c - a))
         found.append(box.at(((a + c) / 2, 0.0, (b + d) / 2), lean))
     return found
+
+
+def disc_pieces(disc: Disc) -> list[Piece]:
+    """Return the plate, or the staves around a hole, that stand for a disc when bodies are placed and compared."""
+    half = SHEET_THICKNESS / 2
+    if not disc.hole:
+        return [Piece("cylinder", size=(disc.radius, SHEET_THICKNESS))]
+    wall = disc.hole, disc.radius
+    return wall_pieces(wall, wall, -half, half, DISC_STAVES)
 
 
 def sheet_reach(sheet: Sheet, u: Vec) -> float:

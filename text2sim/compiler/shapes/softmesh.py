@@ -21,7 +21,7 @@ from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_cou
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Sheet, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Disc, Ellipsoid, Mesh, Sheet, Torus
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _SURFACES: "Memory[SoftMesh]" = Memory(64)
 """Surfaces by shape, shared by copies and by all who only read them."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-THIN_ROWS, THIN_ROUND = {Sheet: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "Memory[Manifold]" = Memory(64)
 
@@ -85,6 +85,8 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
     check_triangle_count(_area(shape, folder), edge, rows * _longest(shape, folder))
     if isinstance(shape, Sheet):
         return _build(*_sheet(shape, edge))
+    if isinstance(shape, Disc):
+        return _build(*_disc(shape, edge))
     if isinstance(shape, Box):
         return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
@@ -194,6 +196,8 @@ def _area(shape: Any, folder: Path) -> float:
     """Return roughly the area [m2] of a surface, from which the number of triangles follows."""
     if isinstance(shape, Sheet):
         return shape.size[0] * shape.size[1]
+    if isinstance(shape, Disc):
+        return shape.area
     if isinstance(shape, Box):
         x, y, z = shape.size
         return 2 * (x * y + y * z + z * x)
@@ -232,6 +236,13 @@ def _sheet(sheet: Sheet, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarr
     curve = np.tile(points_along_sheet(sheet, nx), (ny + 1, 1))
     vertices = np.column_stack([curve[:, 0], (uvs[:, 1] - 0.5) * sheet.size[1], curve[:, 1]])
     return vertices, grid_faces(nx, ny), uvs
+
+
+def _disc(disc: Disc, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """Return rings of triangles, and their places in a picture that is as wide as the disc."""
+    across = profile_of([((disc.radius, 0.0), (disc.hole, 0.0))], edge)
+    vertices, faces = turned(across, edge, closed=False)
+    return vertices, faces, vertices[:, :2] / (2 * disc.radius) + 0.5
 
 
 def grid_faces(nx: int, ny: int) -> "np.ndarray":

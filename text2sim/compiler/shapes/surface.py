@@ -23,6 +23,7 @@ from text2sim.spec_schema.models.shapes import (
     Ellipsoid,
     Funnel,
     Sphere,
+    Stream,
     Torus,
     Tube,
 )
@@ -172,7 +173,7 @@ def surface(shape: Any) -> VisualMesh:
 def _surface(shape: Any) -> VisualMesh:
     if isinstance(shape, Box):
         return _box(shape)
-    if isinstance(shape, Sphere | Ellipsoid | Capsule):
+    if isinstance(shape, Sphere | Stream | Ellipsoid | Capsule):
         return _egg(shape)
     if isinstance(shape, Torus):
         return _lathe_smooth(shape)
@@ -214,7 +215,7 @@ def _facets(shape: Faceted) -> VisualMesh:
     return VisualMesh(hull.triangles.reshape(-1, 3), np.arange(3 * len(hull.faces)).reshape(-1, 3), normals)
 
 
-def _egg(shape: Sphere | Ellipsoid | Capsule) -> VisualMesh:
+def _egg(shape: Sphere | Stream | Ellipsoid | Capsule) -> VisualMesh:
     """Turn a half circle about z, and stretch it to an ellipsoid or capsule."""
     import numpy as np
 

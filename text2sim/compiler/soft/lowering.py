@@ -20,6 +20,7 @@ from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
 from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
+from text2sim.compiler.soft.streams import stream_arguments
 from text2sim.compiler.trees.tree import Tree
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.scene import Scene
@@ -65,7 +66,16 @@ class SoftLowering:
             family=FAMILIES[solver],
             material=material,
             material_options=values,
-            soft=SoftRecord(model.kind, solver, spacing, copy.pos, copy.quat, weight, _bending(model, solver)),
+            soft=SoftRecord(
+                model.kind,
+                solver,
+                spacing,
+                copy.pos,
+                copy.quat,
+                weight,
+                _bending(model, solver),
+                stream_arguments(copy, spacing),
+            ),
         )
         low, high = extents_of(copy, self.meshes.folder)
         middle = ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2)
@@ -106,6 +116,8 @@ class SoftLowering:
     def _morph(self, model: Any, copy: Copy, solver: str, spacing: float) -> tuple[str, dict[str, Any], bool]:
         """Return the morph, its options, and whether the mesh already has the copy's orientation."""
         shape = copy.shape
+        if shape.kind == "stream":
+            return "Nowhere", {}, False
         if solver == "mpm" and model.kind != "soft" and shape.kind in PRIMITIVES:
             return PRIMITIVES[shape.kind], {name: value for name, value in shape if name != "kind"}, False
         if FAMILIES[solver] != "fem":
@@ -171,5 +183,7 @@ def area(shape: Any, folder: Path) -> float:
     """
     if shape.kind == "sheet":
         return shape.size[0] * shape.size[1]
+    if shape.kind == "disc":
+        return shape.area
     mesh = load_mesh(shape.file, folder)
     return surface_area(mesh.vertices, mesh.faces) * shape.scale**2

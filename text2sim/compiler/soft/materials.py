@@ -19,7 +19,7 @@ Made = tuple[str, dict[str, Any]]
 
 
 def made_of(model: Any, solver: str) -> Made:
-    """Return the class of material, the engine's or `DampSand`, and its keyword arguments.
+    """Return the class of material, the engine's or one of `templates`, and its keyword arguments.
 
     Args:
         model: The body.
@@ -101,6 +101,8 @@ def _liquid(model: Liquid) -> Made:
     nu = 0.2
     modulus = model.material.stiffness * (1 + nu) * (1 - 2 * nu) / nu
     values = {"E": float(f"{modulus:.6g}"), "nu": nu, "rho": model.material.density}
+    if model.material.viscosity:
+        return "ViscousLiquid", values | {"viscous": True, "viscosity": model.material.viscosity}
     return "MPM.Liquid", values | {"viscous": model.material.viscous}
 
 

@@ -36,7 +36,7 @@ def region_finder(region: BodyRegion | None, shape: Any, spacing: float, solver:
     low, high = extents(shape, IDENTITY, folder)
     region = end_region(shape, region, SIDE_LAYER[solver] * spacing)
     if region.sides:
-        if shape.kind == "sheet":  # which counts as a thin plate where bodies are placed
+        if shape.kind in ("sheet", "disc"):  # which counts as a thin plate where bodies are placed
             low, high = (*low[:2], 0.0), (*high[:2], 0.0)
         check_sides(region, [b - a for a, b in zip(low, high, strict=True)])
         sides = ", ".join(literal(SIDES[side]) for side in region.sides)

@@ -15,9 +15,9 @@ from text2sim.spec_schema.models.scene import Scene
 
 PARTICLE_CELLS = 0.64
 """Distance of mpm particles in cells of the grid, as the engine chooses it."""
-MPM_THROUGH, FLOW_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 40
-"""Cells through the thinnest part of a soft body and of one that flows, elements through a fem body, particles across
-the shorter side of a sheet."""
+MPM_THROUGH, FLOW_THROUGH, STREAM_THROUGH, FEM_THROUGH, PBD_ACROSS = 5, 8, 4, 4, 40
+"""Cells through the thinnest part of a soft body, of one that flows and of a stream, elements through a fem body,
+particles across the shorter side of a sheet."""
 MPM_BUDGET, FEM_BUDGET, PBD_BUDGET = 20_000, 4_000, 4_000
 """Particles, tetrahedra and particles in a scene that two cores still simulate in minutes."""
 CONTACT_REACH, REACH_CELLS = 0.002, 8
@@ -101,6 +101,8 @@ def thickness(shape: Any, folder: Path) -> float:
         return min(shape.outer_radius - shape.inner_radius, shape.height)
     if shape.kind in ("cup", "funnel"):
         return shape.thickness
+    if shape.kind == "stream":
+        return 2 * shape.radius
     if shape.kind == "compound":
         return min(thickness(part.shape, folder) for part in shape.solids.values())
     if shape.kind == "sculpt":
@@ -113,11 +115,16 @@ def thickness(shape: Any, folder: Path) -> float:
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
+    A disc counts as a rectangle of its area, and as wide as both sides of the ring around its hole.
+
     Raises:
         AssetError: if a file of a shape cannot be used.
     """
     if shape.kind == "sheet":
         return min(shape.size), max(shape.size)
+    if shape.kind == "disc":
+        wide = 2 * (shape.radius - shape.hole)
+        return tuple(sorted((wide, shape.area / wide)))
     low, high = extents(shape, IDENTITY, folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
     return short, long
@@ -135,7 +142,7 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
     if given is not None:
         why["mpm_cell"] = "the smallest cell of its bodies"
         return given
-    through = {copy.body: MPM_THROUGH if copy.model.kind == "soft" else FLOW_THROUGH for copy in copies}
+    through = {copy.body: _cells_through(copy) for copy in copies}
     thin = [(thickness(copy.shape, folder) / through[copy.body], copy.body) for copy in copies]
     volume = sum(solid_volume(copy.shape, folder) for copy in copies)
     (fine, body), coarse = min(thin), (volume / MPM_BUDGET) ** (1 / 3) / PARTICLE_CELLS
@@ -144,6 +151,12 @@ def _mpm_cell(scene: Scene, copies: list[Copy], folder: Path, why: dict[str, str
         return _rounded(fine)
     why["mpm_cell"] = f"{MPM_BUDGET} particles fill its bodies ({volume:.3g} m3); finer is slow"
     return _rounded(coarse)
+
+
+def _cells_through(copy: Copy) -> int:
+    if copy.model.kind == "soft":
+        return MPM_THROUGH
+    return STREAM_THROUGH if copy.shape.kind == "stream" else FLOW_THROUGH
 
 
 def _reach(cell: float, copies: list[Copy], why: dict[str, str]) -> float:

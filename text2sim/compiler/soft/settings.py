@@ -1,7 +1,7 @@
 """Settings of the solvers of deformable bodies, derived from the scene, each with its reason."""
 
 from collections.abc import Callable
-from math import ceil, exp, floor, sqrt
+from math import ceil, exp, floor, inf, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -118,15 +118,37 @@ def bending_step(model: Cloth, cell: float) -> float:
     return cell**2 / 12 * sqrt(model.material.area_density / model.material.rigidity)
 
 
-def wave_speed(material: Any, model: Any) -> float:
-    """Return the fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho)."""
+def wave_speed(material: Any, model: Any, substep: float = inf) -> float:
+    """Return the fastest sound wave [m/s] in what a body is made of: c^2 = E (1 - nu) / ((1 + nu) (1 - 2 nu) rho).
+
+    Args:
+        material: Of the body.
+        model: The body.
+        substep: Substep [s], in which a viscosity is a shear modulus `viscosity / substep`.
+    """
     if isinstance(model, Liquid):
         # lambda is the stiffness; a viscous liquid also has a shear modulus, 1.5 times as large.
-        return sqrt(material.stiffness * (4.0 if material.viscous else 1.0) / material.density)
+        modulus = material.stiffness * (4.0 if material.viscous else 1.0) + 2 * material.viscosity / substep
+        return sqrt(modulus / material.density)
     young, nu = material.youngs_modulus, material.poisson_ratio
     if isinstance(model, Snow):
         young *= SNOW_HARDENING
     return sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu) * material.density))
+
+
+def sound_step(material: Any, model: Any, cell: float) -> float:
+    """Return the longest substep s [s] at which sound crosses `MAX_COURANT` of a cell.
+
+    With a viscosity it is the root of `(modulus + 2 viscosity / s) s^2 = density (MAX_COURANT cell)^2`.
+
+    Args:
+        material: Of an mpm body.
+        model: The body.
+        cell: Cell of the grid [m].
+    """
+    most, speed = MAX_COURANT * cell, wave_speed(material, model)
+    eta = material.viscosity / material.density if isinstance(model, Liquid) else 0.0
+    return (sqrt(eta**2 + (most * speed) ** 2) - eta) / speed**2
 
 
 # --- the solvers ------------------------------------------------------------------------------------------------
@@ -150,11 +172,14 @@ def _mpm(scene: Scene, scales: Scales, domain: Domain, why: dict[str, str]) -> M
 
 
 def _mpm_steps(cell: float, copies: list[Copy]) -> list[tuple[float, str]]:
-    fastest = max(wave_speed(copy.model.material, copy.model) for copy in copies)
+    shortest, stiffest = min(
+        ((sound_step(copy.model.material, copy.model, cell), copy.model) for copy in copies), key=lambda row: row[0]
+    )
+    fastest = wave_speed(stiffest.material, stiffest, shortest)
     return [
         (MAX_STEP_PER_CELL * cell, f"as the engine suggests for a grid of {cell:g} m cells"),
         (
-            MAX_COURANT * cell / fastest,
+            shortest,
             f"sound runs at {fastest:.3g} m/s in the stiffest mpm body: half a cell in a step",
         ),
     ]

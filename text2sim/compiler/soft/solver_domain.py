@@ -16,6 +16,7 @@ from text2sim.compiler.soft.travel import MAX_FOLLOWED_DISTANCE, Travel
 from text2sim.compiler.trees.link_trees import tree_extents
 from text2sim.spec_schema.models.bodies import HingeMount
 from text2sim.spec_schema.models.scene import Scene
+from text2sim.spec_schema.models.shapes import Stream
 
 FLOWING = ("granular", "liquid", "snow")
 FLUID_SPREAD = 1.5
@@ -124,8 +125,7 @@ def domain_box(
     boxes = [extents_of(copy, folder) for copy in copies]
     own = [swept(box, travel.holds.get(copy.name, NOWHERE)) for copy, box in zip(copies, boxes, strict=True)]
     reach = max(
-        _sideways_reach(c.model.kind, box, _fall(*box, surroundings, scene)[2])
-        for c, box in zip(copies, boxes, strict=True)
+        _sideways_reach(c, box, _fall(*box, surroundings, scene)[2]) for c, box in zip(copies, boxes, strict=True)
     )
     length = max(max(b - a for a, b in zip(*box, strict=True)) for box in boxes)
     for part in (1.0, 0.5, 0.25):
@@ -226,9 +226,12 @@ def _limit_length(way: Vec, farthest: float) -> Vec:
     return way[0] * part, way[1] * part, way[2] * part
 
 
-def _sideways_reach(kind: str, box: Bounds, fall: float) -> float:
+def _sideways_reach(copy: Copy, box: Bounds, fall: float) -> float:
     """Return how far [m] a falling body gets sideways: it swings out, bounces, rolls or runs."""
+    kind = copy.model.kind
     x, y, tall = (b - a for a, b in zip(*box, strict=True))
+    if isinstance(copy.shape, Stream):  # what it makes is as wide as all of it as a cube
+        x = y = tall = max(tall, copy.shape.volume ** (1 / 3))
     if kind == "liquid":
         return FLUID_SPREAD * (tall + abs(fall))
     if kind in ("granular", "snow"):

@@ -16,6 +16,7 @@ from text2sim.compiler.prescribed import top_speed
 from text2sim.compiler.schedules import largest
 from text2sim.compiler.soft.setup import MAX_SPEED
 from text2sim.compiler.soft.solver_domain import extents_of, floor_height
+from text2sim.compiler.soft.streams import stream_velocity
 from text2sim.spec_schema.models.bodies import Driven
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Drag, Turbulence, Vortex, Wind
@@ -60,6 +61,7 @@ def speed_limit(
     given = {
         "falling": _fall(scene, placed, folder),
         "starts": max((hypot(*v.linear) + hypot(*v.angular) for v in rows.velocities), default=0.0),
+        "streams": max((_stream(c) for g in placed.values() for c in g), default=0.0),
         "motors": MOTOR_SPEED if rows.targets else 0.0,
         "prescribed motion": max((_driven(c, time, folder) for g in placed.values() for c in g), default=0.0),
         "forces": sum(_push(push, masses, time) for push in rows.pushes),
@@ -100,6 +102,10 @@ def _driven(copy: Copy, duration: float, folder: Path) -> float:
         radius = max(hypot(*(x - c for x, c in zip(corner, copy.pos, strict=True))) for corner in (low, high))
         return largest(motion.speed, duration) * radius
     return top_speed(motion)
+
+
+def _stream(copy: Copy) -> float:
+    return hypot(*(stream_velocity(copy) or ()))
 
 
 def _push(push: Any, masses: dict[str, float], duration: float) -> float:

@@ -11,6 +11,7 @@ from text2sim.compiler.prescribed import displacements
 from text2sim.compiler.schedules import SCHEDULE_SAMPLES, largest, value_at
 from text2sim.compiler.shapes.boxes import NOWHERE, Bounds, around
 from text2sim.compiler.shapes.rotation import Vec, quat_rotate, vector_plus, vector_times, vector_unit
+from text2sim.compiler.soft.streams import stream_velocity
 from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, SliderMount
 from text2sim.spec_schema.models.controls import Control
@@ -35,7 +36,7 @@ class Travel:
     flights: dict[str, Vec]
     """Displacements of deformable bodies by forces and fields."""
     starts: dict[str, Vec]
-    """Velocities [m/s] of deformable bodies at the start."""
+    """Velocities [m/s] of deformable bodies at the start, and of streams."""
 
 
 def travel(
@@ -76,6 +77,7 @@ def travel(
             holds[hold.entity] = around([*holds.get(hold.entity, NOWHERE), *corners])
     flights: dict[str, Vec] = {}
     starts = {row.entity: row.linear for row in rows.velocities if row.entity in masses}
+    starts |= {name: velocity for name in masses if (velocity := stream_velocity(copies[name])) is not None}
     for push in rows.pushes:
         force, mass = hypot(*push.force), masses.get(push.entity, 1.0)
         if not force:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
-from text2sim.compiler.soft.settings import wave_speed
+from text2sim.compiler.soft.settings import sound_step, wave_speed
 from text2sim.lint.facts import Facts
 from text2sim.lint.rule import Rule
 from text2sim.lint.soft.facts import soft_facts
@@ -27,15 +27,15 @@ MIN_GAP_CELLS = 2.0
 def _step(facts: Facts) -> Iterator[Problem]:
     """Report the stiffest body."""
     soft = soft_facts(facts)
-    rows = {body.body: (wave_speed(body.model.material, body.model), body) for body in soft.of("mpm")}
+    h, dt = facts.substep, facts.case.scene.dt
+    rows = {body.body: (wave_speed(body.model.material, body.model, h), body) for body in soft.of("mpm")}
     if not rows:
         return
     speed, body = max(rows.values(), key=lambda row: row[0])
-    h, dt = facts.substep, facts.case.scene.dt
     part = speed * h / soft.cell
     if part <= MAX_COURANT * 1.02:
         return
-    needed = math.ceil(dt * speed / (MAX_COURANT * soft.cell) - 1e-9)
+    needed = math.ceil(dt / sound_step(body.model.material, body.model, soft.cell) - 1e-9)
     text = (
         f"sound has a speed of {speed:.3g} m/s in `{body.body}` and crosses {part:.2g} cells of the mpm grid "
         f"({length(soft.cell)}) in a substep of {h:.3g} s: "

@@ -73,7 +73,7 @@ def _wanted_cells(facts: Facts, copy: Copy, kind: str) -> tuple[float, str]:
     if mount == "driven":
         return LOADED_WALL_CELLS, "it is driven"
     if any(motor.entity == copy.name for motor in facts.plan.motors):
-        return LOADED_WALL_CELLS, "a motor presses it"
+        return LOADED_WALL_CELLS, "a motor moves it"
     if not facts.moves(copy):
         if kind == "soft":
             return HIT_WALL_CELLS, "soft bodies that hit thinner walls pass through them"

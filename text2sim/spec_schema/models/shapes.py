@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import (
+    Axis,
     Bool,
     ByKind,
     Density,
@@ -279,6 +280,53 @@ class Sheet(Model):
         return self
 
 
+class Disc(Model):
+    """A round sheet in the x-y plane, or a ring: a tablecloth, a skirt, a parachute. For cloth only."""
+
+    kind: Literal["disc"]
+    radius: Length
+    """Radius [m]."""
+    hole: NonNegative = 0.0
+    """Radius [m] of a round hole in its middle."""
+
+    @model_validator(mode="after")
+    def _ring(self) -> "Disc":
+        if self.hole > 0.95 * self.radius:
+            raise ValueError(f"hole may be at most 0.95 of the radius, {0.95 * self.radius:g} m (got {self.hole:g} m)")
+        return self
+
+    @property
+    def area(self) -> float:
+        """Area [m2] of one side."""
+        return pi * (self.radius**2 - self.hole**2)
+
+
+class Stream(Model):
+    """A round stream that comes out of a mouth during the run, as from a tap, nozzle or hose. Only for what flows.
+
+    Its volume is `pi radius^2 speed duration`. What has not come out yet waits in the mouth, at its origin, and counts
+    there in measures. An invisible pipe of two `cell` leads to the mouth: keep both free of solids that touch, or give
+    a spout `touch_soft: false`.
+    """
+
+    kind: Literal["stream"]
+    radius: Length
+    """Radius [m] of the mouth. It needs two cells of the grid or more across."""
+    speed: Positive
+    """Speed [m/s] at the mouth. A falling stream gets thinner: `v^2 = speed^2 + 2 g h` after a height h."""
+    duration: Positive
+    """How long it flows [s]."""
+    start: NonNegative = 0.0
+    """When it begins to flow [s]."""
+    direction: Axis = (0.0, 0.0, -1.0)
+    """Its direction at the mouth, in its frame; `[0, 0, 1]` is a fountain."""
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3] that comes out."""
+        return pi * self.radius**2 * self.speed * self.duration
+
+
 _Solid = (
     Box
     | Sphere
@@ -343,7 +391,10 @@ class Compound(Model):
 
 Shape = Annotated[_Solid | Sculpt | Compound, ByKind()]
 StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, ByKind()]
+AnyShape = Annotated[Plane | _Solid | Sculpt | Compound | Stream, ByKind()]
 SoftShape = Shape
 """The shape of a soft volume: any solid, or the union of the parts of a compound."""
-ClothShape = Annotated[Sheet | Mesh, ByKind()]
-"""A sheet, or a mesh with an open surface."""
+FlowShape = Annotated[_Solid | Sculpt | Compound | Stream, ByKind()]
+"""The shape of what flows: a volume that is there at the start, or a stream."""
+ClothShape = Annotated[Sheet | Disc | Mesh, ByKind()]
+"""A sheet, a disc, or a mesh with an open surface."""

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
-from text2sim.spec_schema.models.shapes import ClothShape, SoftShape
+from text2sim.spec_schema.models.shapes import ClothShape, FlowShape, SoftShape, Stream
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -72,36 +72,45 @@ class Cloth(Deformable):
         return self
 
 
-class Granular(Deformable):
-    """A heap of grains, as mpm particles."""
+class Flowing(Deformable):
+    """What flows: a volume of it, or a stream."""
+
+    @property
+    def startable(self) -> bool:
+        """Whether it can be given a velocity at the start; a stream has one."""
+        return not isinstance(vars(self)["shape"], Stream)
+
+
+class Granular(Flowing):
+    """A heap or stream of grains, as mpm particles."""
 
     kind: Literal["granular"]
-    shape: SoftShape
-    """The volume that it fills at the start."""
+    shape: FlowShape
+    """The volume that it fills at the start, or a stream."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: GranularMaterial = GranularMaterial.model_construct()
     """Mass and friction angle."""
 
 
-class Liquid(Deformable):
-    """A liquid, as mpm particles."""
+class Liquid(Flowing):
+    """A liquid, as mpm particles: a volume, or a `stream` from a tap or nozzle."""
 
     kind: Literal["liquid"]
-    shape: SoftShape
-    """The volume that it fills at the start."""
+    shape: FlowShape
+    """The volume that it fills at the start, or a stream."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: LiquidMaterial = LiquidMaterial.model_construct()
     """Mass and stiffness."""
 
 
-class Snow(Deformable):
+class Snow(Flowing):
     """Snow, as mpm particles."""
 
     kind: Literal["snow"]
-    shape: SoftShape
-    """The volume that it fills at the start."""
+    shape: FlowShape
+    """The volume that it fills at the start, or a stream."""
     cell: Length | None = None
     """Cell [m] of the grid (one for the scene, the smallest given). Derived by default."""
     material: SnowMaterial = SnowMaterial.model_construct()

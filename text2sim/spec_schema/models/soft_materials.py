@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from text2sim.spec_schema.models.base import Bool, Density, Length, Model, NonNegative, Positive, Real
 
@@ -88,8 +88,17 @@ class LiquidMaterial(Model):
     """Density [kg/m3]."""
     stiffness: Positive = 5e5
     """Resistance to compression [Pa]; softer than real water (2e9), for longer time steps."""
+    viscosity: NonNegative = 0.0
+    """Dynamic viscosity [Pa s]: oil 0.1, syrup 2, honey 10, toothpaste 100; that of water is less than the grid's own.
+    A high one wants short steps: at most some `density cell^2 / (8 viscosity)`."""
     viscous: Bool = False
-    """Make it also resist shear, as much as its stiffness allows: more like paste than like water."""
+    """Make it also resist shear, as much as its stiffness allows; with `viscosity` one says how much."""
+
+    @model_validator(mode="after")
+    def _one_viscosity(self) -> "LiquidMaterial":
+        if self.viscous and self.viscosity:
+            raise ValueError(f"give either viscous or viscosity (got true and {self.viscosity:g} Pa s)")
+        return self
 
 
 class SnowMaterial(Model):

@@ -90,7 +90,7 @@ SECTIONS = (
     ),
     ReferenceSection("Pulleys of a rope", 3, (soft_bodies.Round,), "Among the points of `along` of a rope."),
     ReferenceSection("Motions", 3, motion.Motion, "In `motion` of a driven body.", "motions", noun="motion"),
-    ReferenceSection("Shapes", 2, shapes.StaticShape, "In `shape`.", "shapes", noun="shape"),
+    ReferenceSection("Shapes", 2, shapes.AnyShape, "In `shape`.", "shapes", noun="shape"),
     ReferenceSection(
         "Shapes of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes", noun="shape of cloth"
     ),
