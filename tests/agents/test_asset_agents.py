@@ -199,11 +199,10 @@ def test_a_mesh_is_for_a_body_with_a_shape() -> None:
         "rig": PlannedBody(kind="articulated"),
         "nut": PlannedBody(kind="rigid"),
         "base": PlannedBody(kind="static"),
-        "flag": PlannedBody(kind="cloth"),
+        "bag": PlannedBody(kind="cloth"),
     }
     assets = [Asset(kind="mesh", body=name, what="a thread") for name in (*bodies, "bolt")]
     assert asset_faults(assets, bodies) == [
         "`rig` is articulated, which takes no mesh: ask for a `mechanism`, or plan the part as a body of its own",
-        "`flag` is cloth, and agents only make solids: plan a `sheet` or `disc`, without an asset",
         "`bolt` is not a body of the plan",
     ]

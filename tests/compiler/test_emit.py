@@ -98,6 +98,23 @@ def test_all_copies_of_damp_sand_have_its_law(tmp_path: Path, cohesion: str) -> 
     assert (tmp_path / "program" / "damp_sand.py").is_file()
 
 
+BALLOON = """\
+text2sim: 2
+name: balloon
+scene: {duration: 1, statics: {floor: {shape: {kind: plane}}}}
+bodies:
+  balloon: {kind: cloth, shape: {kind: sphere, radius: 0.2}, material: {pressure: 300, gas_modulus: 1000}, pose: {pos: [0, 0, 0.4]}}
+"""
+
+
+def test_gas_acts_in_each_substep(tmp_path: Path) -> None:
+    plan = compile_case(load_case(write(tmp_path, BALLOON)), tmp_path / "program")
+    assert '"balloon": (300.0, 1000.0)' in (tmp_path / "program" / "bodies.py").read_text()
+    assert "for name, row in GASES.items()" in (tmp_path / "program" / "actions.py").read_text()
+    assert (tmp_path / "program" / "points.py").is_file()
+    assert plan.deformables["balloon"].mass == pytest.approx(0.3 * 4 * 3.14159 * 0.2**2, rel=0.02)
+
+
 STREAMS = """\
 text2sim: 2
 name: taps

@@ -7,6 +7,7 @@ import pytest
 
 from text2sim.compiler.build import Resolution, resolve_case
 from text2sim.compiler.soft.setup import MpmSettings, PbdSettings
+from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.load import load_text
 
 FLOOR = "statics: {floor: {shape: {kind: plane}}}"
@@ -92,6 +93,19 @@ def test_substeps_keep_a_viscous_liquid_stable() -> None:
     )
     step_s, cell = 0.01 / case.settings.substeps, mpm(case).cell
     assert 0.45 * cell < sqrt((1e5 + 2 * 500 / step_s) / 1400) * step_s <= 0.5 * cell
+
+
+def test_substeps_keep_gas_in_a_hull_stable() -> None:
+    """A sphere breathes at sqrt(3 K / (R m))."""
+    ball = "  a: {kind: cloth, shape: {kind: sphere, radius: 0.2}, material: {area_density: 0.3, gas_modulus: 1e5}}"
+    case = resolve(ball)
+    assert 0.4 < 0.01 / case.settings.substeps * sqrt(3 * 1e5 / (0.2 * 0.3)) <= 0.51
+
+
+@pytest.mark.parametrize("shape", ["{kind: sheet, size: [1, 1]}", "{kind: disc, radius: 1}"])
+def test_what_is_open_holds_no_gas(shape: str) -> None:
+    with pytest.raises(SpecError, match="encloses no gas"):
+        resolve(f"  a: {{kind: cloth, shape: {shape}, material: {{pressure: 10}}}}")
 
 
 def test_bounds_follow_a_stream() -> None:

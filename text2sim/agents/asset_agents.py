@@ -122,7 +122,8 @@ def _shape(chat: Conversation, asset: Asset, plan: CasePlan, request: Request, c
 
 
 _SHAPES = frozenset({"compound", "mesh", "box", "sphere", "cylinder", "capsule", "cone", "polyhedron", "rock",
-                     "ellipsoid", "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt"})  # fmt: skip
+                     "ellipsoid", "torus", "tube", "cup", "funnel", "text", "sketch", "sculpt", "sheet",
+                     "disc"})  # fmt: skip
 _SCULPTED = frozenset({"limb", "revolve", "loft"})
 """Parts of a sculpt, which are not shapes by themselves."""
 

@@ -175,9 +175,6 @@ def asset_faults(assets: Iterable[Asset], bodies: Mapping[str, PlannedBody]) -> 
         elif asset.kind == "mesh" and kind in language.body_kinds() and not language.shapes_of(kind):
             remedy = ": ask for a `mechanism`, or plan the part as a body of its own" if kind == "articulated" else ""
             wrong.append(f"`{asset.body}` is {kind}, which takes no mesh{remedy}")
-        elif asset.kind == "mesh" and kind == "cloth":
-            flat = " or ".join(f"`{shape}`" for shape in language.shapes_of(kind) if shape != "mesh")
-            wrong.append(f"`{asset.body}` is cloth, and agents only make solids: plan a {flat}, without an asset")
     return wrong
 
 

@@ -47,6 +47,8 @@ class SoftRecord:
     """[kg]"""
     bending: tuple[float | None, float | None, bool] | None = None
     """A row of `templates/bending.py`; None for what bends as the engine has it."""
+    gas: tuple[float, float] | None = None
+    """A row of `templates/gas.py`; None for what encloses no gas."""
     stream: dict[str, Any] | None = None
     """Arguments of `templates/streams.py`; None for what is there at the start."""
 

@@ -32,6 +32,8 @@ DIGITS = 8
 """Decimals of every coordinate [m]."""
 _SURFACES: "Memory[SoftMesh]" = Memory(64)
 """Surfaces by shape, shared by copies and by all who only read them."""
+HULL_EDGES = 24
+"""Edges along the longest side of a solid, when its surface is measured."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
 THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Box: 8, Torus: 150}, 48
@@ -170,6 +172,17 @@ def _union(shape: Compound, folder: Path) -> "Manifold":
     if len(apart) > 1:
         raise AssetError(f"is in {len(apart)} pieces: parts of a deformable body must overlap, to make one volume")
     return whole
+
+
+def hull_area(shape: Any, folder: Path) -> float:
+    """Return the area [m2] of the surface of a solid.
+
+    Raises:
+        AssetError: if a file of its shape cannot be used.
+    """
+    low, high = extents(shape, IDENTITY, folder)
+    hull = soft_surface(shape, folder, max(b - a for a, b in zip(low, high, strict=True)) / HULL_EDGES)
+    return surface_area(hull.vertices, hull.faces)
 
 
 def solid_volume(shape: Any, folder: Path) -> float:

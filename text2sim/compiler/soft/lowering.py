@@ -11,10 +11,11 @@ from text2sim.compiler.plan import EntityPlan, SoftRecord, Surface
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.shapes.softmesh import solid_volume
+from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
 from text2sim.compiler.shapes.tets import tet_options
 from text2sim.compiler.shapes.triangles import surface_area
 from text2sim.compiler.soft import ipc
+from text2sim.compiler.soft.gas import gas_row
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
@@ -74,6 +75,7 @@ class SoftLowering:
                 copy.quat,
                 weight,
                 _bending(model, solver),
+                gas_row(copy, self.meshes.folder),
                 stream_arguments(copy, spacing),
             ),
         )
@@ -176,7 +178,7 @@ def mass(copy: Copy, folder: Path) -> float:
 
 
 def area(shape: Any, folder: Path) -> float:
-    """Return the area [m2] of one side of a cloth.
+    """Return the area [m2] of the outside of a cloth.
 
     Raises:
         AssetError: if a file of its shape cannot be used.
@@ -185,5 +187,7 @@ def area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     if shape.kind == "disc":
         return shape.area
+    if shape.kind != "mesh":
+        return hull_area(shape, folder)
     mesh = load_mesh(shape.file, folder)
     return surface_area(mesh.vertices, mesh.faces) * shape.scale**2

@@ -9,7 +9,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.shapes.softmesh import solid_volume
+from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
 from text2sim.compiler.soft.solvers import is_soft, solver_of
 from text2sim.spec_schema.models.scene import Scene
 
@@ -115,7 +115,8 @@ def thickness(shape: Any, folder: Path) -> float:
 def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
     """Return the side lengths [m] of a cloth, the shorter first; for a mesh, the two longer sides of its bounds.
 
-    A disc counts as a rectangle of its area, and as wide as both sides of the ring around its hole.
+    A disc counts as a rectangle of its area, and as wide as both sides of the ring around its hole; a hull as one of
+    its area, and as wide as both sides of the solid.
 
     Raises:
         AssetError: if a file of a shape cannot be used.
@@ -124,7 +125,12 @@ def sheet_size(shape: Any, folder: Path) -> tuple[float, float]:
         return min(shape.size), max(shape.size)
     if shape.kind == "disc":
         wide = 2 * (shape.radius - shape.hole)
-        return tuple(sorted((wide, shape.area / wide)))
+        return min(wide, shape.area / wide), max(wide, shape.area / wide)
+    if shape.kind != "mesh":
+        low, high = extents(shape, IDENTITY, folder)
+        wide = 2 * sorted(b - a for a, b in zip(low, high, strict=True))[1]
+        long = hull_area(shape, folder) / wide
+        return min(wide, long), max(wide, long)
     low, high = extents(shape, IDENTITY, folder)
     _, short, long = sorted(b - a for a, b in zip(low, high, strict=True))
     return short, long

@@ -8,6 +8,7 @@ from typing import Any
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import Bounds
 from text2sim.compiler.soft import ipc
+from text2sim.compiler.soft.gas import gas_step
 from text2sim.compiler.soft.materials import DAMPING
 from text2sim.compiler.soft.scales import Scales, copies_by_solver
 from text2sim.compiler.soft.setup import FemSettings, MpmSettings, PbdSettings, SapSettings, SoftSettings
@@ -89,6 +90,9 @@ def derive_soft(
             shortest = min(bending_step(model, pbd.particle_size) for model in stiff)
             reason = "a stiff sheet is softer at longer steps, and may be at this one"
             substeps.append((max(shortest, MIN_BENDING_STEP), reason))
+        breaths = [step for copy in by_solver["pbd"] if (step := gas_step(copy, folder)) is not None]
+        if breaths:
+            substeps.append((min(breaths), "a hull springs on the gas in it"))
         if fastest:
             reason = f"at {fastest:g} m/s a particle may not cross half its own size in one step"
             substeps.append((pbd.particle_size / 2 / fastest, reason))

@@ -396,5 +396,5 @@ SoftShape = Shape
 """The shape of a soft volume: any solid, or the union of the parts of a compound."""
 FlowShape = Annotated[_Solid | Sculpt | Compound | Stream, ByKind()]
 """The shape of what flows: a volume that is there at the start, or a stream."""
-ClothShape = Annotated[Sheet | Disc | Mesh, ByKind()]
-"""A sheet, a disc, or a mesh with an open surface."""
+ClothShape = Annotated[Sheet | Disc | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()]
+"""A sheet, a disc, a mesh, or the hull of a solid: a bag, a balloon, a pillow."""

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
-from text2sim.spec_schema.models.shapes import ClothShape, FlowShape, SoftShape, Stream
+from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Sheet, SoftShape, Stream
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -18,7 +18,16 @@ from text2sim.spec_schema.models.soft_materials import (
 
 ONLY_WITH = {
     "ipc": ("youngs_modulus", "poisson_ratio", "bending_stiffness"),
-    "pbd": ("stretch_compliance", "bending_compliance", "rigidity", "crease_radius", "rest_shape", "air_resistance"),
+    "pbd": (
+        "stretch_compliance",
+        "bending_compliance",
+        "rigidity",
+        "crease_radius",
+        "rest_shape",
+        "pressure",
+        "gas_modulus",
+        "air_resistance",
+    ),
 }
 """Fields of a cloth's material that only one solver supports."""
 
@@ -48,7 +57,7 @@ class Soft(Deformable):
 
 
 class Cloth(Deformable):
-    """A sheet that bends and folds."""
+    """A sheet that bends and folds, or the hull of a solid, which may enclose gas."""
 
     kind: Literal["cloth"]
     solver: Literal["pbd", "ipc"] | None = None
@@ -61,6 +70,12 @@ class Cloth(Deformable):
     of a triangle in ipc. Derived by default."""
     material: ClothMaterial = ClothMaterial.model_construct()
     """Mass, stiffness, friction."""
+
+    @model_validator(mode="after")
+    def _closed(self) -> "Cloth":
+        if self.material.has_gas and isinstance(self.shape, Sheet | Disc):
+            raise ValueError(f"a {self.shape.kind} encloses no gas: pressure and gas_modulus need the hull of a solid")
+        return self
 
     @model_validator(mode="after")
     def _fits(self) -> "Cloth":

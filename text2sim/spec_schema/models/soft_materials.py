@@ -60,9 +60,20 @@ class ClothMaterial(Model):
     rest_shape: Literal["flat", "start"] | None = None
     """With solver pbd: what bending returns it to, by default `flat`; `start` keeps the curl of `sag` and `folds`, and
     the form of a mesh."""
+    pressure: NonNegative | None = None
+    """With solver pbd, for a closed hull: pressure of the gas in it at the start above that outside [Pa]: pillow 50,
+    balloon 1000. A flat bag swells; under a load it gives way where the load per area is more than that."""
+    gas_modulus: NonNegative | None = None
+    """With solver pbd, for a closed hull of volume V: the pressure [Pa] grows by `gas_modulus (V_start / V - 1)`; by
+    default 0, as if a pump kept it. Sealed air has 1e5, and short steps; 1e3 already keeps much of the volume."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
     with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute."""
+
+    @property
+    def has_gas(self) -> bool:
+        """Whether it encloses gas."""
+        return bool(self.pressure or self.gas_modulus)
 
 
 class GranularMaterial(Model):
