@@ -21,7 +21,7 @@ class Line(Model):
     step: Vec3
     """Displacement [m] from one copy to the next."""
     start: Vec3 | None = None
-    """Position [m] of the first copy, instead of `pos` in the body's pose; the orientation is that of the pose."""
+    """Position [m] of the first copy; then the body's pose may turn it, but has no `pos`."""
 
 
 class Grid(Model):

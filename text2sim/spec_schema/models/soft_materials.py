@@ -68,7 +68,8 @@ class ClothMaterial(Model):
     default 0, as if a pump kept it. Sealed air has 1e5, and short steps; 1e3 already keeps much of the volume."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
-    with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute."""
+    with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute. With
+    small cells the default brakes too much: for what is swung, spun or pulled away take 1e-5."""
 
     @property
     def has_gas(self) -> bool:
