@@ -7,6 +7,8 @@ from statistics import mean
 import pytest
 
 from text2sim.agents.models.parsing import read_reply
+from text2sim.card_library.library import load_library
+from text2sim.evaluation.ledger import digest_of, read_ledger
 from text2sim.evaluation.scores import PhysicalReply, VisualReply, physical_faults, physical_score, visual_score
 from text2sim.evaluation.statistics import estimate
 from text2sim.evaluation.suite import read_suite
@@ -98,3 +100,13 @@ def test_three_arms_have_the_means_and_differences_of_the_page():
         found = [estimate([row[one] - row[other] for row in scores[kind].values()]) for kind in KINDS]
         cells = [f"{x.mean:+.1f} [{x.low:+.1f}, {x.high:+.1f}]".replace("-", "−") for x in found]
         assert f"| {label} {' | '.join(cells)} |" in PAGE
+
+
+def test_learned_cards_are_those_of_the_page():
+    folder = HERE / "recorded" / "learned"
+    entries = load_library([folder]).entries
+    for name, card in read_ledger(folder).cards.items():
+        (tried,) = card.tried
+        assert card.digest == digest_of(entries[name])
+        assert card.state == "kept" and tried.dealt
+        assert f"| `{name}` | {tried.before:.1f} | {tried.after:.1f} | {card.gain:+.1f} |" in PAGE

@@ -59,11 +59,12 @@ title, tags, signatures, symptoms and causes), then the mode of the scene. The o
 
 ```sh
 text2sim cards distill cases/throw --model M                # from one finished loop: failed there, fixed there
-text2sim cards distill --suite learning --model M --judge J --out cards --work runs/learning
+text2sim cards distill --suite learning --model M --judge J --reviewer R --out cards --work runs/learning
 text2sim cards ledger cards --runs runs/answers             # what each owes, what it changed, whether it was given
 ```
 
-With `--suite` all prompts are answered and judged as `text2sim evaluate` does it. Of each prompt the judge then
+With `--suite` all prompts are answered and judged as `text2sim evaluate` does it. Of each prompt the judge,
+or better another mind (`--reviewer`), then
 compares request, judgements, attempts and pictures, names a failure with its evidence, and writes a card: of two
 attempts, or of one with a patch that mends it. A card that shares @SAME@ of its words with another says the same: it
 has to be an edit of that one, if that was learned, and is refused if that comes with text2sim. Both cases are run,

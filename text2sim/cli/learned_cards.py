@@ -24,8 +24,12 @@ def distill_cards(
         Path | None, typer.Argument(metavar="[CASE]", help="A case folder in which agents have worked.")
     ] = None,
     suite: Annotated[Path | None, typer.Option("--suite", help="Learn from the prompts of a suite instead.")] = None,
-    judge: Annotated[
-        str, typer.Option("--judge", help="The model that judges and reviews; `--model` if left out.")
+    judge: Annotated[str, typer.Option("--judge", help="The model that judges; `--model` if left out.")] = "",
+    reviewer: Annotated[
+        str,
+        typer.Option(
+            "--reviewer", help="The model that reviews failures and writes cards of a suite; the judge's if left out."
+        ),
     ] = "",
     out: Annotated[Path, typer.Option("--out", help="Folder of cards to which they are added.")] = Path("cards"),
     work: Annotated[
@@ -43,7 +47,7 @@ def distill_cards(
 ) -> None:
     """Learn cards from a finished loop, for `verify` to run, or from a suite, where they are run and tested.
 
-    With --suite all prompts are answered and judged; for each the judge reviews the failures and writes a card. Both
+    With --suite all prompts are answered and judged; for each the reviewer writes a card about a failure. Both
     its cases are run, the prompt is answered again with it, and it is kept only if the score improves. The ledger
     beside the cards records the source of each. An interrupted command resumes when called again.
     """
@@ -58,7 +62,8 @@ def distill_cards(
     assert suite is not None
     from text2sim.evaluation.ledger import read_ledger
 
-    _from_suite(suite, apart or [], only or [], model, judge or model[-1], out, work, repeats, options.allowance)
+    judge = judge or model[-1]
+    _from_suite(suite, apart or [], only or [], model, judge, reviewer or judge, out, work, repeats, options.allowance)
     if as_json:
         say_json(read_ledger(out).model_dump(mode="json", exclude={"prompts"}))
     else:
@@ -85,8 +90,8 @@ def _from_case(case: Path, model: str, out: Path, as_json: bool) -> None:
 
 
 def _from_suite(
-    suite: Path, apart: list[Path], only: list[str], model: list[str], judge: str, out: Path, work: Path, repeats: int,
-    allowance: "Allowance",
+    suite: Path, apart: list[Path], only: list[str], model: list[str], judge: str, reviewer: str, out: Path, work: Path,
+    repeats: int, allowance: "Allowance",
 ) -> None:  # fmt: skip
     from text2sim.evaluation.learning import Learning
     from text2sim.evaluation.suite import check_complete, read_suite, select_prompts, shared_sources
@@ -100,7 +105,7 @@ def _from_suite(
     with Stop() as stop, stop.gently():
         learning = Learning(
             read, select_prompts(read, only), out, work, model, judge, allowance, lambda line: say(line, to=sys.stderr),
-            repeats, stop=lambda: stop.count > 0,
+            repeats, reviewer, stop=lambda: stop.count > 0,
         )  # fmt: skip
         try:
             learning.run()

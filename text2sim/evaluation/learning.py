@@ -102,11 +102,13 @@ class Learning:
     models: Sequence[str]
     """Models that answer the prompts, `[ROLE=]MODEL`."""
     judge: str
-    """Model of the judge and the evaluator, in separate conversations."""
+    """Model of the judge."""
     allowance: Allowance
     tell: Callable[[str], None]
     repeats: int = 3
     """Number of judgements of each kind."""
+    reviewer: str = ""
+    """Model of the evaluator, who reviews failures and writes cards; the judge's if empty."""
     answer: Callable[..., Path] = run_method
     """Answers prompts; has the signature of `run_method`."""
     budget: Budget = field(default_factory=Budget)
@@ -140,7 +142,7 @@ class Learning:
 
     def _conversation(self, name: str) -> Conversation:
         folder = self.work / "lessons" / name
-        endpoint = judge_endpoint(self.judge, f"lesson-{name}")
+        endpoint = judge_endpoint(self.reviewer or self.judge, f"lesson-{name}")
         log, journal = CallLog(folder / "calls"), Journal(folder / "journal.jsonl")
         return Conversation({"": endpoint}, log, Spent(), self.budget, journal, self.stop)
 
