@@ -263,12 +263,17 @@ by its link; its position counts from the start."""
 @cache
 def vocabulary() -> str:
     """Return the vocabulary of a plan: a line for each kind of body, shape, mount, control, camera, and each prefab."""
-    parts = []
+    parts, listed = [], set[type]()
     for section in _sections(INDEXED_PAGES):
         kinds = section_kinds(section.models)
         rows = _gist_rows(
-            {kind: first_sentence(model_doc(model)) for kind, model in kinds.items() if kind not in FIELD_CONTROLS}
+            {
+                kind: first_sentence(model_doc(model))
+                for kind, model in kinds.items()
+                if kind not in FIELD_CONTROLS and model not in listed
+            }
         )
+        listed |= {*kinds.values()}
         if some := [f"`{kind}`" for kind in kinds if kind in FIELD_CONTROLS]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")
         parts.append(f"{section.title}\n" + "\n".join(rows))

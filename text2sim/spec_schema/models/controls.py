@@ -209,10 +209,11 @@ class Release(Acting):
 
 
 class Remove(Acting):
-    """The permanent removal of a body from the scene, at a time or at an event.
+    """The removal of a body from the scene, at a time or at an event.
 
-    The body is disabled: nothing touches or moves it, and no picture shows it. Bodies attached to it become free, its
-    measures have no values from then on, and it is in no region. Evidence lists the time under `removed`.
+    It is permanent: the body is disabled: nothing touches or moves it, and no picture shows it. Bodies attached to it
+    become free, its measures have no values from then on, and it is in no region. Evidence lists the time under
+    `removed`.
     """
 
     kind: Literal["remove"]

@@ -35,7 +35,7 @@ class Grid(Model):
 
 
 class Ring(Model):
-    """Copies on a circle around the vertical axis through the body's pose."""
+    """Copies on a circle. It lies around the vertical axis through the body's pose."""
 
     kind: Literal["ring"]
     count: Count
@@ -51,7 +51,7 @@ class Ring(Model):
 
 
 class Spiral(Model):
-    """Copies along a flat spiral around the vertical axis of the body's pose, evenly spaced and rotated with it."""
+    """Copies along a flat spiral. They are evenly spaced, and turned with it about the pose's vertical axis."""
 
     kind: Literal["spiral"]
     count: Count
@@ -77,7 +77,7 @@ class Stack(Model):
 
 
 class RunningBond(Model):
-    """A wall of boxes along the body's x axis, one box deep; joints lie above the middles of the row below."""
+    """A wall of boxes along the body's x axis. It is one box deep; joints lie above the middles of the row below."""
 
     kind: Literal["running_bond"]
     rows: Count

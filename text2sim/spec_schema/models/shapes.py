@@ -206,9 +206,9 @@ class Mesh(Model):
 
 
 class Text(Model):
-    """Upright letters as a centred solid: width along x, height along z, depth along y.
+    """Upright letters as a centred solid.
 
-    The font is DejaVu Sans Bold.
+    Their width is along x, their height along z, their depth along y. The font is DejaVu Sans Bold.
     """
 
     kind: Literal["text"]
@@ -225,9 +225,10 @@ class Text(Model):
 
 
 class Sketch(Model):
-    """An upright drawing from a picture as a centred solid: width along x, height along z, depth along y.
+    """An upright drawing from a picture as a centred solid.
 
-    Strokes and filled forms become solid where they are darker than the paper. Specks are ignored.
+    Its width is along x, its height along z, its depth along y. Strokes and filled forms become solid where they are
+    darker than the paper. Specks are ignored.
     """
 
     kind: Literal["sketch"]
@@ -281,7 +282,7 @@ class Sheet(Model):
 
 
 class Disc(Model):
-    """A round sheet in the x-y plane, or a ring: a tablecloth, a skirt, a parachute. For cloth only."""
+    """A round sheet or a ring: a tablecloth, a skirt. For cloth only. It lies in the x-y plane, without thickness."""
 
     kind: Literal["disc"]
     radius: Length
@@ -302,11 +303,11 @@ class Disc(Model):
 
 
 class Stream(Model):
-    """A round stream that comes out of a mouth during the run, as from a tap, nozzle or hose. Only for what flows.
+    """A stream from a mouth, as of a tap or hose. Only for what flows.
 
-    Its volume is `pi radius^2 speed duration`. What has not come out yet waits in the mouth, at its origin, and counts
-    there in measures. An invisible pipe of two `cell` leads to the mouth: keep both free of solids that touch, or give
-    a spout `touch_soft: false`.
+    It comes out during the run, and is round. Its volume is `pi radius^2 speed duration`. What has not come out yet
+    waits in the mouth, at its origin, and counts there in measures. An invisible pipe of two `cell` leads to the mouth:
+    keep both free of solids that touch, or give a spout `touch_soft: false`.
     """
 
     kind: Literal["stream"]
