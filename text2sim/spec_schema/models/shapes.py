@@ -393,8 +393,6 @@ class Compound(Model):
 Shape = Annotated[_Solid | Sculpt | Compound, ByKind()]
 StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, ByKind()]
 AnyShape = Annotated[Plane | _Solid | Sculpt | Compound | Stream, ByKind()]
-SoftShape = Shape
-"""The shape of a soft volume: any solid, or the union of the parts of a compound."""
 FlowShape = Annotated[_Solid | Sculpt | Compound | Stream, ByKind()]
 """The shape of what flows: a volume that is there at the start, or a stream."""
 ClothShape = Annotated[Sheet | Disc | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()]

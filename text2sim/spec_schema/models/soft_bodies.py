@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
-from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Sheet, SoftShape, Stream
+from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Shape, Sheet, Stream
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -39,7 +39,7 @@ class Soft(Deformable):
     solver: Literal["fem", "mpm"] | None = None
     """`mpm` moves particles through a grid: any contact, large strains, coarse surfaces. `fem` moves the corners of
     tetrahedra: exact shapes, slow contact. By default the one that `scene.contact.model` implies, otherwise mpm."""
-    shape: SoftShape
+    shape: Shape
     """Its undeformed shape."""
     cell: Length | None = None
     """Desired length [m] of an element: the grid's cell in mpm (one for the scene, the smallest given), the edge of a
