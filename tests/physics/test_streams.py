@@ -18,7 +18,7 @@ bodies:
 
 
 def test_a_stream_leaves_its_mouth_at_its_speed_and_falls_freely(simulate, agree):
-    """After a time T a particle is at `speed T`, and falls freely from a cell before the mouth on.
+    """After a time T a particle is at `speed T`, and falls freely from a cell beyond the mouth on.
 
     Until there the grid feels the pipe. What has not come out waits in the mouth.
 
