@@ -266,13 +266,8 @@ def vocabulary() -> str:
     parts, listed = [], set[type]()
     for section in _sections(INDEXED_PAGES):
         kinds = section_kinds(section.models)
-        rows = _gist_rows(
-            {
-                kind: first_sentence(model_doc(model))
-                for kind, model in kinds.items()
-                if kind not in FIELD_CONTROLS and model not in listed
-            }
-        )
+        fresh = {kind: model for kind, model in kinds.items() if kind not in FIELD_CONTROLS and model not in listed}
+        rows = _gist_rows({kind: first_sentence(model_doc(model)) for kind, model in fresh.items()})
         listed |= {*kinds.values()}
         if some := [f"`{kind}`" for kind in kinds if kind in FIELD_CONTROLS]:
             rows.append(f"- {', '.join(some)}: fields of force, on mpm and pbd bodies alone")

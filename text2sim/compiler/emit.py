@@ -14,9 +14,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, TemplateError
 from text2sim import __version__
 from text2sim.compiler.emit_actions import action_context, copied_actions
 from text2sim.compiler.literal import Code, comment, identifier, literal
-from text2sim.compiler.plan import EntityPlan, Group, Plan, SoftRecord, Surface
+from text2sim.compiler.plan import EntityPlan, Group, Plan, Surface
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.soft.setup import SoftSettings
+from text2sim.compiler.soft.setup import SoftRecord, SoftSettings
 from text2sim.spec_schema.errors import MachineError
 from text2sim.spec_schema.whole_files import naming
 

@@ -9,6 +9,7 @@ from text2sim.compiler import digests
 from text2sim.compiler.literal import Code
 from text2sim.compiler.settings import Settings
 from text2sim.compiler.shapes.rotation import Quaternion, Vec
+from text2sim.compiler.soft.setup import SoftRecord
 
 
 @dataclass(frozen=True)
@@ -27,30 +28,6 @@ class Surface:
     """For a deformable body: path in the program's folder of the regions in which parts have looks of their own."""
     parts: "tuple[Surface | None, ...]" = ()
     """These looks, by number of the part; None where a part has the look of the body."""
-
-
-@dataclass(frozen=True)
-class SoftRecord:
-    """What the recorder needs to know about a deformable body."""
-
-    kind: str
-    """soft, cloth, granular, liquid or snow."""
-    solver: str
-    """mpm, pbd, fem or ipc."""
-    spacing: float
-    """Distance [m] of neighbouring points at rest."""
-    pos: Vec
-    """Where its frame is placed [m]."""
-    quat: Quaternion
-    """How its frame is turned; the engine may be given a mesh that is already turned."""
-    mass: float
-    """[kg]"""
-    bending: tuple[float | None, float | None, bool] | None = None
-    """A row of `templates/bending.py`; None for what bends as the engine has it."""
-    gas: tuple[float, float] | None = None
-    """A row of `templates/gas.py`; None for what encloses no gas."""
-    stream: dict[str, Any] | None = None
-    """Arguments of `templates/streams.py`; None for what is there at the start."""
 
 
 @dataclass(frozen=True)

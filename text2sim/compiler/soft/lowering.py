@@ -7,7 +7,7 @@ from typing import Any
 
 from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
-from text2sim.compiler.plan import EntityPlan, SoftRecord, Surface
+from text2sim.compiler.plan import EntityPlan, Surface
 from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY
@@ -19,6 +19,7 @@ from text2sim.compiler.soft.gas import gas_row
 from text2sim.compiler.soft.materials import made_of
 from text2sim.compiler.soft.meshes import MeshFiles
 from text2sim.compiler.soft.scales import CONTACT_REACH, Scales
+from text2sim.compiler.soft.setup import SoftRecord
 from text2sim.compiler.soft.solver_domain import extents_of
 from text2sim.compiler.soft.solvers import FAMILIES, solver_of
 from text2sim.compiler.soft.streams import stream_arguments

@@ -1,8 +1,9 @@
 """Settings of the solvers of deformable bodies, as templates print them."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from text2sim.compiler.shapes.rotation import Vec
+from text2sim.compiler.shapes.rotation import Quaternion, Vec
 
 MAX_SPEED = 1000.0
 """Default speed [m/s] at which a run stops as diverged: faster than any body should be."""
@@ -62,6 +63,30 @@ class IpcSettings:
     resistance: float | None
     """Stiffness of contact [Pa]; None for the engine's own."""
     friction: bool
+
+
+@dataclass(frozen=True)
+class SoftRecord:
+    """What the recorder needs to know about a deformable body."""
+
+    kind: str
+    """soft, cloth, granular, liquid or snow."""
+    solver: str
+    """mpm, pbd, fem or ipc."""
+    spacing: float
+    """Distance [m] of neighbouring points at rest."""
+    pos: Vec
+    """Where its frame is placed [m]."""
+    quat: Quaternion
+    """How its frame is turned; the engine may be given a mesh that is already turned."""
+    mass: float
+    """[kg]"""
+    bending: tuple[float | None, float | None, bool] | None = None
+    """A row of `templates/bending.py`; None for what bends as the engine has it."""
+    gas: tuple[float, float] | None = None
+    """A row of `templates/gas.py`; None for what encloses no gas."""
+    stream: dict[str, Any] | None = None
+    """Arguments of `templates/streams.py`; None for what is there at the start."""
 
 
 @dataclass(frozen=True)

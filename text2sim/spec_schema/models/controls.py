@@ -211,7 +211,7 @@ class Release(Acting):
 class Remove(Acting):
     """The removal of a body from the scene, at a time or at an event.
 
-    It is permanent: the body is disabled: nothing touches or moves it, and no picture shows it. Bodies attached to it
+    It is permanent. The body is disabled: nothing touches or moves it, and no picture shows it. Bodies attached to it
     become free, its measures have no values from then on, and it is in no region. Evidence lists the time under
     `removed`.
     """
