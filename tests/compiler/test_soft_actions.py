@@ -289,3 +289,14 @@ def test_one_airflow_acts_on_each_copy(tmp_path: Path) -> None:
     assert check("flag[*]", "flag[1]") == [
         ("second-airflow", "`a` already acts on `flag[1]`; change it by its `scale`")
     ]
+
+
+def test_a_stream_is_given_its_speed_by_its_shape():
+    text = """text2sim: 2
+name: tap
+scene: {duration: 1}
+bodies: {water: {kind: liquid, shape: {kind: stream, radius: 0.02, speed: 1, duration: 1}}}
+actions: {controls: {go: {kind: initial_velocity, body: water, linear: [1, 0, 0]}}}
+"""
+    with pytest.raises(SpecError, match="its shape has the `speed` and `direction`"):
+        plan_case(load_text(text))

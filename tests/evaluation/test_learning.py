@@ -4,6 +4,7 @@ import itertools
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from text2sim.agents.conversation import Wrong
 from text2sim.agents.distilling import CardProposal, TriedAttempt, draft_card
 from text2sim.card_library.library import BUILT_IN, load_library
 from text2sim.card_library.retrieval import DUPLICATE_LIKENESS, likeness
+from text2sim.evaluation.judging import judge_endpoint
 from text2sim.evaluation.learning import Learning
 from text2sim.evaluation.ledger import (
     CardDebt,
@@ -301,3 +303,19 @@ def test_commands_refuse_to_judge_cards_by_their_own_sources(
         refused = CliRunner().invoke(app, words)
         assert isinstance(refused.exception, SpecError)
         assert not (tmp_path / "w").exists()
+
+
+@pytest.mark.usefixtures("engine")
+def test_another_model_writes_the_card_than_marks_the_answer(
+    learn: Learn, judge: Judge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[str, str]] = []
+
+    def endpoint(model: str, what: str) -> Any:
+        asked.append((model, what))
+        return judge_endpoint(judge.model, what)
+
+    monkeypatch.setattr("text2sim.evaluation.learning.judge_endpoint", endpoint)
+    say(judge, PHYSICAL, GOOD)
+    replace(learn(), reviewer="another").run()
+    assert ("another", "lesson-drop") in asked

@@ -63,15 +63,15 @@ text2sim cards distill --suite learning --model M --judge J --reviewer R --out c
 text2sim cards ledger cards --runs runs/answers             # what each owes, what it changed, whether it was given
 ```
 
-With `--suite` all prompts are answered and judged as `text2sim evaluate` does it. Of each prompt the judge,
-or better another mind (`--reviewer`), then
-compares request, judgements, attempts and pictures, names a failure with its evidence, and writes a card: of two
-attempts, or of one with a patch that mends it. A card that shares @SAME@ of its words with another says the same: it
-has to be an edit of that one, if that was learned, and is refused if that comes with text2sim. Both cases are run,
-and what does not hold goes back with the reason. The prompt, and those that an edited card owes something to, are
-answered and judged again with the card. It is kept if somebody was given it there and the mean of physical and visual
-score rose by more than repeats of judgements scatter. One loop before and one after are compared: a card may also be
-lucky. At the end cards that say the same become one. Called again, the command goes on where it was.
+With `--suite` all prompts are answered and judged as `text2sim evaluate` does it. For each prompt a reviewer (the
+judge, or with `--reviewer` another model) compares request, judgements, attempts and pictures, names a failure with
+its evidence, and writes a card: of two attempts, or of one with a patch that mends it. A card that shares @SAME@ of
+its words with another says the same: it has to be an edit of that one, if that was learned, and is refused if that
+comes with text2sim. Both cases are run, and what does not hold goes back with the reason. The prompt, and those that
+an edited card owes something to, are answered and judged again with the card. It is kept if somebody was given it
+there and the mean of physical and visual score rose by more than repeats of judgements scatter. One loop before and
+one after are compared: a card may also be lucky. At the end cards that say the same become one. Called again, the
+command goes on where it was.
 
 `ledger.json` beside the cards has, of every card, the prompts and by them the sources to which it owes its lesson,
 the failure and its evidence, the scores before and after, and whether it was kept, rejected or merged. `cards ledger`

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.answer_cache import cached_net
 from text2sim.compiler.memory import Memory
+from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.geometry import key_of, volume
 from text2sim.compiler.shapes.hulls import corners_and_sides
@@ -175,11 +176,14 @@ def _union(shape: Compound, folder: Path) -> "Manifold":
 
 
 def hull_area(shape: Any, folder: Path) -> float:
-    """Return the area [m2] of the surface of a solid.
+    """Return the area [m2] of the surface of a solid, or of a mesh as it is in its file.
 
     Raises:
         AssetError: if a file of its shape cannot be used.
     """
+    if isinstance(shape, Mesh):
+        mesh = load_mesh(shape.file, folder)
+        return surface_area(mesh.vertices, mesh.faces) * shape.scale**2
     low, high = extents(shape, IDENTITY, folder)
     hull = soft_surface(shape, folder, max(b - a for a, b in zip(low, high, strict=True)) / HULL_EDGES)
     return surface_area(hull.vertices, hull.faces)

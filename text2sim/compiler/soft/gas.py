@@ -39,9 +39,5 @@ def gas_step(copy: Copy, folder: Path) -> float | None:
     row = gas_row(copy, folder)
     if row is None or not row[1]:
         return None
-    if isinstance(copy.shape, Mesh):
-        mesh = load_mesh(copy.shape.file, folder)
-        wide = mesh.volume ** (1 / 3) * copy.shape.scale / 6  # of a cube; nothing closed has less area
-    else:
-        wide = volume(copy.shape, folder) / hull_area(copy.shape, folder)
+    wide = volume(copy.shape, folder) / hull_area(copy.shape, folder)
     return BREATHING * sqrt(wide * copy.model.material.area_density / row[1])

@@ -8,12 +8,10 @@ from typing import Any
 from text2sim.compiler.looks import dress_of, finish_of_body, one_color, rgba_of
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
-from text2sim.compiler.shapes.casemesh import load_mesh
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY
 from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
 from text2sim.compiler.shapes.tets import tet_options
-from text2sim.compiler.shapes.triangles import surface_area
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.gas import gas_row
 from text2sim.compiler.soft.materials import made_of
@@ -188,7 +186,4 @@ def area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     if shape.kind == "disc":
         return shape.area
-    if shape.kind != "mesh":
-        return hull_area(shape, folder)
-    mesh = load_mesh(shape.file, folder)
-    return surface_area(mesh.vertices, mesh.faces) * shape.scale**2
+    return hull_area(shape, folder)

@@ -35,7 +35,7 @@ class Grid(Model):
 
 
 class Ring(Model):
-    """Copies on a circle. It lies around the vertical axis through the body's pose."""
+    """Copies on a circle. Its axis is the vertical one through the body's pose."""
 
     kind: Literal["ring"]
     count: Count

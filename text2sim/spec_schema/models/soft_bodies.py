@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
-from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Shape, Sheet, Stream
+from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Shape, Sheet
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -87,16 +87,7 @@ class Cloth(Deformable):
         return self
 
 
-class Flowing(Deformable):
-    """What flows: a volume of it, or a stream."""
-
-    @property
-    def startable(self) -> bool:
-        """Whether it can be given a velocity at the start; a stream has one."""
-        return not isinstance(vars(self)["shape"], Stream)
-
-
-class Granular(Flowing):
+class Granular(Deformable):
     """A heap or stream of grains, as mpm particles."""
 
     kind: Literal["granular"]
@@ -108,7 +99,7 @@ class Granular(Flowing):
     """Mass and friction angle."""
 
 
-class Liquid(Flowing):
+class Liquid(Deformable):
     """A liquid, as mpm particles: a volume, or a `stream` from a tap or nozzle."""
 
     kind: Literal["liquid"]
@@ -120,7 +111,7 @@ class Liquid(Flowing):
     """Mass and stiffness."""
 
 
-class Snow(Flowing):
+class Snow(Deformable):
     """Snow, as mpm particles."""
 
     kind: Literal["snow"]

@@ -65,7 +65,7 @@ class ClothMaterial(Model):
     balloon 1000. A flat bag swells; under a load it gives way where the load per area is more than that."""
     gas_modulus: NonNegative | None = None
     """With solver pbd, for a closed hull of volume V: the pressure [Pa] grows by `gas_modulus (V_start / V - 1)`; by
-    default 0, as if a pump kept it. Sealed air has 1e5, and short steps; 1e3 already keeps much of the volume."""
+    default 0, as if a pump kept it. Sealed air has 1e5, and needs short steps."""
     air_resistance: NonNegative | None = None
     """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
     with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute. With

@@ -20,7 +20,7 @@ from text2sim.spec_schema.models.controls import (
 from text2sim.spec_schema.models.fields import Airflow
 from text2sim.spec_schema.models.motion import start_of
 from text2sim.spec_schema.models.placed import Linked, Placed
-from text2sim.spec_schema.models.soft_bodies import Flowing
+from text2sim.spec_schema.models.shapes import Stream
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import WORLD, parse_selector
 from text2sim.spec_schema.names.soft_control_references import (
@@ -126,11 +126,12 @@ def _check_initial_velocity(table: NameTable, where: Path, control: InitialVeloc
     member = table.find(control.body, (*where, "body"), parts=False)
     if member is None:
         return
+    if isinstance(getattr(member.model, "shape", None), Stream):
+        text = f"`{member.name}` is a stream: its shape has the `speed` and `direction` at which it comes out"
+        table.report((*where, "body"), text, "not-free")
+        return
     if isinstance(member.model, Placed) and member.model.startable:
         return
-    if isinstance(member.model, Flowing):
-        text = f"`{member.name}` is a stream: its shape has the `speed` and `direction` at which it comes out"
-        return table.report((*where, "body"), text, "not-free")
     who_can = "only a free rigid body, a ragdoll, a loose rope or a deformable body can start with a velocity"
     message = f"`{member.name}` cannot: {who_can}" if member.dynamic else f"{member.why_not_dynamic}; {who_can}"
     table.report((*where, "body"), message, "not-free")
