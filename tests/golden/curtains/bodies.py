@@ -100,7 +100,7 @@ def add_left(scene):
                 kinetic_friction=0.3,
                 stretch_compliance=1e-07,
                 bending_compliance=0.05,
-                air_resistance=0.001,
+                air_resistance=0.00016,
             ),
             surface=gs.surfaces.Default(
                 diffuse_texture=gs.textures.ImageTexture(image_path=str(HERE / "models/left_3517717a.png")),
@@ -129,7 +129,7 @@ def add_right(scene):
                 kinetic_friction=0.3,
                 stretch_compliance=1e-07,
                 bending_compliance=0.05,
-                air_resistance=0.001,
+                air_resistance=0.00016,
             ),
             surface=gs.surfaces.Default(
                 diffuse_texture=gs.textures.ImageTexture(image_path=str(HERE / "models/right_2b8eaf0e.png")),

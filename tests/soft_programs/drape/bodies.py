@@ -47,7 +47,7 @@ def add_cloth(scene):
                 kinetic_friction=0.3,
                 stretch_compliance=1e-07,
                 bending_compliance=0.001,
-                air_resistance=0.001,
+                air_resistance=8.7e-06,
             ),
             surface=gs.surfaces.Default(color=(0.9412, 0.8941, 0.2588, 1.0), roughness=0.9, metallic=0.0),
             name=f"cloth[{i}]",

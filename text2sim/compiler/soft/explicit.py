@@ -48,7 +48,8 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
         if name in soft.why:
             comments["scene", section, key] = f"derived: {soft.why[name]}"
     assert resolution.lowering.soft is not None
-    edges = resolution.lowering.soft.scales.edges
+    scales = resolution.lowering.soft.scales
+    edges = scales.edges
     for name, body in case.bodies.items():
         if not isinstance(body, Soft | Cloth | Granular | Liquid | Snow):
             continue
@@ -60,7 +61,7 @@ def add_soft(data: dict[str, Any], comments: dict[Path, str], resolution: Resolu
         if name in edges and body.cell is None:
             own["cell"] = edges[name]
             comments[*root, "cell"] = f"derived: {soft.why[f'{solver}_edge']}"
-        values = open_values(body, str(solver))
+        values = open_values(body, str(solver), scales.spacing(name, str(solver)))
         if solver == "fem" and soft.fem is not None:  # there is none if the contact model has no such bodies
             why = soft.why.get("damping_alpha", "the largest that a body has: the engine knows one for all")
             values = {"damping": (soft.fem.damping_alpha, why)}

@@ -55,7 +55,7 @@ class SoftLowering:
         spacing = self.scales.spacing(copy.body, solver)
         morph, options, turned = self._morph(model, copy, solver, spacing)
         weight = float(f"{mass(copy, self.meshes.folder):.9g}")
-        material, values = made_of(model, "ipc" if self.model == "ipc" and solver == "fem" else solver)
+        material, values = made_of(model, "ipc" if self.model == "ipc" and solver == "fem" else solver, spacing)
         entity = EntityPlan(
             copy.name,
             morph,

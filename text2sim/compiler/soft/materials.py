@@ -9,27 +9,46 @@ from text2sim.spec_schema.models.soft_bodies import Cloth, Granular, Liquid, Sno
 
 YIELD = 0.1
 """Yield stress of an elasto-plastic body that gives none, as a part of its stiffness."""
-STRETCH, BENDING, AIR = 1e-7, 1e-4, 1e-3
-"""Defaults of a pbd cloth: compliance of threads [m/N] and of folds [rad/N], and drag in the engine's unit. Threads and
-air are as in the engine; folds there are ten times stiffer, and make a few broad waves."""
+STRETCH, BENDING = 1e-7, 1e-4
+"""Defaults of a pbd cloth: compliance of threads [m/N], as in the engine, and of folds [rad/N]; those of the engine are
+ten times stiffer, and make a few broad waves."""
+AIR = 0.25
+"""Drag of still air on a point of a cloth, for the square of its cell [kg/m3]: `rho C / 2` with 1.2 kg/m3, a drag
+coefficient of 0.5, and an area of sqrt(3)/2 cells squared. A flat plate has 1.2 across the flow and next to nothing
+along it (Hoerner, Fluid-Dynamic Drag, 1965); the engine's drag knows no direction."""
 DAMPING = 0.5
 """Default rate [1/s] at which a fem body loses velocity, as in the engine."""
 
 Made = tuple[str, dict[str, Any]]
 
 
-def made_of(model: Any, solver: str) -> Made:
+def made_of(model: Any, solver: str, spacing: float) -> Made:
     """Return the class of material, the engine's or one of `templates`, and its keyword arguments.
 
     Args:
         model: The body.
         solver: mpm, pbd, fem or ipc.
+        spacing: Distance of its particles, or edge of its elements [m].
     """
-    return _MATERIALS[model.kind, solver](model)
+    name, values = _MATERIALS[model.kind, solver](model)
+    if name == "PBD.Cloth" and values["air_resistance"] is None:
+        values["air_resistance"] = still_air(spacing)
+    return name, values
 
 
-def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
-    """Return the defaults of fields of a material that depend on the body, each with its reason."""
+def still_air(spacing: float) -> float:
+    """Return the drag coefficient [kg/m] of a point of a cloth with a spacing [m] in still air."""
+    return float(f"{AIR * spacing**2:.2g}")
+
+
+def open_values(model: Any, solver: str, spacing: float) -> dict[str, tuple[float, str]]:
+    """Return the defaults of fields of a material that depend on the body, each with its reason.
+
+    Args:
+        model: The body.
+        solver: mpm, pbd, fem or ipc.
+        spacing: Distance of its particles, or edge of its elements [m].
+    """
     material = model.material
     if model.kind == "soft" and material.model == "elasto_plastic":
         return {"yield_stress": (YIELD * material.youngs_modulus, "a tenth of its stiffness")}
@@ -37,7 +56,7 @@ def open_values(model: Any, solver: str) -> dict[str, tuple[float, str]]:
         return {
             "stretch_compliance": (STRETCH, "as the engine has it"),
             "bending_compliance": (BENDING, "ten times what the engine has: folds, not broad waves"),
-            "air_resistance": (AIR, "as the engine has it"),
+            "air_resistance": (still_air(spacing), "still air on a cell of this size"),
         }
     if model.kind == "cloth":
         return {
@@ -86,7 +105,7 @@ def _pbd_cloth(model: Cloth) -> Made:
         "kinetic_friction": material.friction,
         "stretch_compliance": _or_default(material.stretch_compliance, STRETCH),
         "bending_compliance": _or_default(material.bending_compliance, BENDING),
-        "air_resistance": _or_default(material.air_resistance, AIR),
+        "air_resistance": material.air_resistance,
     }
 
 

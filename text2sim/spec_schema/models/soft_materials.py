@@ -67,9 +67,9 @@ class ClothMaterial(Model):
     """With solver pbd, for a closed hull of volume V: the pressure [Pa] grows by `gas_modulus (V_start / V - 1)`; by
     default 0, as if a pump kept it. Sealed air has 1e5, and needs short steps."""
     air_resistance: NonNegative | None = None
-    """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default 1e-3. A sheet
-    with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as a parachute. With
-    small cells the default brakes too much: for what is swung, spun or pulled away take 1e-5."""
+    """With solver pbd: coefficient c [kg/m] of the drag `c |v| v` of still air on each point; by default `cell^2 / 4`,
+    as of air. A sheet with n points, `(size / cell + 1)` along each side, lets a mass m sink at `sqrt(m g / (n c))`, as
+    a parachute."""
 
     @property
     def has_gas(self) -> bool:
