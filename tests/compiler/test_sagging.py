@@ -11,7 +11,7 @@ from text2sim.compiler.shapes.sagging import end_region
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.shapes import Sheet
+from text2sim.spec_schema.models.sheets import Sheet
 
 
 @pytest.mark.parametrize("sag", [0.05, 0.4, 0.9])

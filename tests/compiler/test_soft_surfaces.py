@@ -19,7 +19,8 @@ from text2sim.compiler.shapes.tets import tet_options
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.shapes import Box, Cylinder, Disc, Mesh, Shape, Sheet
+from text2sim.spec_schema.models.shapes import Box, Cylinder, Mesh, Shape
+from text2sim.spec_schema.models.sheets import Disc, Sheet
 
 HERE = Path(".")
 SOLIDS = {

@@ -9,14 +9,16 @@ from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, thumbnail
 from text2sim.compiler.shapes.sagging import is_bent
 from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
-from text2sim.spec_schema.models.shapes import Disc, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 
 SHEET_CELLS = 48
 """Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
+RIBBON_CELLS = 2
+"""Cells across a ribbon."""
 
 
 def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
-    """Return the surface of a disc, or of a sheet with its picture if it has one; None for other shapes.
+    """Return the surface of a disc, a ribbon, or a sheet with its picture if it has one; None for other shapes.
 
     Raises:
         AssetError: if the picture cannot be used.
@@ -24,12 +26,17 @@ def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
     if isinstance(shape, Disc):
         net = soft_surface(shape, folder, 2 * shape.radius / SHEET_CELLS)
         return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
-    if not isinstance(shape, Sheet):
+    if isinstance(shape, Ribbon):
+        picture, bent, edge = None, True, shape.width / RIBBON_CELLS
+    elif isinstance(shape, Sheet):
+        picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
+        bent = is_bent(shape)
+        edge = max(shape.size) / (SHEET_CELLS if picture or bent else 1)
+    else:
         return None
-    picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
-    net = soft_surface(shape, folder, max(shape.size) / (SHEET_CELLS if picture or is_bent(shape) else 1))
+    net = soft_surface(shape, folder, edge)
     normals = np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
-    if is_bent(shape):
+    if bent:
         from trimesh import Trimesh  # slow to import
 
         normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals

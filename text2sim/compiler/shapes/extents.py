@@ -96,6 +96,12 @@ def _reach_compound(shape: Compound, u: Vec, folder: Path) -> float:
     return best
 
 
+def _reach_ribbon(shape: Any, u: Vec, folder: Path) -> float:
+    from text2sim.compiler.shapes.ribbons import ribbon_reach
+
+    return ribbon_reach(shape, u)
+
+
 _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "box": _reach_box,
     "sphere": lambda shape, u, folder: shape.radius,
@@ -115,6 +121,7 @@ _REACH: dict[str, Callable[[Any, Vec, Path], float]] = {
     "sketch": _reach_flat,
     "sculpt": _reach_sculpt,
     "disc": lambda shape, u, folder: _reach_ring(shape.radius, SHEET_THICKNESS / 2, (u[0], u[1], abs(u[2]))),
+    "ribbon": _reach_ribbon,
     "sheet": lambda shape, u, folder: sheet_reach(shape, u),
     "compound": _reach_compound,
 }

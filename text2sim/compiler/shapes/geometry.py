@@ -24,7 +24,8 @@ from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Compound, Cup, Disc, Funnel, Mesh, Sheet, Sketch, Stream, Text, Tube
+from text2sim.spec_schema.models.shapes import Compound, Cup, Funnel, Mesh, Sketch, Stream, Text, Tube
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 
 _PIECES: Memory[list[Piece]] = Memory(4096)
 """Pieces of shapes, so that copies and equal bodies share them and all that is derived from them."""
@@ -57,7 +58,7 @@ def key_of(shape: Any, folder: Path) -> Any:
     if isinstance(shape, Compound):
         parts = (part.shape for part in shape.parts.values())
         return (content_of(shape), *(_content(part, folder) for part in parts))
-    if isinstance(shape, Sculpt | Faceted):
+    if isinstance(shape, Sculpt | Faceted | Ribbon):
         return content_of(shape)
     return (*vars(shape).values(), _content(shape, folder))
 
@@ -107,6 +108,10 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
         return sheet_pieces(shape)
     if isinstance(shape, Disc):
         return disc_pieces(shape)
+    if isinstance(shape, Ribbon):
+        from text2sim.compiler.shapes.ribbons import ribbon_pieces
+
+        return ribbon_pieces(shape)
     if kind == "compound":
         return [
             piece.at(part.pose.pos, quat_of(part.pose), name)

@@ -7,7 +7,7 @@ from typing import Any
 from text2sim.compiler.shapes.piece import Piece, wall_pieces
 from text2sim.compiler.shapes.rotation import Y_AXIS, Vec, quat_from_axis_angle
 from text2sim.spec_schema.models.regions import BodyRegion
-from text2sim.spec_schema.models.shapes import Disc, Sheet
+from text2sim.spec_schema.models.sheets import Disc, Sheet
 
 DISC_STAVES = 16
 """Pieces that stand for a disc with a hole."""

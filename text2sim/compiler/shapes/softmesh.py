@@ -22,7 +22,8 @@ from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_cou
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.sculpts import Sculpt
-from text2sim.spec_schema.models.shapes import Box, Compound, Disc, Ellipsoid, Mesh, Sheet, Torus
+from text2sim.spec_schema.models.shapes import Box, Compound, Ellipsoid, Mesh, Torus
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ HULL_EDGES = 24
 """Edges along the longest side of a solid, when its surface is measured."""
 UNION_EDGES = 40
 """Edges along the longest side of a part, when its union with the others is made."""
-THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Box: 8, Torus: 150}, 48
+THIN_ROWS, THIN_ROUND = {Sheet: 2, Disc: 2, Ribbon: 2, Box: 8, Torus: 150}, 48
 """Triangles around shapes thinner than an edge: round ones keep their form."""
 _UNIONS: "Memory[Manifold]" = Memory(64)
 
@@ -90,6 +91,8 @@ def _surface(shape: Any, folder: Path, edge: float, coarsen: bool) -> SoftMesh:
         return _build(*_sheet(shape, edge))
     if isinstance(shape, Disc):
         return _build(*_disc(shape, edge))
+    if isinstance(shape, Ribbon):
+        return _build(*_ribbon(shape, edge))
     if isinstance(shape, Box):
         return _build(*_box(shape.size, edge))
     if isinstance(shape, Ellipsoid):
@@ -215,6 +218,8 @@ def _area(shape: Any, folder: Path) -> float:
         return shape.size[0] * shape.size[1]
     if isinstance(shape, Disc):
         return shape.area
+    if isinstance(shape, Ribbon):
+        return _ribbon_length(shape) * shape.width
     if isinstance(shape, Box):
         x, y, z = shape.size
         return 2 * (x * y + y * z + z * x)
@@ -239,6 +244,8 @@ def _longest(shape: Any, folder: Path) -> float:
     """Return the longest side [m] of a shape."""
     if isinstance(shape, Sheet):
         return max(shape.size)
+    if isinstance(shape, Ribbon):
+        return _ribbon_length(shape)
     low, high = extents(shape, IDENTITY, folder)
     return max(b - a for a, b in zip(low, high, strict=True))
 
@@ -260,6 +267,25 @@ def _disc(disc: Disc, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]
     across = profile_of([((disc.radius, 0.0), (disc.hole, 0.0))], edge)
     vertices, faces = turned(across, edge, closed=False)
     return vertices, faces, vertices[:, :2] / (2 * disc.radius) + 0.5
+
+
+def _ribbon(ribbon: Ribbon, edge: float) -> "tuple[np.ndarray, np.ndarray, np.ndarray]":
+    """Return a grid, row by row along the ribbon."""
+    import numpy as np
+
+    from text2sim.compiler.shapes.ribbons import ribbon_corners
+
+    nx, ny = max(1, round(_ribbon_length(ribbon) / edge)), max(1, round(ribbon.width / edge))
+    left, right = ribbon_corners(ribbon, nx)
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1))
+    vertices = left + v[..., None] * (right - left)
+    return vertices.reshape(-1, 3), grid_faces(nx, ny), np.stack([u.ravel(), v.ravel()], axis=1)
+
+
+def _ribbon_length(ribbon: Ribbon) -> float:
+    from text2sim.compiler.shapes.ribbons import ribbon_length
+
+    return ribbon_length(ribbon)
 
 
 def grid_faces(nx: int, ny: int) -> "np.ndarray":

@@ -17,7 +17,7 @@ from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid, Slide
 from text2sim.spec_schema.models.controls import Control
 from text2sim.spec_schema.models.fields import Attraction, Vortex, Wind
 from text2sim.spec_schema.models.motion import Schedule, Spin
-from text2sim.spec_schema.models.shapes import Sheet
+from text2sim.spec_schema.models.sheets import Sheet
 
 MAX_FOLLOWED_DISTANCE = 2.0
 """How far [m] a body that nothing stops is followed."""

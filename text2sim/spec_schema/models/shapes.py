@@ -18,8 +18,6 @@ from text2sim.spec_schema.models.base import (
     NonNegative,
     Pose,
     Positive,
-    Real,
-    Size2,
     Size3,
 )
 from text2sim.spec_schema.models.faceted import Polyhedron, Rock
@@ -242,66 +240,6 @@ class Sketch(Model):
     """Index of the only connected piece, from 0 by rows from left to right; by default all pieces."""
 
 
-class Sheet(Model):
-    """A rectangle in the x-y plane, without thickness. For cloth only."""
-
-    kind: Literal["sheet"]
-    size: Size2
-    """Lengths [m] along x and y."""
-    sag: NonNegative = 0.0
-    """Depth [m] of its middle at the start below its left and right edges, as in a hammock or awning; at most 0.45 of
-    its length L. The sheet is then a parabola of length L with the origin between its ends, which are
-    `L - 8/3 sag^2 / L` apart, within 1 % up to a fifth of L."""
-    over: Length | None = None
-    """Radius [m] of the fold of a sheet that hangs over a bar along y at its origin, down on both sides, as a scarf or
-    a towel on a line: the radius of the bar plus the distance that cloth keeps from it (half a `cell`). `edge: left` is
-    its hem on that side, `face: left` all of that side."""
-    over_at: Annotated[Real, Field(gt=0, lt=1)] = 0.5
-    """With `over`: fraction of its length to the left (-x) of the bar's top."""
-    folds: int = Field(default=0, ge=0, le=200)
-    """Number of waves along x at the start, as in a curtain. They rise and fall along z, begin at half their height at
-    its left edge, and shorten the sheet accordingly."""
-    fullness: Annotated[Real, Field(gt=1, le=4)] = 1.2
-    """With `folds`: length of the sheet over the width that it occupies."""
-    texture: str | None = Field(default=None, max_length=200)
-    """A picture inside the case's folder, .png or .jpg, that covers it once."""
-
-    @model_validator(mode="after")
-    def _hangs(self) -> "Sheet":
-        long = self.size[0]
-        if self.sag > 0.45 * long:
-            raise ValueError(f"sag may be at most 0.45 of the length, {0.45 * long:g} m (got {self.sag:g} m)")
-        if bool(self.sag) + (self.over is not None) + bool(self.folds) > 1:
-            raise ValueError("give at most one of sag, over, folds")
-        if self.over is None:
-            return self
-        shorter, fold = long * min(self.over_at, 1 - self.over_at), pi / 2 * self.over
-        if shorter < fold:
-            raise ValueError(f"the shorter side must reach around the fold, {fold:.3g} m or more (got {shorter:g} m)")
-        return self
-
-
-class Disc(Model):
-    """A round sheet or a ring: a tablecloth, a skirt. For cloth only. It lies in the x-y plane, without thickness."""
-
-    kind: Literal["disc"]
-    radius: Length
-    """Radius [m]."""
-    hole: NonNegative = 0.0
-    """Radius [m] of a round hole in its middle."""
-
-    @model_validator(mode="after")
-    def _ring(self) -> "Disc":
-        if self.hole > 0.95 * self.radius:
-            raise ValueError(f"hole may be at most 0.95 of the radius, {0.95 * self.radius:g} m (got {self.hole:g} m)")
-        return self
-
-    @property
-    def area(self) -> float:
-        """Area [m2] of one side."""
-        return pi * (self.radius**2 - self.hole**2)
-
-
 class Stream(Model):
     """A stream from a mouth, as of a tap or hose. Only for what flows.
 
@@ -395,5 +333,3 @@ StaticShape = Annotated[Plane | _Solid | Sculpt | Compound, ByKind()]
 AnyShape = Annotated[Plane | _Solid | Sculpt | Compound | Stream, ByKind()]
 FlowShape = Annotated[_Solid | Sculpt | Compound | Stream, ByKind()]
 """The shape of what flows: a volume that is there at the start, or a stream."""
-ClothShape = Annotated[Sheet | Disc | Mesh | Box | Sphere | Cylinder | Capsule | Ellipsoid | Sculpt, ByKind()]
-"""A sheet, a disc, a mesh, or the hull of a solid: a bag, a balloon, a pillow."""

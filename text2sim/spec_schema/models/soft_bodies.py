@@ -7,7 +7,8 @@ from pydantic import Field, model_validator
 from text2sim.spec_schema.models.base import Axis, Bool, Integer, Length, Model, NonNegative, Selector, Vec3
 from text2sim.spec_schema.models.materials import Material
 from text2sim.spec_schema.models.placed import Deformable, Linked
-from text2sim.spec_schema.models.shapes import ClothShape, Disc, FlowShape, Shape, Sheet
+from text2sim.spec_schema.models.shapes import FlowShape, Shape
+from text2sim.spec_schema.models.sheets import ClothShape, Disc, Ribbon, Sheet
 from text2sim.spec_schema.models.soft_materials import (
     ClothMaterial,
     GranularMaterial,
@@ -73,7 +74,7 @@ class Cloth(Deformable):
 
     @model_validator(mode="after")
     def _closed(self) -> "Cloth":
-        if self.material.has_gas and isinstance(self.shape, Sheet | Disc):
+        if self.material.has_gas and isinstance(self.shape, Sheet | Disc | Ribbon):
             raise ValueError(f"a {self.shape.kind} encloses no gas: pressure and gas_modulus need the hull of a solid")
         return self
 

@@ -21,6 +21,7 @@ from text2sim.spec_schema.models import (
     scene,
     sculpts,
     shapes,
+    sheets,
     soft_bodies,
     soft_materials,
     solvers,
@@ -92,7 +93,7 @@ SECTIONS = (
     ReferenceSection("Motions", 3, motion.Motion, "In `motion` of a driven body.", "motions", noun="motion"),
     ReferenceSection("Shapes", 2, shapes.AnyShape, "In `shape`.", "shapes", noun="shape"),
     ReferenceSection(
-        "Shapes of cloth", 3, shapes.ClothShape, "In `shape` of a cloth.", "cloth_shapes", noun="shape of cloth"
+        "Shapes of cloth", 3, sheets.ClothShape, "In `shape` of a cloth.", "cloth_shapes", noun="shape of cloth"
     ),
     ReferenceSection("Parts of a compound", 3, (shapes.Part,), "In `parts`."),
     ReferenceSection("Parts of a sculpt", 3, sculpts.AnySculptPart, SCULPT, "sculpt_parts", noun="part"),

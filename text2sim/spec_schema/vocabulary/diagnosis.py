@@ -302,6 +302,7 @@ OTHER_WORDS = {
     **dict.fromkeys(("cube", "cuboid", "block"), "box"),
     **dict.fromkeys(("rod", "disc", "disk"), "cylinder"),
     **dict.fromkeys(("ball",), "sphere"),
+    **dict.fromkeys(("strip", "band", "tape", "bow"), "ribbon"),
     **dict.fromkeys(("jet", "source", "emitter", "inlet", "tap", "faucet", "nozzle", "hose", "spout"), "stream"),
     **dict.fromkeys(("revolute", "rotary"), "hinge"),
     **dict.fromkeys(("prismatic", "linear"), "slider"),

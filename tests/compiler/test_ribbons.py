@@ -1,0 +1,82 @@
+"""Ribbons: strips along a smooth curve."""
+
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from text2sim.compiler.shapes.extents import extents
+from text2sim.compiler.shapes.geometry import pieces
+from text2sim.compiler.shapes.ribbons import course, ribbon_length
+from text2sim.compiler.shapes.rotation import IDENTITY, quat_rotate
+from text2sim.compiler.shapes.softmesh import hull_area, soft_surface
+from text2sim.spec_schema.models.sheets import Ribbon
+
+ARC = [(0.3 * cos(a), 0.0, 0.3 * sin(a)) for a in np.linspace(pi, 0, 9)]
+HELIX = [(0.2 * cos(a), 0.2 * sin(a), 0.03 * a) for a in np.linspace(0, 4 * pi, 25)]
+
+
+def ribbon(points, **fields):
+    return Ribbon(kind="ribbon", points=[tuple(map(float, point)) for point in points], width=0.05, **fields)
+
+
+def test_a_ribbon_passes_through_its_points_at_an_even_pace():
+    half_circle = ribbon(ARC)
+    assert ribbon_length(half_circle) == pytest.approx(0.3 * pi, rel=1e-3)
+    found = course(half_circle, 80)
+    steps = np.linalg.norm(np.diff(found.places, axis=0), axis=1)
+    assert_allclose(steps, steps.mean(), rtol=2e-3)
+    assert_allclose(np.linalg.norm(found.places, axis=1), 0.3, rtol=2e-3)
+
+
+def test_its_width_is_level_at_first_and_square_to_its_course():
+    found = course(ribbon(HELIX), 400)
+    assert found.across[0, 2] == pytest.approx(0.0, abs=1e-9)
+    assert_allclose((found.across * found.along).sum(axis=1), 0.0, atol=1e-9)
+    # In a plane nothing turns it.
+    assert_allclose(course(ribbon(ARC), 60).across, np.tile([0.0, 1.0, 0.0], (61, 1)), atol=1e-6)
+
+
+def test_a_helix_turns_it_by_its_torsion():
+    """A frame of least twist falls behind that of Frenet by the integral of the torsion: h / (r^2 + h^2) of a helix."""
+    found = course(ribbon(HELIX), 2000)
+    radial = np.column_stack([found.places[:, :2], np.zeros(2001)])
+    radial -= (radial * found.along).sum(axis=1, keepdims=True) * found.along
+    radial /= np.linalg.norm(radial, axis=1, keepdims=True)
+    side = np.cross(found.along, radial)
+    angle = np.unwrap(np.arctan2((found.across * side).sum(axis=1), (found.across * radial).sum(axis=1)))
+    middle = slice(400, 1600)  # the spline is free at its ends
+    turned = abs(np.ptp(angle[middle]))
+    torsion = 0.03 / (0.2**2 + 0.03**2)
+    assert turned == pytest.approx(torsion * found.length * 0.6, rel=0.01)
+
+
+def test_turns_twist_it_by_the_right_hand_rule():
+    found = course(ribbon([(-0.5, 0, 0), (0.5, 0, 0)], turns=0.25), 4)
+    assert_allclose(found.across[0], (0, 1, 0), atol=1e-9)
+    assert_allclose(found.across[-1], (0, 0, 1), atol=1e-9)
+
+
+def test_its_mesh_has_even_cells_and_lies_within_its_bounds(tmp_path):
+    loop = ribbon(HELIX)
+    net = soft_surface(loop, tmp_path, 0.01)
+    edges = np.linalg.norm(net.vertices[net.faces] - net.vertices[np.roll(net.faces, 1, axis=1)], axis=2)
+    assert 0.006 < edges.min() and edges.max() < 0.02
+    assert hull_area(loop, tmp_path) == pytest.approx(0.05 * ribbon_length(loop), rel=0.03)
+    low, high = extents(loop, IDENTITY, tmp_path)
+    assert (net.vertices >= np.subtract(low, 1e-4)).all() and (net.vertices <= np.add(high, 1e-4)).all()
+
+
+def test_boxes_stand_for_it_that_follow_its_course(tmp_path):
+    boxes = pieces(ribbon(HELIX, turns=1.0), tmp_path)
+    places = course(ribbon(HELIX, turns=1.0), len(boxes)).places
+    for k, box in enumerate(boxes):
+        assert_allclose(box.pos, (places[k] + places[k + 1]) / 2, atol=1e-9)
+        along = np.subtract(places[k + 1], places[k])
+        assert_allclose(quat_rotate(box.quat, (1, 0, 0)), along / np.linalg.norm(along), atol=1e-6)
+
+
+def test_points_that_coincide_are_refused():
+    with pytest.raises(ValueError, match="points 1 and 2 coincide"):
+        ribbon([(0, 0, 0), (1, 0, 0), (1, 0, 0)])
