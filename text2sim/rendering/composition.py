@@ -3,7 +3,7 @@
 An author who writes `from`, `look_at` and `fov_deg` cannot see that a crate's corner ends up below the picture. Here
 the recording is projected into the pictures of each camera. What is mostly in the picture, and cut in most of
 them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole. And the last shot ends
-soon after nothing moves any more.
+soon after nothing moves any more, and the first begins shortly before anything does.
 """
 
 import math
@@ -45,7 +45,7 @@ SETTLED, ENDS = 0.99, 40
 its end."""
 SHORTEST = 1.5
 """Shortest length [s of film] to which the last shot is cut."""
-UNTIMED = ("still", "follow")
+UNTIMED = ("still", "follow", "keyframed")
 """Kinds of cameras that do not move faster in a shorter shot."""
 WIDEST_FOV = 140.0
 """Largest field of view of the language [deg]."""
@@ -76,31 +76,47 @@ def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operatio
             continue
         if (fitted := _fitted(watcher, name, shown)) is not None:
             patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
-    return [*patch, *_ended(watcher, written.get("shots") or {})]
+    return [*patch, *_trimmed(watcher, written.get("shots") or {})]
 
 
-def _ended(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
-    """Yield the operation that ends the last written shot soon after everything has come to rest."""
+def _trimmed(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
+    """Yield the operations that leave out most of the rest at the start of the first and the end of the last shot."""
     recording, film = watcher.recording, watcher.recording.film
     if not shots or len(shots) != len(film["shots"]):
         return
+    start = film["shots"][0]
+    if film["cameras"][start["camera"]]["kind"] in UNTIMED:
+        moved = _rest(watcher, start, at_end=False)
+        latest = min(start["to"], recording.last) - SHORTEST * start["speed"]
+        begin = round(min(moved - CALM * start["speed"], latest), 3)
+        # What rests through the whole shot is what the shot shows.
+        if moved < min(start["to"], recording.last) and begin > start["from"] + WORTHWHILE * start["speed"]:
+            yield {"op": "add", "path": f"/render/shots/{next(iter(shots))}/from", "value": begin}
     name, shot = list(shots)[-1], film["shots"][-1]
     if film["cameras"][shot["camera"]]["kind"] not in UNTIMED:
         return
-    last = min(shot["to"], recording.last)
-    pictures = [one for one in frames(film, [shot], recording.last) if one.t <= last]
-    view = watcher.cameras.view(shot["camera"], last, 1.0)
-    height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
-    rest, final = last, _places(watcher, last)
-    for picture in reversed(pictures[:: max(1, len(pictures) // ENDS)]):
-        now = _places(watcher, picture.t)
-        away = [np.linalg.norm(there - final[k], axis=1) for k, there in now.items()]
-        if any(np.quantile(far, SETTLED) > STILL * height for far in away):
-            break
-        rest = picture.t
+    last, rest = min(shot["to"], recording.last), _rest(watcher, shot, at_end=True)
     end = round(max(rest + CALM * shot["speed"], shot["from"] + SHORTEST * shot["speed"]), 3)
     if shot["from"] < end < last - WORTHWHILE * shot["speed"]:
         yield {"op": "add", "path": f"/render/shots/{name}/to", "value": end}
+
+
+def _rest(watcher: Watcher, shot: Mapping[str, Any], *, at_end: bool) -> float:
+    """Return the time [s] from which all bodies of a shot are where they are at its end, or until which at its start."""
+    film, last = watcher.recording.film, min(shot["to"], watcher.recording.last)
+    pictures = [one for one in frames(film, [dict(shot)], watcher.recording.last) if one.t <= last]
+    pictures = pictures[:: max(1, len(pictures) // ENDS)]
+    rest = last if at_end else shot["from"]
+    view = watcher.cameras.view(shot["camera"], rest, float(at_end))
+    height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
+    resting = _places(watcher, rest)
+    for picture in reversed(pictures) if at_end else pictures:
+        now = _places(watcher, picture.t)
+        away = [np.linalg.norm(there - resting[k], axis=1) for k, there in now.items()]
+        if any(np.quantile(far, SETTLED) > STILL * height for far in away):
+            return rest
+        rest = picture.t
+    return rest if at_end else last
 
 
 def _places(watcher: Watcher, t: float) -> dict[int, Array]:
