@@ -40,7 +40,9 @@ def make_run(tmp_path: Path) -> MakeRun:
         layout = {"dt": 0.1, "every": 1, "gravity": [0, 0, -9.81], "links": links, "joints": []}
         start = np.array([what["pos"] for what in boxes.values()], float)
         speed = np.array([what.get("velocity", (0, 0, 0)) for what in boxes.values()], float)
-        pos = (start + speed * times[:, None, None]).astype(np.float32)
+        spans = np.array([what.get("during", (0.0, 0.4)) for what in boxes.values()], float)
+        moved = np.clip(times[:, None], *spans.T) - spans[:, 0]
+        pos = (start + speed * moved[..., None]).astype(np.float32)
         quat = np.broadcast_to(np.float32([1, 0, 0, 0]), (*pos.shape[:2], 4))
         np.savez(
             folder / "states" / "chunk_00000.npz",

@@ -103,3 +103,37 @@ def test_the_last_shot_ends_when_all_has_come_to_rest(make_run: MakeRun) -> None
     quick = {"box": BOX | {"velocity": (0.5, 0, 0)}}
     moving = read_recording(make_run(quick, "moving", cameras=cameras, shots=shots))
     assert composed(moving, written) == [], "it moves to the end"
+
+
+@pytest.mark.parametrize("camera", ["still", "keyframed"])
+def test_rest_at_both_ends_is_cut_to_less_than_a_second_of_film(make_run: MakeRun, camera: str) -> None:
+    """A box that moves from 0.2 s to 0.3 s of 0.4 s, at a twentieth of its speed: 4 s and 2 s of film at rest."""
+    path = {"kind": "keyframed", "times": (0.0, 0.4), "positions": ((0, -4, 0.5),) * 2, "look_at": [(0, 0, 0.5)] * 2}
+    views = {"still": FIRST | {"look_at": (0, 0, 0.5)}, "keyframed": {"up": (0, 0, 1), "fov": 40.0} | path}
+    shots = [
+        {"name": "a", "camera": "main", "from": 0.0, "to": 0.25, "speed": 0.05, "hold": 0.0},
+        {"name": "b", "camera": "main", "from": 0.25, "to": 0.4, "speed": 0.05, "hold": 0.0},
+    ]
+    paused = {"box": BOX | {"velocity": (3, 0, 0), "during": (0.2, 0.3)}}
+    run = make_run(paused, cameras={"main": views[camera]}, shots=shots)
+    patch = composed(read_recording(run), WRITTEN | {"shots": {"a": {}, "b": {}}})
+    found: dict[str, Any] = {row["path"].removeprefix("/render/shots/"): row.get("value") for row in patch}
+    assert set(found) == {"a/from", "b/to"}
+    assert 0.2 - 1.0 * 0.05 <= found["a/from"] <= 0.2
+    assert 0.3 <= found["b/to"] <= 0.3 + 1.0 * 0.05
+
+
+@pytest.mark.parametrize(("speed", "fits"), [(3.5, True), (12.0, False)])
+def test_a_keyframed_camera_draws_back_from_a_body_that_rises(make_run: MakeRun, speed: float, *, fits: bool) -> None:
+    """The picture ends 1.86 m above the ground at the box: its top rises from 0.6 m to 2 m, or to 5.4 m."""
+    path = {"kind": "keyframed", "times": [0.0, 0.4], "positions": [(0, -4, 0.5)] * 2, "look_at": [(0, 0, 0.5)] * 2}
+    cameras = {"main": {"up": (0, 0, 1), "fov": 40.0} | path}
+    shots = [{"name": "a", "camera": "main", "from": 0.0, "to": 0.4, "speed": 0.1, "hold": 0.0}]
+    shot = read_recording(make_run({"box": BOX | {"velocity": (0, 0, speed)}}, cameras=cameras, shots=shots))
+    assert inside(shot, "box") < 1
+    patch: dict[str, Any] = changed(shot)
+    assert (set(patch) == {"times", "positions", "look_at"}) == fits
+    if fits:
+        assert patch["positions"][0] == [0, -4, 0.5], "it begins where it was"
+        assert max(z for _, _, z in patch["positions"]) > 0.55
+        assert inside(shot, "box", **patch) == 1

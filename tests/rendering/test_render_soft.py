@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook
+from text2sim.rendering.grains import Grains, surface_normals
 from text2sim.rendering.renderer import mitsuba
-from text2sim.rendering.soft import Grains, LiquidSurface, SoftSurface, liquid_surface
+from text2sim.rendering.soft import LiquidSurface, SoftSurface, hollows, is_clear, liquid_surface
 from text2sim.templates.patterns import Dress
 
 pytestmark = pytest.mark.usefixtures("tracer")
@@ -31,8 +32,26 @@ def bounds(shapes: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
 def test_grains_lie_about_their_particles(kind: str) -> None:
     grains = Grains("soft0", part(kind))
     low, high = bounds(grains.shapes(HEAP + (1, 0, 0)))
-    assert np.all(np.abs(low - (HEAP.min(axis=0) + (1, 0, 0))) < 1.1 * SPACING)
-    assert np.all(np.abs(high - (HEAP.max(axis=0) + (1, 0, 0))) < 1.1 * SPACING)
+    far = SPACING * np.array([1.9, 1.9, 1.1])  # further along the ground, where steps of the solver's cells would show
+    assert np.all(np.abs(low - (HEAP.min(axis=0) + (1, 0, 0))) < far)
+    assert np.all(np.abs(high - (HEAP.max(axis=0) + (1, 0, 0))) < far)
+
+
+def test_grains_lie_in_the_surface_of_their_heap_and_keep_their_place_at_rest() -> None:
+    """A cone of sand: its normal leans outwards by the angle of its slope, and does not change by creeping."""
+    tall, slope = 0.5, 2.0
+    sand = np.stack(np.meshgrid(*[np.arange(-20, 21) * SPACING] * 2, np.arange(11) * SPACING), axis=-1).reshape(-1, 3)
+    radius = np.hypot(sand[:, 0], sand[:, 1])
+    sand = sand[radius < slope * (tall - sand[:, 2])]
+    radius = np.hypot(sand[:, 0], sand[:, 1])
+    flank = (np.abs(radius - slope * (tall - sand[:, 2])) < 1.5 * SPACING) & (radius > 0.3) & (sand[:, 2] > 0.15)
+    facing = surface_normals(sand, SPACING)
+    outward = (facing[:, :2] * sand[:, :2]).sum(axis=1) / np.maximum(radius, 1e-9)
+    steep = np.degrees(np.arctan2(outward, facing[:, 2]))[flank]
+    assert np.median(steep) == pytest.approx(np.degrees(np.arctan(1 / slope)), abs=6)
+    crept = surface_normals(sand + 1e-3 * SPACING * np.sin(np.arange(sand.size)).reshape(sand.shape), SPACING)
+    turned = np.degrees(np.arccos(np.clip((facing * crept).sum(axis=1), -1, 1)))
+    assert np.quantile(turned[flank], 0.9) < 20
 
 
 def test_a_liquid_keeps_its_volume() -> None:
@@ -89,3 +108,29 @@ def test_a_pattern_lies_on_what_deforms_as_on_a_rigid_body() -> None:
     jelly.row["solver"] = "mpm"
     low, high = bounds(SoftSurface("soft0", jelly, corners, {"faces": faces}).shapes(corners * (2, 1, 1)))
     assert np.allclose([low, high], [(0, 0, 0), (2, 1, 1)], atol=1e-5)
+
+
+def test_a_clear_body_shows_its_core_and_no_cavity() -> None:
+    """A cavity that a core fills would be drawn at the same place as the core."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    box = np.array([half for a, b, c, d in quads for half in ((a, b, c), (a, c, d))])
+    both = np.concatenate([corners, corners / 2 + 0.25])
+    faces = np.concatenate([box, box[:, ::-1] + 8])
+    assert hollows(both, faces).tolist() == [False] * 12 + [True] * 12
+    row = part("soft").row | {"solver": "fem"}
+    body = SoftPart("it", "soft", row, Path("none"), SurfaceLook((0.9, 0.3, 0.2), opacity=0.4))
+    surface = SoftSurface("soft0", body, both, {"faces": faces})
+    assert surface.is_clear
+    assert not surface.shapes(both), "nothing of it hides the core"
+    (skin,) = surface.shapes(both, clear=True).values()
+    assert skin.face_count() == 12
+
+
+@pytest.mark.parametrize(
+    ("kind", "finish", "opacity", "clear"),
+    [("soft", "plastic", 0.4, True), ("soft", "plastic", 0.7, False), ("soft", "jelly", 1.0, False),
+     ("cloth", "cloth", 0.3, False), ("cloth", "rubber", 0.3, True)],
+)  # fmt: skip
+def test_which_soft_bodies_are_clear_skins(kind: str, finish: str, opacity: float, *, clear: bool) -> None:
+    assert is_clear(kind, SurfaceLook((0.9, 0.3, 0.2), opacity=opacity, finish=finish)) == clear

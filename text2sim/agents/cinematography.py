@@ -123,7 +123,7 @@ class Cinematography:
         """
         if not self._chat.vision("viewer"):
             return None
-        text = self._composed(text)
+        text = self.composed(text)
         self._tried = [self._judge_still("as_it_is", text, self._sheet(text))]
         try:
             for round_ in range(MAX_ROUNDS):
@@ -151,8 +151,8 @@ class Cinematography:
 
     # --- proposals ------------------------------------------------------------------------------------------------
 
-    def _composed(self, text: str) -> str:
-        """The case with cameras that cut off less; unchanged if nothing can be gained."""
+    def composed(self, text: str) -> str:
+        """The case with cameras that cut off less, and less rest at both ends; unchanged if nothing can be gained."""
         from text2sim.rendering.composition import composed
 
         loaded = load_text(text, self._path)
@@ -172,7 +172,7 @@ class Cinematography:
             for number, treatment in enumerate(answer.treatments[:count]):
                 try:
                     styled = restyle(best.text, treatment.operations, self._path)  # type: ignore[arg-type]
-                    texts[treatment.name] = self._composed(styled)
+                    texts[treatment.name] = self.composed(styled)
                 except SpecError as error:
                     wrong += [f"/treatments/{number}: {format_problem(problem)}" for problem in error.problems[:4]]
                 except (PatchError, TouchesPhysics) as error:
@@ -237,7 +237,7 @@ class Cinematography:
 def best_treatment(
     cinematography: Cinematography, text: str, refilm: Callable[[LoadedCase], None], path: Path, emit: Emit
 ) -> str:
-    """Return the case with its best treatment, or unchanged if there is no better one.
+    """Return the case with its best treatment; without a judge, with what is corrected without one.
 
     Args:
         cinematography: The search.
@@ -251,8 +251,9 @@ def best_treatment(
     """
     try:
         best = cinematography.best(text)
-        if best is not None and best.text != text:
-            refilm(load_text(best.text, path))
+        chosen = cinematography.composed(text) if best is None else best.text
+        if chosen != text:
+            refilm(load_text(chosen, path))
     except StoppedError:
         raise
     except Text2SimError as error:
@@ -263,9 +264,9 @@ def best_treatment(
         return text
     if best is None:
         emit("not_styled", why="the judge's model does not accept pictures")
-        return text
-    emit("styled", treatment=best.name, total=best.marks.total)
-    return best.text
+    else:
+        emit("styled", treatment=best.name, total=best.marks.total)
+    return chosen
 
 
 def stills(run: Path, loaded: LoadedCase) -> tuple[bytes, int]:

@@ -3,23 +3,33 @@
 An author who writes `from`, `look_at` and `fov_deg` cannot see that a crate's corner ends up below the picture. Here
 the recording is projected into the pictures of each camera. What is mostly in the picture, and cut in most of
 them, is fitted in if the field of view grows by a fifth at most; whatever was whole stays whole. And the last shot ends
-soon after nothing moves any more.
+soon after nothing moves any more, and the first begins shortly before anything does.
 """
 
 import math
 from collections.abc import Iterator, Mapping
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from text2sim.legibility.film import Watcher, spread_numbers
+from text2sim.legibility.film import Watcher
 from text2sim.legibility.sight import Sight
 from text2sim.recording.film_record import FilmRecord
+from text2sim.rendering.withdrawing import (
+    EDGE,
+    WHOLE,
+    Extent,
+    centred,
+    extents_of,
+    pictures_by_camera,
+    sights_of,
+    union,
+    withdrawn,
+)
 from text2sim.spec_schema.changes.operation import Operation
-from text2sim.templates.cadence import MAIN, Frame, frames, reels
-from text2sim.templates.cameras import Cameras, View, project
+from text2sim.templates.cadence import Frame, frames
+from text2sim.templates.cameras import Cameras, View
 from text2sim.templates.viewpoints import basis
 
 Array = NDArray[Any]
@@ -31,10 +41,8 @@ TURNED, WIDENED = ("still", "dolly"), ("still", "dolly", "follow")
 WIDEST, FARTHEST = 1.2, 0.15
 """Largest factor by which a picture becomes wider, and largest distance [half widths or heights] by which its centre
 moves: what needs more is left cut."""
-EDGE = 0.05
-"""Distance [half heights or widths of the picture] that is left to its edge."""
-MOSTLY, WHOLE = 0.5, 0.999
-"""Fractions of a thing's points in the picture from which it belongs there, and from which it is whole."""
+MOSTLY = 0.5
+"""Fraction of a thing's points in the picture from which it belongs there."""
 LEAST_SHARE = 0.003
 """Share of the picture from which it matters that a thing is cut."""
 STILL, CALM, WORTHWHILE = 0.02, 0.8, 0.3
@@ -45,15 +53,12 @@ SETTLED, ENDS = 0.99, 40
 its end."""
 SHORTEST = 1.5
 """Shortest length [s of film] to which the last shot is cut."""
-UNTIMED = ("still", "follow")
+UNTIMED = ("still", "follow", "keyframed")
 """Kinds of cameras that do not move faster in a shorter shot."""
 WIDEST_FOV = 140.0
 """Largest field of view of the language [deg]."""
 STEPS = 3
 """Number of corrections: turning a camera changes the perspective slightly."""
-
-Extent = tuple[Array, Array]
-"""Lowest and highest coordinates in the picture, each of shape (2,); the picture reaches from -1 to 1."""
 
 
 def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operation]:
@@ -70,37 +75,55 @@ def composed(recording: FilmRecord, written: Mapping[str, Any]) -> list[Operatio
     if not cameras:
         return patch
     watcher = Watcher(recording)
-    for name, shown in _pictures(recording).items():
+    for name, shown in pictures_by_camera(recording, PICTURES).items():
         camera = recording.film["cameras"][name]
+        if camera["kind"] == "keyframed" and name in cameras:
+            patch += withdrawn(watcher, name)
         if camera["kind"] not in WIDENED or "frame" in camera or name not in cameras:
             continue
         if (fitted := _fitted(watcher, name, shown)) is not None:
             patch += _operations(f"/render/cameras/{name}", cameras[name], camera, fitted)
-    return [*patch, *_ended(watcher, written.get("shots") or {})]
+    return [*patch, *_trimmed(watcher, written.get("shots") or {})]
 
 
-def _ended(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
-    """Yield the operation that ends the last written shot soon after everything has come to rest."""
+def _trimmed(watcher: Watcher, shots: Mapping[str, Any]) -> Iterator[Operation]:
+    """Yield the operations that leave out most of the rest at the start of the first and the end of the last shot."""
     recording, film = watcher.recording, watcher.recording.film
     if not shots or len(shots) != len(film["shots"]):
         return
+    start = film["shots"][0]
+    if film["cameras"][start["camera"]]["kind"] in UNTIMED:
+        moved = _rest(watcher, start, at_end=False)
+        latest = min(start["to"], recording.last) - SHORTEST * start["speed"]
+        begin = round(min(moved - CALM * start["speed"], latest), 3)
+        # What rests through the whole shot is what the shot shows.
+        if moved < min(start["to"], recording.last) and begin > start["from"] + WORTHWHILE * start["speed"]:
+            yield {"op": "add", "path": f"/render/shots/{next(iter(shots))}/from", "value": begin}
     name, shot = list(shots)[-1], film["shots"][-1]
     if film["cameras"][shot["camera"]]["kind"] not in UNTIMED:
         return
-    last = min(shot["to"], recording.last)
-    pictures = [one for one in frames(film, [shot], recording.last) if one.t <= last]
-    view = watcher.cameras.view(shot["camera"], last, 1.0)
-    height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
-    rest, final = last, _places(watcher, last)
-    for picture in reversed(pictures[:: max(1, len(pictures) // ENDS)]):
-        now = _places(watcher, picture.t)
-        away = [np.linalg.norm(there - final[k], axis=1) for k, there in now.items()]
-        if any(np.quantile(far, SETTLED) > STILL * height for far in away):
-            break
-        rest = picture.t
+    last, rest = min(shot["to"], recording.last), _rest(watcher, shot, at_end=True)
     end = round(max(rest + CALM * shot["speed"], shot["from"] + SHORTEST * shot["speed"]), 3)
     if shot["from"] < end < last - WORTHWHILE * shot["speed"]:
         yield {"op": "add", "path": f"/render/shots/{name}/to", "value": end}
+
+
+def _rest(watcher: Watcher, shot: Mapping[str, Any], *, at_end: bool) -> float:
+    """Return the time [s] from which all bodies of a shot are where they end, or until which where they start."""
+    film, last = watcher.recording.film, min(shot["to"], watcher.recording.last)
+    pictures = [one for one in frames(film, [dict(shot)], watcher.recording.last) if one.t <= last]
+    pictures = pictures[:: max(1, len(pictures) // ENDS)]
+    rest = last if at_end else shot["from"]
+    view = watcher.cameras.view(shot["camera"], rest, float(at_end))
+    height = float(np.linalg.norm(view.look_at - view.pos)) * _slope(view.fov)
+    resting = _places(watcher, rest)
+    for picture in reversed(pictures) if at_end else pictures:
+        now = _places(watcher, picture.t)
+        away = [np.linalg.norm(there - resting[k], axis=1) for k, there in now.items()]
+        if any(np.quantile(far, SETTLED) > STILL * height for far in away):
+            return rest
+        rest = picture.t
+    return rest if at_end else last
 
 
 def _places(watcher: Watcher, t: float) -> dict[int, Array]:
@@ -110,32 +133,22 @@ def _places(watcher: Watcher, t: float) -> dict[int, Array]:
     return {k: found[things == k].reshape(-1, 3) for k in np.flatnonzero(watcher.moves).tolist() if (things == k).any()}
 
 
-def _pictures(recording: FilmRecord) -> dict[str, list[Frame]]:
-    """Return some pictures of the main film for each of its cameras."""
-    found: dict[str, list[Frame]] = {}
-    for camera, group in groupby(
-        frames(recording.film, reels(recording.film)[MAIN], recording.last), lambda f: f.camera
-    ):
-        found.setdefault(camera, []).extend(group)
-    return {name: [shown[k] for k in spread_numbers(len(shown), PICTURES)] for name, shown in found.items()}
-
-
 def _fitted(watcher: Watcher, name: str, shown: list[Frame]) -> dict[str, Any] | None:
     """Return a camera of a film that cuts off less; None if it would remain as it is."""
     first = camera = watcher.recording.film["cameras"][name]
     turned = camera["kind"] in TURNED
     views = _views(watcher, name, camera, shown)
-    extents = [dict(_extents(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
-    before = _sights(watcher, shown, views)
+    extents = [dict(extents_of(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
+    before = sights_of(watcher, shown, views)
     if (things := _kept(watcher, before, extents, turned=turned)) is None:
         return None
     for _ in range(STEPS):
-        window = _union([one[k] for one in extents for k in things if k in one])
-        middle, wider = _centred(window, turned=turned, least=_narrowing(first, camera))
+        window = union([one[k] for one in extents for k in things if k in one])
+        middle, wider = centred(window, turned=turned, least=_narrowing(first, camera))
         camera = _turned(camera, views[0], middle, wider, watcher.size)
         views = _views(watcher, name, camera, shown)
-        extents = [dict(_extents(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
-    after = _sights(watcher, shown, views)
+        extents = [dict(extents_of(watcher, frame.t, view)) for frame, view in zip(shown, views, strict=True)]
+    after = sights_of(watcher, shown, views)
     whole = all((a.inside[k] >= WHOLE) or not b.inside[k] for a, b in zip(after, before, strict=True) for k in things)
     return camera if camera != first and whole and 1 / _narrowing(first, camera) <= WIDEST + EDGE else None
 
@@ -145,21 +158,6 @@ def _views(watcher: Watcher, name: str, camera: dict[str, Any], shown: list[Fram
     film = watcher.recording.film
     cameras = Cameras(film | {"cameras": film["cameras"] | {name: camera}}, watcher.recording.states)
     return [cameras.view(name, frame.t, frame.part) for frame in shown]
-
-
-def _sights(watcher: Watcher, shown: list[Frame], views: list[View]) -> list[Sight]:
-    return [watcher.recorded.sight(frame.t, view, watcher.size) for frame, view in zip(shown, views, strict=True)]
-
-
-def _extents(watcher: Watcher, t: float, view: View) -> Iterator[tuple[int, Extent]]:
-    """Yield the extent in a picture of every thing that is entirely in front of the camera."""
-    things = watcher.recorded.things(t)
-    wide, tall = watcher.size
-    places = project(view, things.triangles, wide / tall).reshape(-1, 3, 3)
-    for k in np.unique(things.owner).tolist():
-        mine = places[things.owner == k].reshape(-1, 3)
-        if (mine[:, 2] > 0).all():
-            yield k, (mine[:, :2].min(axis=0), mine[:, :2].max(axis=0))
 
 
 def _kept(watcher: Watcher, sights: list[Sight], extents: list[dict[int, Extent]], *, turned: bool) -> list[int] | None:
@@ -180,33 +178,12 @@ def _kept(watcher: Watcher, sights: list[Sight], extents: list[dict[int, Extent]
         rows = [[one[j] for j in [*kept, k] if j in one] for one in extents]
         if not all(k in one for one, present in zip(extents, there[:, k], strict=True) if present):
             continue  # partly behind the camera
-        window = _union([extent for row in rows for extent in row])
-        middle, wider = _centred(window, turned=turned)
+        window = union([extent for row in rows for extent in row])
+        middle, wider = centred(window, turned=turned)
         if wider <= WIDEST and np.abs(middle).max() <= FARTHEST:
             kept.append(k)
             gained = True
     return kept if gained else None
-
-
-def _union(extents: list[Extent]) -> Extent:
-    low, high = (np.stack(side) for side in zip(*extents, strict=True))
-    return low.min(axis=0), high.max(axis=0)
-
-
-def _centred(window: Extent, *, turned: bool, least: float = 1.0) -> tuple[Array, float]:
-    """Return where the centre of the picture should be, and the factor on its width and height.
-
-    Args:
-        window: What should be in the picture.
-        turned: Whether its centre can move.
-        least: Smallest factor.
-    """
-    low, high = window[0] - EDGE, window[1] + EDGE
-    if not turned:
-        return np.zeros(2), max(least, float(np.abs([low, high]).max()))
-    wider = max(least, float((high - low).max() / 2))
-    # The nearest centre from which both sides are in the picture.
-    return np.clip(np.zeros(2), high - wider, low + wider), wider
 
 
 def _narrowing(first: dict[str, Any], camera: dict[str, Any]) -> float:

@@ -12,6 +12,8 @@ Array = NDArray[np.floating]
 
 LAYERS = 8
 """Largest number of surfaces in a row that filter: both sides of four panes."""
+SLANT = 3.0
+"""Largest length of the way through a skin, in thicknesses: its outline is darker, which shows its form."""
 WITHIN = (0.25, 0.75)
 """Places in a pixel, along both sides, at which rays are cast."""
 
@@ -61,6 +63,8 @@ def _through(scene: Any, sensor: Any, at: tuple[Any, Any], left: Any) -> Array:
         active &= hit.is_valid() & (left > 0)
         if isinstance(active, bool) and not active:
             break
-        through = dr.select(active, through * hit.shape.eval_attribute_3(SHADE, hit, active), through)
+        way = dr.minimum(1 / dr.maximum(dr.abs(hit.wi.z), 1e-3), SLANT)
+        tint = hit.shape.eval_attribute_3(SHADE, hit, active)
+        through = dr.select(active, through * dr.power(tint, way), through)
         ray = hit.spawn_ray(ray.d)
     return np.array(through)

@@ -12,7 +12,7 @@ from text2sim.recording.film_record import WornMesh
 from text2sim.rendering.dressing import Layer, dressed, shifted, toned
 from text2sim.rendering.finishes import EDGE_TINT, drawn_finish, finish_of, material, needs_uvs
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs, read_mesh
-from text2sim.rendering.shapes import mesh_shape, shaded
+from text2sim.rendering.shapes import filtering, mesh_shape, shaded
 
 Array = NDArray[np.floating]
 
@@ -74,7 +74,7 @@ class Batch:
         self._links = np.repeat([part.link for part in parts], sizes)
         colors = [shaded(_color(part), part.look.finish) for part in parts]
         if self.filters:
-            colors = [(color, 1 - shared.opacity * (1 - color)) for color, _ in colors]
+            colors = [(color, filtering(color, shared.opacity)) for color, _ in colors]
         self._colors, self._shades = (np.repeat([row[i] for row in colors], sizes, axis=0) for i in (0, 1))
         self._made: Any = None
 

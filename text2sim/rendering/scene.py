@@ -150,16 +150,19 @@ class FilmStage:
             shapes |= self._soft.shapes(around)
         solid = mitsuba().load_dict(self._fixed | shapes, optimize=False)
         clear = [batch for batch in self._rigid if batch.is_clear]
-        if not clear or not gloss:
+        skins = self._soft is not None and self._soft.is_clear
+        if not (clear or skins) or not gloss:
             return FilmMoment(solid)
         # A black mirror instead of black paint: a mirror sends no rays to the lamps.
         black = mitsuba().load_dict({"type": "conductor", "specular_reflectance": {"type": "rgb", "value": 0.0}})
         colored = {batch.name: batch.shape(pos, quat) for batch in clear if batch.filters}
-        filters = mitsuba().load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes = {batch.name: batch.shape(pos, quat) for batch in clear}
         shapes |= {batch.name: batch.shape(pos, quat, black) for batch in self._rigid if not batch.is_clear}
         if self._soft is not None:
-            shapes |= self._soft.shapes(around, black)
+            clear_skins = self._soft.shapes(around, clear=True) if skins else {}
+            colored |= clear_skins
+            shapes |= self._soft.shapes(around, black) | clear_skins
+        filters = mitsuba().load_dict({"type": "scene"} | colored, optimize=False) if colored else None
         shapes |= {name: make(black) for name, (make, _) in self._backdrop.items()}
         # Besides lamps, glass reflects the lit room, which is black here. A dome replaces it, bright above and fading
         # towards the floor: otherwise a flat pane would reflect a hard line between the two.

@@ -65,5 +65,10 @@ def shaded(color: tuple[float, float, float], finish: str) -> tuple[Array, Array
     return made, np.clip(made * finish_of(finish).shade, 0.0, 1.0)
 
 
+def filtering(color: Array, opacity: float) -> Array:
+    """Return the fraction of the light, shape (3,), that a clear surface of a linear colour lets through."""
+    return 1 - opacity * (1 - color) if opacity < 1 else np.ones(3)
+
+
 def _flat(values: Array) -> NDArray[np.float32]:
     return np.ascontiguousarray(values, np.float32).ravel()

@@ -7,28 +7,19 @@ from numpy.typing import NDArray
 
 from text2sim.recording.film_record import SoftPart, SurfaceLook
 from text2sim.rendering.dressing import Layer, dressed
-from text2sim.rendering.finishes import finish_of, material, needs_uvs
+from text2sim.rendering.finishes import drawn_finish, finish_of, material, needs_uvs
+from text2sim.rendering.grains import Grains
 from text2sim.rendering.meshes import RenderMesh, boxed_uvs
 from text2sim.rendering.renderer import mitsuba
 from text2sim.rendering.rigid import read_picture
-from text2sim.rendering.shapes import mesh_shape, shaded
-from text2sim.templates.shading import LETS_GO, Shell, enclosed, parts_worn, smooth_normals
+from text2sim.rendering.shapes import filtering, mesh_shape, shaded
+from text2sim.templates.shading import LETS_GO, Shell, parts_worn, smooth_normals
 from text2sim.templates.soft_states import SoftStates
 from text2sim.templates.streams import flowing
 
 Array = NDArray[np.floating]
 Around = tuple[int, int, float]
 
-SHADES = {"granular": (0.8, 1.0, 1.15), "snow": (0.97, 1.0)}
-"""Factors on the colour, by which grains differ."""
-CORE = 0.5
-"""Radius of the spheres that fill a heap, in particle distances."""
-CRUMBS = {"granular": (7, 0.24, 0.62), "snow": (8, 0.22, 0.7)}
-"""Number of grains per particle, their radius, and their largest offset, in particle distances."""
-ENCLOSING = 1.5
-"""Edge of the cells that hide a particle if all around it are occupied, in particle distances."""
-MAX_GRAINS = 400_000
-"""Largest number of grains drawn for a body."""
 SMOOTHING_LENGTH, CUBE_SIZE = 2.0, 0.7
 """Reach of a particle and edge of the cells of a liquid's surface, in particle radii."""
 SMOOTHING_ITERATIONS = 20
@@ -67,17 +58,23 @@ class SoftSurface:
             uvs = self._metric(at_rest, uvs)
         self._uvs = uvs
         rest: dict[str, Any] = {"two_sided": part.kind == "cloth", "texture_scale": texture_scale}
-        self._coats = [(np.ones(len(self._faces), bool), look, _material(look, picture=picture, layer=layer, **rest))]
+        printed = picture is not None or layer is not None
+        there = np.ones(len(self._faces), bool)
+        if is_clear(part.kind, look, printed=printed):
+            there = ~hollows(at_rest, arrays["faces"])
+            rest["two_sided"] = True  # what is painted on a clear skin shows from within, too
+        self._coats = [Coat(there, part.kind, look, picture, layer, **rest)]
         if part.regions is not None:
             placed = np.asarray(part.row["pos"]), np.asarray(part.row["quat"])
             worn = parts_worn(part.regions, at_rest, arrays["faces"], *placed)
             own = np.isin(worn, [k for k, one in enumerate(part.parts) if one is not None], invert=True)
-            self._coats[0] = (own, *self._coats[0][1:])
+            self._coats[0].faces = there & own
             self._coats += [
-                (worn == k, one, _material(one, **rest))
+                Coat(there & (worn == k), part.kind, one, **rest)
                 for k, one in enumerate(part.parts)
                 if one is not None and (worn == k).any()
             ]
+        self.is_clear = any(coat.is_clear for coat in self._coats)
 
     def _dressed(self, at_rest: Array, flat: Array | None, look: SurfaceLook, *, textured: bool) -> tuple[Array, Layer]:
         """Return texture coordinates in metres for a pattern, and the layer, which deforms with the body.
@@ -115,74 +112,81 @@ class SoftSurface:
         assert laid.uvs is not None
         return laid.uvs
 
-    def shapes(self, vertices: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return its mesh with these vertices [m]."""
+    def shapes(self, vertices: Array, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+        """Return the mesh of its clear or of its other parts with these vertices [m]."""
         normals = self._shell.normals(vertices)[self._corners]
         whole = True if self._gap is None else self._shell.whole(vertices, self._gap)
         found = {}
-        for k, (mine, look, own) in enumerate(self._coats):
-            if not (drawn := mine & whole).any():
+        for k, coat in enumerate(self._coats):
+            if coat.is_clear != clear or not (drawn := coat.faces & whole).any():
                 continue
-            color, shade = (np.broadcast_to(c, (len(self._own), 3)) for c in shaded(look.color, look.finish))
+            color, shade = (np.broadcast_to(c, (len(self._own), 3)) for c in coat.colors)
             name = f"{self.name}_{k}"
             found[name] = mesh_shape(
-                name, bsdf or own, vertices[self._own], self._faces[drawn], normals,
+                name, bsdf or coat.bsdf, vertices[self._own], self._faces[drawn], normals,
                 colors=color, shades=shade, uvs=self._uvs,
             )  # fmt: skip
         return found
 
 
-def _material(look: SurfaceLook, **rest: Any) -> Any:
-    opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
-    return material(look.finish, opacity=opacity, **rest)
+class Coat:
+    """The triangles of a surface that share a look.
+
+    Args:
+        faces: Which triangles, shape (f,).
+        kind: Kind of the body.
+        look: The look.
+        picture: Picture in place of its colour.
+        layer: Layer over its colour.
+        rest: Arguments of `material`.
+    """
+
+    def __init__(
+        self,
+        faces: NDArray[np.bool_],
+        kind: str,
+        look: SurfaceLook,
+        picture: Array | None = None,
+        layer: Layer | None = None,
+        **rest: Any,
+    ):
+        self.faces = faces
+        self.is_clear = is_clear(kind, look, printed=picture is not None or layer is not None)
+        finish = drawn_finish(look.finish, look.color, look.opacity) if self.is_clear else look.finish
+        opacity = 1.0 if finish_of(look.finish).kind != "solid" else look.opacity
+        self.bsdf = material(finish, opacity=opacity, picture=picture, layer=layer, **rest)
+        color, shade = shaded(look.color, finish)
+        self.colors = (color, filtering(color, opacity)) if self.is_clear else (color, shade)
 
 
-class Grains:
-    """Particles, each drawn as several grains; invisible ones inside a heap are skipped."""
+def is_clear(kind: str, look: SurfaceLook, *, printed: bool = False) -> bool:
+    """Return whether a surface is drawn as a clear skin, which does not refract; a veil is no skin.
 
-    def __init__(self, name: str, part: SoftPart):
-        self.name, self._spacing = name, float(part.row["spacing"])
-        first, end = part.row["points"]
-        count = end - first
-        many, radius, spread = CRUMBS.get(part.kind, (1, CORE, 0.0))
-        many = max(1, min(many, MAX_GRAINS // max(count, 1)))
-        chance = np.random.default_rng(7)
-        ways = chance.standard_normal((count, many, 3))
-        ways *= (chance.uniform(0.25, 1.0, (count, many, 1)) ** (1 / 3)) / np.linalg.norm(ways, axis=2, keepdims=True)
-        self._offsets = ways * spread * self._spacing
-        self._sizes = radius * self._spacing * chance.uniform(0.6, 1.25, (count, many, 3))
-        shades = SHADES.get(part.kind, (1.0,))
-        self._shade = chance.integers(len(shades), size=(count, many))
-        look = part.look
-        self._bsdfs = [
-            mitsuba().load_dict({
-                "type": "principled", "roughness": 0.8, "specular": 0.25,
-                "base_color": {"type": "rgb", "value": np.clip(shaded(look.color, look.finish)[0] * f, 0, 1).tolist()},
-            })
-            for f in shades
-        ]  # fmt: skip
+    Args:
+        kind: Kind of the body.
+        look: Its look.
+        printed: Whether a picture or pattern lies on it.
+    """
+    clear = finish_of(drawn_finish(look.finish, look.color, look.opacity)).kind == "clear"
+    return clear and not printed and not (kind == "cloth" and needs_uvs(look.finish))
 
-    def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
-        """Return the grains for these particle positions [m]."""
-        outside = ~enclosed(points, ENCLOSING * self._spacing)
-        # What has not come out of a stream yet is last among its particles.
-        count = len(points)
-        centers = points[outside][:, None] + self._offsets[:count][outside]
-        sizes, shade = self._sizes[:count][outside], self._shade[:count][outside]
-        found = {}
-        for k, own in enumerate(self._bsdfs):
-            mine = shade == k
-            at, size = centers[mine], sizes[mine]
-            if k == len(self._bsdfs) // 2:
-                at = np.concatenate([at, points[outside]])
-                size = np.concatenate([size, np.full((int(outside.sum()), 3), CORE * self._spacing)])
-            if len(at):
-                found[f"{self.name}_{k}"] = _ellipsoids(at, size, bsdf or own)
-        return found
+
+def hollows(vertices: Array, faces: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return which triangles, shape (f,), bound a cavity inside: a core that fills it has the same surface."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    a, b, c = faces.T.astype(np.int64)
+    joined = coo_array((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, c])), shape=(len(vertices),) * 2)
+    group = connected_components(joined, directed=False)[1][a]
+    volumes = np.einsum("fi,fi->f", vertices[a], np.cross(vertices[b], vertices[c]))
+    return (np.bincount(group, volumes) < 0)[group]
 
 
 class LiquidSurface:
     """Particles with a surface around all of them."""
+
+    is_clear = False
 
     def __init__(self, name: str, part: SoftPart):
         self.name, self._spacing = name, float(part.row["spacing"])
@@ -231,20 +235,26 @@ class SoftBodies:
                 figure = LiquidSurface(name, part) if part.kind == "liquid" else Grains(name, part)
             self._figures.append((part, figure))
 
-    def shapes(self, around: Around, bsdf: Any = None) -> dict[str, Any]:
-        """Return all shapes between two recorded frames.
+    @property
+    def is_clear(self) -> bool:
+        """Whether any part of a body is clear; see `trace`."""
+        return any(figure.is_clear for _, figure in self._figures)
+
+    def shapes(self, around: Around, bsdf: Any = None, *, clear: bool = False) -> dict[str, Any]:
+        """Return the shapes of all clear or of all other parts between two recorded frames.
 
         Args:
             around: The two frames, and the fraction between them.
             bsdf: Material instead of their own.
+            clear: Whether only clear parts are returned, or only others.
         """
         found: dict[str, Any] = {}
         for (part, figure), mouth in zip(self._figures, self._mouths, strict=True):
             points = self._places(part, around)
             if mouth is not None:
                 points = points[flowing(points, mouth, part.row["spacing"])]
-            if len(points):
-                found |= figure.shapes(points, bsdf)
+            if len(points) and (figure.is_clear or not clear):
+                found |= figure.shapes(points, bsdf, clear=True) if clear else figure.shapes(points, bsdf)
         return found
 
     def _places(self, part: SoftPart, around: Around) -> Array:
@@ -268,10 +278,3 @@ def liquid_surface(points: Array, radius: float) -> tuple[Array, NDArray[np.inte
     )
     mesh: Any = made.mesh
     return np.asarray(mesh.vertices, float), np.asarray(mesh.triangles, np.int64)
-
-
-def _ellipsoids(centers: Array, sizes: Array, bsdf: Any) -> Any:
-    mi = mitsuba()
-    data = np.zeros((len(centers), 10), np.float32)
-    data[:, :3], data[:, 3:6], data[:, 9] = centers, sizes, 1.0
-    return mi.load_dict({"type": "ellipsoids", "data": mi.TensorXf(data), "extent": 1.0, "bsdf": bsdf})

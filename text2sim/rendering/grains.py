@@ -1,0 +1,124 @@
+"""Sand and snow: particles drawn as flat grains that lie in the surface of their heap.
+
+Round grains of a pixel's size would show no form: a heap of them is as bright on all sides. Grains that lie in the
+surface are lit like it.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from text2sim.recording.film_record import SoftPart
+from text2sim.rendering.renderer import mitsuba
+from text2sim.rendering.shapes import shaded
+from text2sim.templates.shading import enclosed
+
+Array = NDArray[np.floating]
+
+SHADES = {"granular": (0.8, 0.92, 1.0, 1.06, 1.14), "snow": (0.97, 1.0)}
+"""Factors on the colour, by which grains differ."""
+BED = (0.8, 0.3, 0.8)
+"""Mean radius and half thickness of the flat bodies that fill a heap below its grains, and their largest offset along
+the ground, in particle distances."""
+CRUMBS = {"granular": (8, 0.24, 1.15, 0.5), "snow": (8, 0.24, 0.7, 0.5)}
+"""Number of grains per particle, their radius, and their largest offsets along and across the ground, in particle
+distances: along it more than half a cell of the solver, whose steps would show in the outline."""
+FLAT, TILT = 0.6, 0.14
+"""Thickness of a grain relative to its width, and how much its tilt differs from that of the surface."""
+ENCLOSING = 1.5
+"""Edge of the cells that hide a particle if all around it are occupied, in particle distances."""
+MAX_GRAINS = 400_000
+"""Largest number of grains drawn for a body."""
+SOFTENED, CELLS = 2.0, 96
+"""Distance [particle distances] over which the surface is smoothed to find where it faces, and largest number of cells
+along a side for that."""
+
+
+class Grains:
+    """Particles, each drawn as several grains; invisible ones inside a heap are skipped."""
+
+    is_clear = False
+
+    def __init__(self, name: str, part: SoftPart):
+        self.name, self._spacing = name, float(part.row["spacing"])
+        first, end = part.row["points"]
+        count = end - first
+        many, radius, along, across = CRUMBS.get(part.kind, CRUMBS["granular"])
+        many = max(1, min(many, MAX_GRAINS // max(count, 1)))
+        chance = np.random.default_rng(7)
+        ways = chance.standard_normal((count, many, 3))
+        ways *= (chance.uniform(0.1, 1.0, (count, many, 1)) ** (1 / 2)) / np.linalg.norm(ways, axis=2, keepdims=True)
+        self._offsets = ways * (along * self._spacing, along * self._spacing, across * self._spacing)
+        self._sizes = radius * self._spacing * chance.uniform(0.5, 1.3, (count, many, 3)) * (1, 1, FLAT)
+        self._tilts = chance.standard_normal((count, many, 3)) * TILT
+        wide, thick, astray = np.array(BED) * self._spacing
+        self._bed_offsets = np.pad(chance.uniform(-astray, astray, (count, 2)), ((0, 0), (0, 1)))
+        self._bed_sizes = chance.uniform(0.6, 1.2, (count, 1)) * (wide, wide, thick)
+        shades = SHADES.get(part.kind, (1.0,))
+        self._shade = chance.integers(len(shades), size=(count, many))
+        look = part.look
+        self._bsdfs = [
+            mitsuba().load_dict({
+                "type": "principled", "roughness": 0.8, "specular": 0.25,
+                "base_color": {"type": "rgb", "value": np.clip(shaded(look.color, look.finish)[0] * f, 0, 1).tolist()},
+            })
+            for f in shades
+        ]  # fmt: skip
+
+    def shapes(self, points: Array, bsdf: Any = None) -> dict[str, Any]:
+        """Return the grains for these particle positions [m]."""
+        outside = ~enclosed(points, ENCLOSING * self._spacing)
+        # What has not come out of a stream yet is last among its particles.
+        count = len(points)
+        facing = surface_normals(points, self._spacing)[outside]
+        centers = points[outside][:, None] + self._offsets[:count][outside]
+        sizes, shade = self._sizes[:count][outside], self._shade[:count][outside]
+        ways = facing[:, None] + self._tilts[:count][outside]
+        found = {}
+        for k, own in enumerate(self._bsdfs):
+            mine = shade == k
+            at, size, way = centers[mine], sizes[mine], ways[mine]
+            if k == len(self._bsdfs) // 2:
+                at = np.concatenate([at, points[outside] + self._bed_offsets[:count][outside]])
+                size = np.concatenate([size, self._bed_sizes[:count][outside]])
+                way = np.concatenate([way, facing])
+            if len(at):
+                found[f"{self.name}_{k}"] = _ellipsoids(at, size, way, bsdf or own)
+        return found
+
+
+def surface_normals(points: Array, spacing: float) -> Array:
+    """Return where the surface of a heap faces near each particle, unit vectors of shape (n, 3), none downward.
+
+    Args:
+        points: Positions of the particles [m], shape (n, 3).
+        spacing: Particle distance [m].
+    """
+    wide = float(np.ptp(points, axis=0).max()) / spacing
+    # In the world's grid, and in steps, so that the light on a heap at rest does not change.
+    edge = spacing * 2.0 ** np.ceil(np.log2(max(wide / CELLS, 1.0)))
+    cells = np.floor(points / edge).astype(np.int64)
+    margin = int(np.ceil(3 * SOFTENED)) + 1
+    cells += margin - cells.min(axis=0)
+    size = tuple(cells.max(axis=0) + margin + 1)
+    filled = np.bincount(np.ravel_multi_index(tuple(cells.T), size), minlength=int(np.prod(size))).reshape(size)
+    dense = gaussian_filter(np.minimum(filled, 1).astype(np.float32), SOFTENED * spacing / edge, truncate=3.0)
+    sides: Any = np.gradient(dense)
+    slope = -np.stack([side[tuple(cells.T)] for side in sides], axis=1).astype(float)
+    slope[:, 2] = np.maximum(slope[:, 2], 0.0)  # a heap ends on the ground, which is no surface to be seen
+    length = np.linalg.norm(slope, axis=1, keepdims=True)
+    return np.where(length > 1e-6, slope / np.maximum(length, 1e-6), (0.0, 0.0, 1.0))
+
+
+def _ellipsoids(centers: Array, sizes: Array, ways: Array, bsdf: Any) -> Any:
+    """Return ellipsoids with half axes [m] whose third axes point along vectors, shape (n, 3) each."""
+    mi = mitsuba()
+    ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
+    ways = np.where(ways[:, 2:] < 0, -ways, ways)  # both ends of an axis are alike
+    data = np.zeros((len(centers), 10), np.float32)
+    data[:, :3], data[:, 3:6] = centers, sizes
+    turn = np.stack([-ways[:, 1], ways[:, 0], np.zeros(len(ways)), 1 + ways[:, 2]], axis=1)
+    data[:, 6:] = turn / np.linalg.norm(turn, axis=1, keepdims=True)
+    return mi.load_dict({"type": "ellipsoids", "data": mi.TensorXf(data), "extent": 1.0, "bsdf": bsdf})
