@@ -13,7 +13,7 @@ from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
 from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
-from text2sim.agents.revising import with_patches_together
+from text2sim.agents.revising import most_that_hold, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
 from text2sim.revision.revise import RefusedPatch, revise
@@ -136,13 +136,16 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
 
 
 def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> list[list[str]]:
-    """Reasons why each patch cannot be applied; none at all if they give a valid case together."""
+    """Reasons why each patch cannot be applied; none for those that give a valid case together."""
     if not exhibit.case:  # a judgement of looks needs no patches
         return []
     rows = [patch.model_dump(mode="json") for patch in critique.patches]
-    if len(rows) > 1 and with_patches_together(exhibit.case, rows, path, contract) is not None:
-        return [[] for _ in rows]
-    return [_patch_faults(patch, exhibit.case, contract, path) for patch in critique.patches]
+
+    def attempt(few: Sequence[int]) -> str | None:
+        return with_patches_together(exhibit.case, [rows[k] for k in few], path, contract)
+
+    kept, case = most_that_hold(range(len(rows)), attempt) or ((), exhibit.case)
+    return [[] if k in kept else _patch_faults(patch, case, contract, path) for k, patch in enumerate(critique.patches)]
 
 
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:

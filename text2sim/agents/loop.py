@@ -300,9 +300,8 @@ class AgentLoop:
             return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self.deciding.carry_out(attempt, decision)
-        for version in (text, alone):  # contract and case change together
-            if (adopted := self.mending.adopt(attempt, version, examined)) is not examined:
-                return adopted
+        if (adopted := self.mending.adopt(attempt, text, alone)) is not None:  # contract and case change together
+            return adopted
         self.agreement.restore(agreed)
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined

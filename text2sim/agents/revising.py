@@ -2,9 +2,10 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import Contract
@@ -21,6 +22,8 @@ from text2sim.spec_schema.text.document import parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source
 
 Data = dict[str, Any]
+K = TypeVar("K", bound=Hashable)
+T = TypeVar("T")
 _EXPRESSION = re.compile(r"\$\{[^}]*\}")
 _GRID_PARAM = re.compile(r"^params\.(\w+)", re.ASCII)
 _WORD = re.compile(r"(?<![\w.'\"])[A-Za-z_]\w*", re.ASCII)
@@ -47,7 +50,7 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
 def with_patches(
     text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
 ) -> tuple[str, list[str]]:
-    """Apply patches, together if that gives a valid case; otherwise in order, without those that are wrong by then.
+    """Apply as many patches as possible together (see `most_that_hold`), and then each that is valid on top of them.
 
     Args:
         text: Text of the case.
@@ -58,10 +61,14 @@ def with_patches(
     Returns:
         The text, and for each patch why it was skipped; empty if it was not.
     """
-    if len(patches) > 1 and (together := with_patches_together(text, patches, path, contract)) is not None:
-        return together, [""] * len(patches)
-    reasons = []
-    for patch in patches:
+    held = most_that_hold(
+        range(len(patches)), lambda few: with_patches_together(text, [patches[k] for k in few], path, contract)
+    )
+    kept, text = held if held is not None else ((), text)
+    reasons = [""] * len(patches)
+    for k, patch in enumerate(patches):
+        if k in kept:
+            continue
         try:
             made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
             breaches = contract.breaches(load_text(made, path)) if contract is not None else []
@@ -69,8 +76,27 @@ def with_patches(
         except (PatchError, SpecError) as error:
             made, reason = text, str(error).splitlines()[0]
         text = text if reason else made
-        reasons.append(f"a patch on {patch['section']} was left out: {reason}" if reason else "")
+        reasons[k] = f"a patch on {patch['section']} was left out: {reason}" if reason else ""
     return text, reasons
+
+
+def most_that_hold(items: Iterable[K], attempt: Callable[[Sequence[K]], T | None]) -> tuple[Sequence[K], T] | None:
+    """Return the items that can be applied together, and the result: all, all but one, or those that can one by one.
+
+    Args:
+        items: Items that may need each other, or be wrong.
+        attempt: Applies items; returns None if that is not possible.
+    """
+    items = tuple(items)
+    for few in dict.fromkeys([items, *combinations(items, len(items) - 1)] if len(items) > 1 else [items]):
+        if few and (made := attempt(few)) is not None:
+            return few, made
+    found: tuple[Sequence[K], T] | None = None
+    for item in (*items, *items) if len(items) > 2 else ():  # twice: one may need a later one
+        few = found[0] if found is not None else ()
+        if item not in few and (made := attempt((*few, item))) is not None:
+            found = (*few, item), made
+    return found
 
 
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
