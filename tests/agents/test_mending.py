@@ -57,6 +57,20 @@ def test_a_change_that_is_wrong_twice_is_left_out_and_the_planner_hears_of_it(tm
     assert "`desk`" in made.workshop.referred[0]
 
 
+def test_a_foreign_operation_goes_back_in_the_same_conversation_and_leaves_the_others_their_work(
+    tmp_path: Path,
+) -> None:
+    foreign = SMALL.replace("}]", "}, {op: add, path: /scene/substeps, value: 40}]")
+    routes = [{"section": name, "instruction": "do it"} for name in ("render", "bodies")]
+    decision = Decision.model_validate({"action": "repair", "why": "x", "routes": routes})
+    for last, radius in ((SMALL, 0.2), (foreign, 0.1)):
+        made, model = team(tmp_path / str(radius), {"render": [FILM], "bodies": [foreign, foreign, last]})
+        case = revising.data_of(made.workshop.follow_routes(CASE, decision.routes))
+        assert "`/scene/substeps` is not below /bodies" in model.questions("bodies")[1]
+        assert (case["render"]["fps"], case["bodies"]["ball"]["shape"]["radius"]) == (12, radius)
+    assert "substeps" in made.workshop.referred[0], "the Planner hears what was refused"
+
+
 def test_before_a_run_the_work_of_one_writer_is_not_lost_with_that_of_another(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,18 +9,18 @@ from text2sim.agents.assembly import format_problem
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import Conversation, RoleFailed, typed_parser
 from text2sim.agents.facts import Fact, false_facts
+from text2sim.agents.judgement import Amendment, Critique, Failure, Patch
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch, Where
+from text2sim.agents.replies import CasePlan, Decision, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
-from text2sim.agents.revising import most_that_hold, with_patches_together
+from text2sim.agents.revising import most_that_hold, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.revision.revise import RefusedPatch, revise
+from text2sim.revision.revise import RefusedPatch
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.text.source import Source
 
 CRITIC = ROLES["critic"]
 
@@ -110,7 +110,7 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
 def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
     """Reasons why a patch cannot be applied to a case; empty if it can."""
     try:
-        revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
+        revision = revised(case, path, patch.operations, patch.section)  # type: ignore[arg-type]
     except PatchError as error:
         return [str(error)]
     except RefusedPatch as refused:
@@ -130,6 +130,7 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
         wrong.append(f"/requirements: no mark for {', '.join(unmarked)}")
     if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
+    wrong += critique.refused if exhibit.case else ()
     for number, reasons in enumerate(_faults_by_patch(critique, exhibit, contract, path), 1):
         wrong += [f"patch {number}: {reason}" for reason in reasons]
     return wrong
@@ -150,7 +151,7 @@ def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, p
 
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
-    case = exhibit.case if critique.patches else ""
+    case = exhibit.case if critique.patches or critique.refused else ""
     question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
     try:
         more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
@@ -161,6 +162,7 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
             "requirements": critique.requirements | more.requirements,
             "failures": more.failures or critique.failures,
             "patches": more.patches or critique.patches,
+            "refused": more.refused if more.patches or more.refused else critique.refused,
         }
     )
 
@@ -187,7 +189,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
     """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
-    patches, refused = [], []
+    patches, refused = [], [*critique.refused] if exhibit.case else []
     for patch, faults in zip(critique.patches, _faults_by_patch(critique, exhibit, contract, path), strict=False):
         if faults:
             refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")

@@ -10,13 +10,13 @@ from typing import Any, TypeVar
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import Contract
 from text2sim.agents.replies import Fragments
-from text2sim.revision.revise import apply_owned, revise
+from text2sim.revision.revise import Revision, apply_owned, revise
 from text2sim.spec_schema.changes.diff import difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.edit import edit_source
-from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.operation import Operation, split_pointer
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations
-from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.errors import SpecError, there_are
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.document import parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source
@@ -70,7 +70,7 @@ def with_patches(
         if k in kept:
             continue
         try:
-            made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
+            made = revised(text, path, patch["operations"], patch["section"]).text
             breaches = contract.breaches(load_text(made, path)) if contract is not None else []
             reason = breaches[0][1] if breaches else ""
         except (PatchError, SpecError) as error:
@@ -78,6 +78,37 @@ def with_patches(
         text = text if reason else made
         reasons[k] = f"a patch on {patch['section']} was left out: {reason}" if reason else ""
     return text, reasons
+
+
+def revised(text: str, path: Path, changes: Sequence[Operation], section: str) -> Revision:
+    """Apply a patch of the Critic to one section, or to parameters.
+
+    Args:
+        text: Text of the case.
+        path: Path of the case file.
+        changes: The patch.
+        section: The section that it may change; `plan` for values of parameters.
+
+    Raises:
+        PatchError: If it cannot be applied, or changes anything else.
+        SpecError: If the result is not a valid case.
+    """
+    _owned(data_of(text), changes, section)
+    return revise(Source(text, str(path)), path, changes)
+
+
+def _owned(data: Any, changes: Sequence[Operation], section: str) -> Any:
+    """Return a document with a patch applied that may change one section, or values of parameters."""
+    if section != "plan":
+        return apply_owned(data, changes, section)
+    for number, change in enumerate(changes):
+        steps = split_pointer(str(change.get("path")))
+        known = mapping(data, "params")
+        if change.get("op") not in ("add", "replace", "test") or len(steps) < 2 or steps[0] != "params":
+            raise PatchError(number, "a patch on plan sets /params/NAME, and nothing else")
+        if steps[1] not in known:
+            raise PatchError(number, f"there is no parameter `{steps[1]}`{there_are(known)}")
+    return apply_operations(data, changes)
 
 
 def most_that_hold(items: Iterable[K], attempt: Callable[[Sequence[K]], T | None]) -> tuple[Sequence[K], T] | None:
@@ -157,7 +188,7 @@ def with_patches_together(
     try:
         data = parse_document(Source(text, str(path))).data
         for patch in patches:
-            data = apply_owned(data, patch["operations"], patch["section"])
+            data = _owned(data, patch["operations"], patch["section"])
         combined = [operation for patch in patches for operation in patch["operations"]]
         made = revise(Source(text, str(path)), path, combined).text
         broken = contract is not None and contract.breaches(load_text(made, path))
