@@ -1,7 +1,7 @@
 """The Critic: reads the request, the case and the evidence, and answers with marks and proposed patches."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -92,9 +92,15 @@ def criticise(
     images = (*exhibit.images, *request.images)
     system = system_prompt(CRITIC)
     critique: Critique = chat.ask("critic", system, question, typed_parser(Critique), images)
+    wished = request.requirements
+    request = replace(request, requirements={name: one for name, one in wished.items() if name not in plan.cannot})
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(chat, system, critique, wrong, exhibit)
-    return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
+    critique = _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
+    if plan.cannot:  # what is impossible counts in the score, and for nothing else
+        marks = {name: row.mark for name, row in critique.requirements.items()}
+        critique = critique.model_copy(update={"score": weighted_score(wished, marks)})
+    return critique
 
 
 def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
@@ -103,6 +109,8 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
     for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
         lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+        if name in plan.cannot:
+            lines.append(f"  - cannot be built: {plan.cannot[name]}. Not needed, and no failure; mark what there is")
         lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
     return "\n".join(lines)
 

@@ -154,6 +154,8 @@ class CasePlan(Form):
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
     """Reason why something is not possible."""
+    cannot: dict[Name, Line] = {}
+    """With `partly`: requirements that cannot be met in full, and why."""
     assumptions: Lines = []
     """Interpretations of what the request leaves open."""
     mode: list[Annotated[str, StringConstraints(max_length=40)]] = []
@@ -264,6 +266,8 @@ class Opening(Form):
 
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
+    cannot: dict[Name, Line] = {}
+    """With `partly`: requirements that cannot be met in full, and why."""
     event: Line = ""
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}
