@@ -11,11 +11,12 @@ from tests.agents.scripted import Scripted, chat, fenced
 from text2sim.agents import language
 from text2sim.agents.conversation import BudgetSpent, RoleFailed, Wrong, typed_parser
 from text2sim.agents.journal import Journal
+from text2sim.agents.judgement import Critique
 from text2sim.agents.models.calls import Account, Budget
 from text2sim.agents.models.exchange import Message, ModelRequest, Reply
 from text2sim.agents.models.tokens import Beginnings, common_prefix_length
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.replies import CasePlan, Critique
+from text2sim.agents.replies import CasePlan
 
 
 def number(data: Any) -> int:

@@ -11,8 +11,9 @@ from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import typed_parser
 from text2sim.agents.criticism import Exhibit, criticise, decision_to_film
 from text2sim.agents.facts import Fact
+from text2sim.agents.judgement import Critique, Mark
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import CasePlan, Critique, Mark
+from text2sim.agents.replies import CasePlan
 from text2sim.agents.requirements import Requirement, extract_requirements, requirements_of_change, weighted_score
 from text2sim.agents.run_summary import attempts_table, evidence_text, judgement_text
 

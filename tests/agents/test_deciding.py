@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.agents.scripted import Scripted, quiet_loop
+from tests.agents.scripted import Scripted, chat, quiet_loop
 from tests.agents.test_decision_faults import CASE, agreed, data
 from tests.agents.test_loop import HIGH, PLAN, REPLIES, begin, scripted
 from text2sim.agents import revising
@@ -29,6 +29,7 @@ def test_before_a_run_what_is_promised_and_the_case_stay_together(
     decision = Decision.model_validate({"action": "repair", "why": "too little is asked"} | data(answer))
     made, path = quiet_loop(tmp_path), tmp_path / "case.yaml"
     made.workshop.agreement = agreed()[0]
+    made.workshop.chat = chat(tmp_path, scripted({"bodies": ["patch: []\nwhy: it cannot be larger"]}))
     monkeypatch.setattr(made.deciding, "decide", lambda *given, **more: decision)
     monkeypatch.setattr(
         made.workshop, "follow_routes", lambda text, routes, keep=(): text.replace("radius: 0.1", "radius: -1")

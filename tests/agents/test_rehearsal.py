@@ -180,6 +180,37 @@ def test_links_may_be_named_by_a_pattern() -> None:
         assert faults(PLAN, checks__measures__mine=measure) == []
 
 
+PART_FACTS = [
+    {"touched": "gate.post", "by": "bob"},
+    {"moved": "pin[0]", "by": "flag.hem"},
+    {"count": "pin.ring", "equals": 6},
+]
+
+
+@pytest.mark.parametrize("fact", PART_FACTS, ids=str)
+def test_a_fact_about_a_part_that_cannot_be_measured_goes_back(fact: dict[str, Any]) -> None:
+    """The reference check of a case decides, as it does of events."""
+    (wrong,) = faults(PLAN, facts={"wish": [fact]})
+    assert wrong.startswith("/facts/wish: ")
+    body = next(word.partition(".")[0] for word in fact.values() if "." in str(word))
+    assert f"did you mean `{body}`?" in wrong
+    assert "plan the part as a body of its own" in wrong
+
+
+def test_facts_about_bodies_copies_and_links_pass() -> None:
+    links = [
+        {"touched": "arm.hand", "by": "mug"},
+        {"moved": "pin[2]", "by": "bob"},
+        {"color": "gate.post", "like": "red"},
+    ]
+    assert faults(PLAN, facts={"wish": links}) == []
+
+
+def test_a_measure_of_a_part_goes_back_with_the_way_out() -> None:
+    (wrong,) = faults(PLAN, checks__measures__lift={"kind": "displacement", "of": "gate.post", "axis": "z"})
+    assert "did you mean `gate`?; name a whole body, or plan the part as a body of its own" in wrong
+
+
 def test_where_bodies_stand_is_not_known_yet() -> None:
     for measure, expect in (
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "above": -5}),

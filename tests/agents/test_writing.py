@@ -10,7 +10,16 @@ from text2sim.agents.assembly import case_text, examine, owner_of
 from text2sim.agents.conversation import RoleFailed
 from text2sim.agents.replies import CasePlan, PlannedBody, Refer
 from text2sim.agents.roles import ROLES, render, writer_prompt
-from text2sim.agents.section_writer import Change, Unchanged, _kinds_for, change_section, write_section, writer_pages
+from text2sim.agents.section_writer import (
+    Change,
+    Unchanged,
+    _kinds_for,
+    change_section,
+    gist,
+    plan_for,
+    write_section,
+    writer_pages,
+)
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.models.colors import NAMED
 
@@ -152,6 +161,23 @@ def test_a_writer_reads_what_its_plan_needs_and_little_more() -> None:
     sizes = {section: len(writer_pages(section, PLAN)) for section in SECTIONS}
     assert sum(sizes.values()) < 31_000, sizes
     assert len(language.reference_pages("bodies")) > 3 * len(pages)
+
+
+def test_descriptions_are_cut_at_the_end_of_a_sentence_or_word() -> None:
+    text = "A sign of oak, 0.4 x 0.3 m. It hangs on two chains; the wind moves it a little."
+    assert gist(text, 40) == "A sign of oak, 0.4 x 0.3 m. …"
+    assert gist(text, 60) == "A sign of oak, 0.4 x 0.3 m. It hangs on two chains; …"
+    assert gist("A very long row of words, and no end of it", 27) == "A very long row of words …"
+
+
+@pytest.mark.parametrize("section", ["render", "actions"])
+def test_descriptions_of_few_bodies_are_told_in_full(section: str) -> None:
+    sentence = "A ball of cork that was turned by hand, with a stripe around it. "
+    for count, whole in ((2, True), (9, False)):
+        bodies = {f"ball_{k}": PlannedBody(kind="rigid", what=sentence * 6) for k in range(count)}
+        told = plan_for(section, PLAN.model_copy(update={"bodies": bodies}))
+        assert ("…" not in told) is whole
+        assert told.count("stripe around it") == count * (6 if whole else 3)
 
 
 def test_what_a_plan_says_in_passing_brings_no_pages() -> None:

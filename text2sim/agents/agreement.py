@@ -149,7 +149,10 @@ class Agreement:
         """Restore the parameters, bodies and contract of an earlier copy with the same checks; keep what is newer."""
         # How requirements are tested (`facts`, `meets`, `causes`) and what the checks mean (`says`, `keeps`) belongs to
         # the request and may have been amended since; it does not depend on the version of the case.
-        kept = {name: getattr(self.plan, name) for name in ("facts", "says", "keeps", "meets", "causes")}
+        kept = {
+            name: getattr(self.plan, name)
+            for name in ("possible", "why", "cannot", "facts", "says", "keeps", "meets", "causes")
+        }
         newer = {
             "plan": earlier.plan.model_copy(update=kept),
             "restated": self.restated,  # the Critic has to know of every restatement

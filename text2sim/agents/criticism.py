@@ -1,7 +1,7 @@
 """The Critic: reads the request, the case and the evidence, and answers with marks and proposed patches."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,18 +9,18 @@ from text2sim.agents.assembly import format_problem
 from text2sim.agents.contract import Contract
 from text2sim.agents.conversation import Conversation, RoleFailed, typed_parser
 from text2sim.agents.facts import Fact, false_facts
+from text2sim.agents.judgement import Amendment, Critique, Failure, Patch
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.planning import Request
-from text2sim.agents.replies import Amendment, CasePlan, Critique, Decision, Failure, Patch, Where
+from text2sim.agents.replies import CasePlan, Decision, Where
 from text2sim.agents.requirements import requirement_rows, weighted_score
-from text2sim.agents.revising import with_patches_together
+from text2sim.agents.revising import most_that_hold, revised, with_patches_together
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
-from text2sim.revision.revise import RefusedPatch, revise
+from text2sim.revision.revise import RefusedPatch
 from text2sim.spec_schema.changes.patch import PatchError
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.load import load_text
-from text2sim.spec_schema.text.source import Source
 
 CRITIC = ROLES["critic"]
 
@@ -92,9 +92,15 @@ def criticise(
     images = (*exhibit.images, *request.images)
     system = system_prompt(CRITIC)
     critique: Critique = chat.ask("critic", system, question, typed_parser(Critique), images)
+    wished = request.requirements
+    request = replace(request, requirements={name: one for name, one in wished.items() if name not in plan.cannot})
     if wrong := _faults(critique, request, exhibit, contract, path):
         critique = _amended(chat, system, critique, wrong, exhibit)
-    return _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
+    critique = _settled(_by_the_facts(critique, exhibit.facts), request, exhibit, contract, path)
+    if plan.cannot:  # what is impossible counts in the score, and for nothing else
+        marks = {name: row.mark for name, row in critique.requirements.items()}
+        critique = critique.model_copy(update={"score": weighted_score(wished, marks)})
+    return critique
 
 
 def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) -> str:
@@ -103,6 +109,8 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
     for line, name in zip(requirement_rows(request.requirements).splitlines(), request.requirements, strict=True):
         names = plan.meets.get(name)
         lines.append(line + (f" [{', '.join(f'expect:{one}' for one in names)}]" if names else ""))
+        if name in plan.cannot:
+            lines.append(f"  - cannot be built: {plan.cannot[name]}. Not needed, and no failure; mark what there is")
         lines += [f"  - fact, {fact}" for fact in facts if fact.requirement == name]
     return "\n".join(lines)
 
@@ -110,7 +118,7 @@ def _requirements_text(request: Request, plan: CasePlan, facts: Sequence[Fact]) 
 def _patch_faults(patch: Patch, case: str, contract: Contract, path: Path) -> list[str]:
     """Reasons why a patch cannot be applied to a case; empty if it can."""
     try:
-        revision = revise(Source(case, str(path)), path, patch.operations, patch.section)
+        revision = revised(case, path, patch.operations, patch.section)  # type: ignore[arg-type]
     except PatchError as error:
         return [str(error)]
     except RefusedPatch as refused:
@@ -130,24 +138,28 @@ def _faults(critique: Critique, request: Request, exhibit: Exhibit, contract: Co
         wrong.append(f"/requirements: no mark for {', '.join(unmarked)}")
     if critique.verdict == "repair" and not critique.failures and not _short_of(critique, request):
         wrong.append("/failures: what is to be repaired?")
+    wrong += critique.refused if exhibit.case else ()
     for number, reasons in enumerate(_faults_by_patch(critique, exhibit, contract, path), 1):
         wrong += [f"patch {number}: {reason}" for reason in reasons]
     return wrong
 
 
 def _faults_by_patch(critique: Critique, exhibit: Exhibit, contract: Contract, path: Path) -> list[list[str]]:
-    """Reasons why each patch cannot be applied; none at all if they give a valid case together."""
+    """Reasons why each patch cannot be applied; none for those that give a valid case together."""
     if not exhibit.case:  # a judgement of looks needs no patches
         return []
     rows = [patch.model_dump(mode="json") for patch in critique.patches]
-    if len(rows) > 1 and with_patches_together(exhibit.case, rows, path, contract) is not None:
-        return [[] for _ in rows]
-    return [_patch_faults(patch, exhibit.case, contract, path) for patch in critique.patches]
+
+    def attempt(few: Sequence[int]) -> str | None:
+        return with_patches_together(exhibit.case, [rows[k] for k in few], path, contract)
+
+    kept, case = most_that_hold(range(len(rows)), attempt) or ((), exhibit.case)
+    return [[] if k in kept else _patch_faults(patch, case, contract, path) for k, patch in enumerate(critique.patches)]
 
 
 def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequence[str], exhibit: Exhibit) -> Critique:
     """Ask once more for the unusable parts of a judgement."""
-    case = exhibit.case if critique.patches else ""
+    case = exhibit.case if critique.patches or critique.refused else ""
     question = render("judge_again", judgement=yaml_text(_critique_as_data(critique)), wrong=wrong, case=case)
     try:
         more: Amendment = chat.ask("critic", system, question, typed_parser(Amendment), rounds=1)
@@ -158,6 +170,7 @@ def _amended(chat: Conversation, system: str, critique: Critique, wrong: Sequenc
             "requirements": critique.requirements | more.requirements,
             "failures": more.failures or critique.failures,
             "patches": more.patches or critique.patches,
+            "refused": more.refused if more.patches or more.refused else critique.refused,
         }
     )
 
@@ -184,7 +197,7 @@ def _by_the_facts(critique: Critique, facts: Sequence[Fact]) -> Critique:
 
 def _settled(critique: Critique, request: Request, exhibit: Exhibit, contract: Contract, path: Path) -> Critique:
     """A judgement without its unusable parts, with its score; it passes only if all requirements are met."""
-    patches, refused = [], []
+    patches, refused = [], [*critique.refused] if exhibit.case else []
     for patch, faults in zip(critique.patches, _faults_by_patch(critique, exhibit, contract, path), strict=False):
         if faults:
             refused.append(f"on {patch.section} ({patch.why}): {faults[0]}")

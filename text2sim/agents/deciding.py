@@ -105,6 +105,7 @@ class Deciding:
         text, reasons = revising.with_patches(
             text, [patches[k] for k in taken], self.workshop.path, agreement.contract
         )  # fmt: skip
+        text = revising.with_params(text, decision.params)  # the Planner's value counts, also if a patch sets it
         fates = {k: f"refused: {reason}" if reason else "taken" for k, reason in zip(taken, reasons, strict=True)}
         attempt.fates += [fates.get(k, f"not taken: {decision.why}") for k in patches]
         self.attempts.keep(attempt)

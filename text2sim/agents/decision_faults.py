@@ -190,7 +190,7 @@ def _problems_introduced(
         text, plan = agreement.changed(case, decision)
     except (PatchError, SpecError) as error:
         return [f"/patch: {str(error).splitlines()[0]}"]
-    if text == case and plan.checks == agreement.plan.checks:
+    if text == case and plan.checks == agreement.plan.checks and plan.facts == agreement.plan.facts:
         return []
     text, _ = revising.with_patches(text, taken, path, None)
     duration = revising.mapping(revising.data_of(text), "scene").get("duration")
@@ -200,7 +200,7 @@ def _problems_introduced(
 
 
 def _new_plan_faults(old: CasePlan, new: CasePlan, path: Path) -> list[str]:
-    if old.checks == new.checks and old.bodies == new.bodies:
+    if old.checks == new.checks and old.bodies == new.bodies and old.facts == new.facts:
         return []
     before = set(plan_faults(old, path))
     return [row for row in plan_faults(new, path) if row not in before]

@@ -123,6 +123,9 @@ def _opened(loop: AgentLoop, text: str, opening: Opening) -> str:
             "checks": merged,
             "says": says,
             "facts": opening.facts,
+            "possible": opening.possible,
+            "why": opening.why,
+            "cannot": opening.cannot,
             "event": opening.event or loop.agreement.plan.event,
             # The author's own expectations may hold from the start.
             "keeps": [*(name for name in checks.expect if name in expect), *opening.keeps],

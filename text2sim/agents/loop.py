@@ -20,7 +20,7 @@ from text2sim.agents.dealt_cards import DealtCards
 from text2sim.agents.deciding import Deciding
 from text2sim.agents.history import History
 from text2sim.agents.journal import Emit
-from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State
+from text2sim.agents.loop_result import LoopLimits, LoopOutcome, State, impossible_parts
 from text2sim.agents.mending import Mending
 from text2sim.agents.models.exchange import ModelError, StoppedError
 from text2sim.agents.planning import Request, TriedPlan, make_plan
@@ -159,7 +159,10 @@ class AgentLoop:
         """Return the outcome if the loop ends with an attempt, after filming the best one well; None if it goes on."""
         if attempt.accepted:
             self._choose_film(attempt)
-            return self.outcome("accepted", "the Critic passed it and everything expected came true")
+            came_true = "the Critic passed it and everything expected came true"
+            if self.agreement.plan.possible == "partly":
+                return self.outcome("accepted_in_part", f"{came_true}, as far as it is possible")
+            return self.outcome("accepted", came_true)
         made, names = self.history.made, self.agreement.names
         if (best := unbettered(made, names)) is not None:
             if not self.history.base:
@@ -300,9 +303,8 @@ class AgentLoop:
             return examined  # run it anyway, since the doubts may be wrong
         agreed, (alone, _) = copy(self.agreement), self.agreement.changed(attempt.text, decision)
         text, _ = self.deciding.carry_out(attempt, decision)
-        for version in (text, alone):  # contract and case change together
-            if (adopted := self.mending.adopt(attempt, version, examined)) is not examined:
-                return adopted
+        if (adopted := self.mending.adopt(attempt, text, alone)) is not None:  # contract and case change together
+            return adopted
         self.agreement.restore(agreed)
         self.workshop.referred.append(f"Not done before the run, because it left the case wrong: {decision.why}")
         return examined
@@ -333,6 +335,8 @@ class AgentLoop:
                 self.attempts.publish(best)
             missed = best.missed(self.agreement.names)
             unresolved = [f"{name}: {self.agreement.plan.says.get(name, '')}" for name in missed]
-            unresolved += best.shortcomings(self.request.requirements)
+            plan, wished = self.agreement.plan, self.request.requirements
+            unresolved += best.shortcomings({name: one for name, one in wished.items() if name not in plan.cannot})
+            unresolved += impossible_parts(plan, wished)
         self.emit("ended", state=state, why=why, best=best.number if best else None)
         return LoopOutcome(state, why, best, unresolved, self.agreement.plan)

@@ -6,8 +6,17 @@ from typing import Literal
 
 from text2sim.agents.attempt import Attempt
 from text2sim.agents.replies import CasePlan
+from text2sim.agents.requirements import Requirements
 
-State = Literal["accepted", "impossible", "gave_up", "spent", "failed"]
+State = Literal["accepted", "accepted_in_part", "impossible", "gave_up", "spent", "failed"]
+
+
+def impossible_parts(plan: CasePlan, requirements: Requirements) -> list[str]:
+    """Return what of a request the plan declares impossible, each with the reason; empty if all of it is possible."""
+    if plan.possible != "partly":
+        return []
+    rows = [f"{requirements[name].what} ({why})" for name, why in plan.cannot.items() if name in requirements]
+    return [f"not possible: {row}" for row in rows or [plan.why]]
 
 
 @dataclass(frozen=True)
@@ -35,3 +44,8 @@ class LoopOutcome:
     best: Attempt | None = None
     unresolved: list[str] = field(default_factory=list)
     plan: CasePlan | None = None
+
+    @property
+    def accepted(self) -> bool:
+        """Whether the case does all of the request that is possible."""
+        return self.state in ("accepted", "accepted_in_part")

@@ -2,11 +2,15 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
+from text2sim.agents import revising
 from text2sim.agents.agreement import Agreement
 from text2sim.agents.assembly import Examination, examine, format_problem, owner_of
 from text2sim.agents.attempt import Attempt
+from text2sim.agents.replies import SECTIONS
 from text2sim.agents.writer_team import Workshop
+from text2sim.spec_schema.changes.patch import same
 from text2sim.spec_schema.errors import Problem
 
 MAX_REPAIRS = 3
@@ -16,6 +20,12 @@ WARNINGS_INSTRUCTION = (
     "These are warnings: the case can be run as it is. Fix what is really wrong, and change nothing else; answer "
     "`patch: []` with `why: …` if all of it is intended."
 )
+
+LEFT_OUT_INSTRUCTION = (
+    "Make this change again in a way that the check accepts, or answer `patch: []` with `why: …` to leave it."
+)
+MAX_QUOTED_CHANGES = 12
+"""Largest number of changes of a Writer that are quoted to it."""
 
 WarningKey = tuple[str, str, frozenset[str]]
 """Subject of a warning: its rule and path, or for a camera its rule and the names in its message."""
@@ -100,7 +110,8 @@ class Mending:
             said_so = {p: self.workshop.unchanged.get(owner_of(p, self.agreement.pointers)) for p in fresh}
             self._meant |= {_key_of(p): why for p, why in said_so.items() if why is not None}
             text = self.workshop.pass_on(text, referred)
-            examined = self.adopt(attempt, text, examined)
+            if text != attempt.text:
+                examined = self.adopt(attempt, text) or examined
         return examined, doubts
 
     def _has_to_stay(self, problem: Problem) -> bool:
@@ -111,25 +122,63 @@ class Mending:
         users = [key for key, row in plan.checks.expect.items() if row.get("measure") == name]
         return bool(users) and set(users) <= set(plan.keeps)
 
-    def adopt(self, attempt: Attempt, text: str, before: Examination) -> Examination:
-        """Adopt a repaired text if it has no errors; return the result of the check of the text that is kept.
+    def adopt(self, attempt: Attempt, text: str, base: str | None = None) -> Examination | None:
+        """Adopt the changed sections of a text that hold together; those that do not go back to their Writers, once.
 
         Args:
             attempt: The attempt that gets the text.
-            text: The repaired text.
-            before: Result of the check of its present text.
+            text: The text, with sections that several Writers may have changed.
+            base: The text before they did; by default that of the attempt.
+
+        Returns:
+            The result of the check of what was adopted; None if nothing was.
         """
-        examination = examine(text, self.path)
-        if examination.errors or self.agreement.breaches(examination):
-            return before
-        attempt.text = text
-        return examination
+        base = attempt.text if base is None else base
+        kept, adopted = self._hold_together(base, text)
+        if left_out := {name: data for name, data in sections_changed(base, text).items() if name not in kept}:
+            now = base if adopted is None else adopted.text
+            owners = {name: self._why_left_out(now, name, data) for name, data in left_out.items()}
+            self.emit("mending", number=attempt.number, problems=[row for rows in owners.values() for row in rows][:20])
+            again, referred = self.workshop.fix_sections(now, owners, LEFT_OUT_INSTRUCTION)
+            self.workshop.referred += [row for rows in referred.values() for row in rows]
+            kept, made = self._hold_together(now, again)
+            adopted = made or adopted
+            for name, data in sections_changed(now, again).items():
+                if name not in kept:
+                    self.workshop.referred.append(f"{name}: {'; '.join(self._why_left_out(now, name, data))}")
+        if adopted is not None:
+            attempt.text = adopted.text
+        return adopted
+
+    def _hold_together(self, base: str, text: str) -> tuple[Collection[str], Examination | None]:
+        """The changed sections that can be put into a text together (perhaps none), and the check of that."""
+        changed = sections_changed(base, text)
+
+        def attempt(names: Sequence[str]) -> Examination | None:
+            examined = examine(revising.with_sections(base, {name: changed[name] for name in names}), self.path)
+            return None if examined.errors or self.agreement.breaches(examined) else examined
+
+        return revising.most_that_hold(changed, attempt) or ((), attempt(()))
+
+    def _why_left_out(self, text: str, section: str, data: dict[str, Any]) -> list[str]:
+        """What a Writer changed in its section, and what the check finds of that."""
+        changed = revising.with_sections(text, {section: data})
+        examined = examine(changed, self.path)
+        errors = examined.errors or self.agreement.breaches(examined)
+        changes = "; ".join(revising.change_lines(text, changed)[:MAX_QUOTED_CHANGES])
+        return [f"your change ({changes}) was left out, because of what follows", *map(format_problem, errors)]
 
     def _owners(self, errors: Sequence[Problem], referrals: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
         owners: dict[str, list[str]] = {name: list(rows) for name, rows in referrals.items()}
         for problem in errors:
             owners.setdefault(owner_of(problem, self.agreement.pointers), []).append(format_problem(problem))
         return owners
+
+
+def sections_changed(before: str, after: str) -> dict[str, dict[str, Any]]:
+    """Return the sections that differ between two texts of a case, as they are afterwards."""
+    old, new = revising.data_of(before), revising.data_of(after)
+    return {name: revising.mapping(new, name) for name in SECTIONS if not same(old.get(name), new.get(name))}
 
 
 def _key_of(problem: Problem) -> WarningKey:

@@ -9,7 +9,7 @@ from text2sim.agents.conversation import Conversation, Wrong, typed_parser
 from text2sim.agents.decision_faults import foreign_operations
 from text2sim.agents.facts import claim_faults
 from text2sim.agents.page_requests import PageRequests
-from text2sim.agents.planning import PLANNER, Request
+from text2sim.agents.planning import PLANNER, Request, limit_faults
 from text2sim.agents.rehearsal import RESERVED_NAMES
 from text2sim.agents.replies import Decision, Opening
 from text2sim.agents.roles import render, system_prompt
@@ -43,7 +43,7 @@ def open_case(
     there = agreement.plan.checks
 
     def check(opening: Opening) -> None:
-        wrong = []
+        wrong = limit_faults(opening, request.requirements)
         if opening.possible != "no" and not (opening.routes or opening.params or opening.patch):
             wrong.append("/routes: say which Writer does what")
         wrong += [f"/drop: there is no expectation `{name}`" for name in opening.drop if name not in there.expect]

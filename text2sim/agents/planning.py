@@ -14,7 +14,7 @@ from text2sim.agents.facts import claim_faults
 from text2sim.agents.models.exchange import Image
 from text2sim.agents.page_requests import PageRequests
 from text2sim.agents.rehearsal import MODES, plan_faults
-from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, PlannedBody, PlanPatch
+from text2sim.agents.replies import SECTIONS, Asset, CasePlan, Fragments, Opening, PlannedBody, PlanPatch
 from text2sim.agents.requirements import Requirements, requirement_rows
 from text2sim.agents.roles import ROLES, render, system_prompt
 from text2sim.agents.yaml_text import yaml_text
@@ -113,7 +113,7 @@ def _check_plan(
         if not plan.why:
             raise Wrong(["/why: say why it cannot be done"])
         return
-    wrong = []
+    wrong = limit_faults(plan, requirements)
     if not plan.bodies:
         wrong.append("/bodies: name every body and static")
     if not plan.checks.expect:
@@ -140,6 +140,16 @@ def _check_plan(
     wrong += plan_faults(plan, path)
     if wrong:
         raise Wrong(wrong)
+
+
+def limit_faults(plan: CasePlan | Opening, requirements: Iterable[str]) -> list[str]:
+    """Describe what is wrong with the requirements that a plan declares impossible."""
+    known = list(requirements)
+    if plan.possible != "partly":
+        return ["/cannot: it goes with `possible: partly`"] if plan.cannot else []
+    if not (plan.cannot if known else plan.why):
+        return ["/cannot: name the requirements that cannot be met, each with the reason" if known else "/why: say it"]
+    return [f"/cannot/{name}: there is no requirement `{name}`" for name in plan.cannot if name not in known]
 
 
 def binding_faults(plan: CasePlan | PlanPatch, requirements: Iterable[str], expected: Container[str]) -> list[str]:

@@ -35,6 +35,7 @@ MODES = get_args(Mode)
 IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain"})
 """Rules about parts that the Writers will add."""
 DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
+PART_REMEDY = "; name a whole body, or plan the part as a body of its own or as a link of an `articulated` one"
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
 JOINT_MEASURES = ("joint_position", "joint_velocity", "joint_force")
@@ -59,6 +60,7 @@ def plan_faults(plan: CasePlan, path: Path) -> list[str]:
         problems = check_references(loaded)
     except SpecError as error:
         return [*words, *(row for row in _in_terms_of_plan(error.problems) if row not in words)]
+    words += _fact_faults(plan, path)
     if wrong := [*words, *(row for row in _in_terms_of_plan(problems) if row not in words)]:
         return wrong
     wrong = _definition_faults(plan, path)
@@ -71,9 +73,44 @@ def _in_terms_of_plan(problems: Iterable[Problem]) -> Iterator[str]:
     for problem in problems:
         for ours, plans in _PATH_PREFIXES:
             if problem.severity == "error" and problem.rule not in IGNORED_RULES and problem.path.startswith(ours):
-                hint = f"; did you mean `{problem.hint}`?" if problem.hint else ""
                 way = f"; taken are {', '.join(RESERVED_NAMES)}" if problem.rule == "taken-name" else ""
-                yield f"{plans}{problem.path.removeprefix(ours)}: {problem.message}{hint}{way} [{problem.rule}]"
+                way = PART_REMEDY if problem.rule == "unknown-link" else way
+                where = f"{plans}{problem.path.removeprefix(ours)}"
+                yield f"{where}: {problem.message}{_hint(problem)}{way} [{problem.rule}]"
+
+
+def _hint(problem: Problem) -> str:
+    return f"; did you mean `{problem.hint}`?" if problem.hint else ""
+
+
+def _fact_faults(plan: CasePlan, path: Path) -> list[str]:
+    """Facts about parts that cannot be measured, as the reference check of a case finds them."""
+    measures: Data = {}
+    events: Data = {}
+    about: dict[str, str] = {}
+    for requirement, claims in plan.facts.items():
+        for claim in claims:
+            name, subject = f"fact_{len(about)}", getattr(claim, claim.sort)
+            about[name] = requirement
+            if claim.by:
+                events[name] = {"kind": "contact", "between": [subject, claim.by]}
+            if claim.sort in ("moved", "count"):
+                measures[name] = {"kind": "position", "of": subject, "axis": "z"}
+    checks = Fragments(measures=measures, events=events)
+    if not any("." in word for word in strings_in([measures, events])):
+        return []
+    try:
+        from text2sim.spec_schema.names.references import check_references
+
+        problems = check_references(load_text(_rehearsal_text(plan, checks, 0), path))
+    except SpecError:
+        return []  # what else is wrong with a fact shows when it is computed
+    rows = [
+        f"/facts/{about[p.path.split('/')[3]]}: {p.message}{_hint(p)}{PART_REMEDY}"
+        for p in problems
+        if p.rule == "unknown-link" and p.path.startswith(("/actions/measures/", "/actions/events/"))
+    ]
+    return list(dict.fromkeys(rows))
 
 
 def _bound_faults(plan: CasePlan) -> Iterator[str]:

@@ -3,9 +3,9 @@
 A `Form` rejects unknown keys, since they would silently have no effect. Other answers ignore them, to save a call.
 """
 
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
 from text2sim.spec_schema.models.colors import ColorError, rgb
 from text2sim.spec_schema.names.selectors import body_of
@@ -154,6 +154,8 @@ class CasePlan(Form):
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
     """Reason why something is not possible."""
+    cannot: dict[Name, Line] = {}
+    """With `partly`: requirements that cannot be met in full, and why."""
     assumptions: Lines = []
     """Interpretations of what the request leaves open."""
     mode: list[Annotated[str, StringConstraints(max_length=40)]] = []
@@ -181,107 +183,6 @@ class CasePlan(Form):
     """Task of each Writer."""
     cards: dict[str, list[Annotated[str, StringConstraints(max_length=80)]]] = {}
     """Ids of Debug Cards for each Writer."""
-
-
-Cites = Annotated[list[Annotated[str, StringConstraints(max_length=120)]], Field(max_length=20)]
-
-
-class Failure(Answer):
-    """A difference between the run and the request."""
-
-    what: Line
-    cites: Cites = []
-    """Evidence: `expect:`, `measure:`, `event:`, `body:` or `diagnostic:` and a name, `frame:N`, or `run`."""
-    section: Where
-
-
-class Patch(Answer):
-    """A change to one section that fixes a failure."""
-
-    section: Owner
-    why: Line
-    operations: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=100)]
-    """RFC 6902, with paths from the root of the case."""
-
-
-def _a_mark(value: float) -> float:
-    if value not in (0, 0.5, 1):
-        raise ValueError("a mark is 0, 1/2 or 1")
-    return value
-
-
-class Mark(Answer):
-    """Mark of one requirement: 1, 1/2 or 0."""
-
-    mark: Annotated[float, AfterValidator(_a_mark)]
-    cites: Cites = []
-    why: Line = ""
-    """What is missing; empty if nothing is."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _short(cls, data: Any) -> Any:
-        """Accept a bare mark, or a list of mark, citations and reason, and any spelling of a half."""
-        if not isinstance(data, dict | list):
-            data = [data]
-        if isinstance(data, list):
-            texts = [str(row) for row in data[1:]]
-            cites = [row for row in texts if row.partition(" ")[0] == row]
-            data = {"mark": data[0] if data else None, "cites": cites}
-            data["why"] = " ".join(row for row in texts if row not in cites)
-        mark = data.get("mark")
-        return data | {"mark": _MARKS.get(str(mark).strip().lower(), mark)}
-
-
-_MARKS = {
-    "1": 1, "1.0": 1, "yes": 1, "true": 1, "met": 1, "½": 0.5, "1/2": 0.5, "half": 0.5, "0.5": 0.5, "0": 0, "0.0": 0,
-    "no": 0, "false": 0,
-}  # fmt: skip
-
-
-class Critique(Answer):
-    """The Critic's judgement of a run."""
-
-    seen: Line
-    """Description of the pictures, in the order of time."""
-    requirements: dict[Name, Mark] = {}
-    """Mark of each requirement."""
-    score: Annotated[float, Field(ge=0, le=100)] = 0
-    """Agreement with the request; computed from the marks, if there are any."""
-    verdict: Literal["pass", "repair", "cannot_judge"]
-    failures: Annotated[list[Failure], Field(max_length=20)] = []
-    responsible: Where | None = None
-    summary: Line = ""
-    """What to change, for the Planner."""
-    patches: Annotated[list[Patch], Field(max_length=10)] = []
-    unfaithful: Lines = []
-    """Restated expectations that ask for less than the request did."""
-    refused: Lines = []
-    """Patches that could not be applied, and why."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _slips(cls, data: Any) -> Any:
-        """Ignore an unknown `responsible`, and accept synonyms of a verdict."""
-        if not isinstance(data, dict):
-            return data
-        data = dict(data)
-        if data.get("responsible") not in get_args(Where):
-            data.pop("responsible", None)
-        word = str(data.get("verdict", "")).strip().lower()
-        return data | {"verdict": _VERDICTS.get(word, word)}
-
-
-_VERDICTS = {"passed": "pass", "accept": "pass", "accepted": "pass", "fail": "repair", "failed": "repair",
-             "cannot judge": "cannot_judge"}  # fmt: skip
-
-
-class Amendment(Answer):
-    """Corrected parts of a judgement."""
-
-    requirements: dict[Name, Mark] = {}
-    failures: Annotated[list[Failure], Field(max_length=20)] = []
-    patches: Annotated[list[Patch], Field(max_length=10)] = []
 
 
 class Route(Form):
@@ -365,6 +266,8 @@ class Opening(Form):
 
     possible: Literal["yes", "partly", "no"] = "yes"
     why: Line = ""
+    cannot: dict[Name, Line] = {}
+    """With `partly`: requirements that cannot be met in full, and why."""
     event: Line = ""
     routes: Annotated[list[Route], Field(max_length=8)] = []
     params: dict[Name, Any] = {}

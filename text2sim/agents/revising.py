@@ -2,25 +2,28 @@
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from text2sim.agents.assembly import FROZEN_PARTS
 from text2sim.agents.contract import Contract
 from text2sim.agents.replies import Fragments
-from text2sim.revision.revise import apply_owned, revise
+from text2sim.revision.revise import Revision, apply_owned, revise
 from text2sim.spec_schema.changes.diff import difference, operations
 from text2sim.spec_schema.changes.diff_words import change_line
 from text2sim.spec_schema.changes.edit import edit_source
-from text2sim.spec_schema.changes.operation import Operation
+from text2sim.spec_schema.changes.operation import Operation, split_pointer
 from text2sim.spec_schema.changes.patch import PatchError, apply_operations
-from text2sim.spec_schema.errors import SpecError
+from text2sim.spec_schema.errors import SpecError, there_are
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.text.document import parse_document, pointer
 from text2sim.spec_schema.text.source import Source, check_source
 
 Data = dict[str, Any]
+K = TypeVar("K", bound=Hashable)
+T = TypeVar("T")
 _EXPRESSION = re.compile(r"\$\{[^}]*\}")
 _GRID_PARAM = re.compile(r"^params\.(\w+)", re.ASCII)
 _WORD = re.compile(r"(?<![\w.'\"])[A-Za-z_]\w*", re.ASCII)
@@ -47,7 +50,7 @@ def with_sections(text: str, sections: Mapping[str, Data]) -> str:
 def with_patches(
     text: str, patches: Sequence[Mapping[str, Any]], path: Path, contract: Contract | None
 ) -> tuple[str, list[str]]:
-    """Apply patches, together if that gives a valid case; otherwise in order, without those that are wrong by then.
+    """Apply as many patches as possible together (see `most_that_hold`), and then each that is valid on top of them.
 
     Args:
         text: Text of the case.
@@ -58,19 +61,73 @@ def with_patches(
     Returns:
         The text, and for each patch why it was skipped; empty if it was not.
     """
-    if len(patches) > 1 and (together := with_patches_together(text, patches, path, contract)) is not None:
-        return together, [""] * len(patches)
-    reasons = []
-    for patch in patches:
+    held = most_that_hold(
+        range(len(patches)), lambda few: with_patches_together(text, [patches[k] for k in few], path, contract)
+    )
+    kept, text = held if held is not None else ((), text)
+    reasons = [""] * len(patches)
+    for k, patch in enumerate(patches):
+        if k in kept:
+            continue
         try:
-            made = revise(Source(text, str(path)), path, patch["operations"], patch["section"]).text
+            made = revised(text, path, patch["operations"], patch["section"]).text
             breaches = contract.breaches(load_text(made, path)) if contract is not None else []
             reason = breaches[0][1] if breaches else ""
         except (PatchError, SpecError) as error:
             made, reason = text, str(error).splitlines()[0]
         text = text if reason else made
-        reasons.append(f"a patch on {patch['section']} was left out: {reason}" if reason else "")
+        reasons[k] = f"a patch on {patch['section']} was left out: {reason}" if reason else ""
     return text, reasons
+
+
+def revised(text: str, path: Path, changes: Sequence[Operation], section: str) -> Revision:
+    """Apply a patch of the Critic to one section, or to parameters.
+
+    Args:
+        text: Text of the case.
+        path: Path of the case file.
+        changes: The patch.
+        section: The section that it may change; `plan` for values of parameters.
+
+    Raises:
+        PatchError: If it cannot be applied, or changes anything else.
+        SpecError: If the result is not a valid case.
+    """
+    _owned(data_of(text), changes, section)
+    return revise(Source(text, str(path)), path, changes)
+
+
+def _owned(data: Any, changes: Sequence[Operation], section: str) -> Any:
+    """Return a document with a patch applied that may change one section, or values of parameters."""
+    if section != "plan":
+        return apply_owned(data, changes, section)
+    for number, change in enumerate(changes):
+        steps = split_pointer(str(change.get("path")))
+        known = mapping(data, "params")
+        if change.get("op") not in ("add", "replace", "test") or len(steps) < 2 or steps[0] != "params":
+            raise PatchError(number, "a patch on plan sets /params/NAME, and nothing else")
+        if steps[1] not in known:
+            raise PatchError(number, f"there is no parameter `{steps[1]}`{there_are(known)}")
+    return apply_operations(data, changes)
+
+
+def most_that_hold(items: Iterable[K], attempt: Callable[[Sequence[K]], T | None]) -> tuple[Sequence[K], T] | None:
+    """Return the items that can be applied together, and the result: all, all but one, or those that can one by one.
+
+    Args:
+        items: Items that may need each other, or be wrong.
+        attempt: Applies items; returns None if that is not possible.
+    """
+    items = tuple(items)
+    for few in dict.fromkeys([items, *combinations(items, len(items) - 1)] if len(items) > 1 else [items]):
+        if few and (made := attempt(few)) is not None:
+            return few, made
+    found: tuple[Sequence[K], T] | None = None
+    for item in (*items, *items) if len(items) > 2 else ():  # twice: one may need a later one
+        few = found[0] if found is not None else ()
+        if item not in few and (made := attempt((*few, item))) is not None:
+            found = (*few, item), made
+    return found
 
 
 def with_renamed(text: str, renames: Mapping[str, str]) -> str:
@@ -131,7 +188,7 @@ def with_patches_together(
     try:
         data = parse_document(Source(text, str(path))).data
         for patch in patches:
-            data = apply_owned(data, patch["operations"], patch["section"])
+            data = _owned(data, patch["operations"], patch["section"])
         combined = [operation for patch in patches for operation in patch["operations"]]
         made = revise(Source(text, str(path)), path, combined).text
         broken = contract is not None and contract.breaches(load_text(made, path))

@@ -24,8 +24,10 @@ AS_WORDS = frozenset({"ball", "line", "free", "text", "still", "rest", "leaves",
 """Kinds whose names usually mean something else: `ball` in a description is not the mount."""
 MAX_REASON_LENGTH = 300
 """Longest reason for leaving a section unchanged [characters]."""
-MAX_GIST_LENGTHS = {"render": 200, "actions": 200}
-"""Longest description of a body for Writers who only film or move it [characters]."""
+GIST_SECTIONS = ("render", "actions")
+"""Sections whose Writers only film or move bodies, and need no long descriptions of them."""
+MAX_GIST_LENGTH, MAX_GISTS_LENGTH = 200, 1_200
+"""Longest description of a body for them, unless all descriptions together are short [characters]."""
 
 
 @dataclass(frozen=True)
@@ -185,11 +187,12 @@ def plan_for(section: str, plan: CasePlan) -> str:
         data["params"] = plan.params
     mine = {"scene": ("static",), "bodies": ()}.get(section)
     bodies = {}
+    cut = section in GIST_SECTIONS and sum(len(body.what) for body in plan.bodies.values()) > MAX_GISTS_LENGTH
     for name, body in plan.bodies.items():
         row = body.model_dump(mode="json", exclude_defaults=True)
         # Render and Action Writers need short descriptions; the Scene Writer needs only the kinds of moving bodies.
-        if (gist := MAX_GIST_LENGTHS.get(section)) and len(body.what) > gist:
-            row["what"] = f"{body.what[:gist]} …"
+        if cut and len(body.what) > MAX_GIST_LENGTH:
+            row["what"] = gist(body.what, MAX_GIST_LENGTH)
         bodies[name] = {"kind": body.kind} if mine and body.kind not in mine else row
     data["bodies"] = bodies
     if section != "render":
@@ -201,6 +204,18 @@ def plan_for(section: str, plan: CasePlan) -> str:
     if section in ("bodies", "render") and plan.assumptions:
         data["assumptions"] = plan.assumptions
     return yaml_text({key: row for key, row in data.items() if row})
+
+
+def gist(text: str, most: int) -> str:
+    """Return the beginning of a text, with an ellipsis after a sentence in its second half, or else after a word.
+
+    Args:
+        text: A text that is longer than what may stay of it.
+        most: Number of characters that may stay.
+    """
+    ends = [found.end() for found in re.finditer(r"[.;](?=\s)", text) if most / 2 <= found.end() <= most]
+    words = text[:most].rpartition(" ")[0] or text[:most]
+    return f"{text[: ends[-1]] if ends else words.rstrip(' ,:-')} …"
 
 
 def writer_pages(section: str, plan: CasePlan) -> str:

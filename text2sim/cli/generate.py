@@ -206,14 +206,14 @@ def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes:
         say_json(outcome_document(session, outcome) | {"film": None if path is None else str(path), "film_told": note})
     elif film != "none":
         say(f"no film: {note}" if path is None else f"film: {path}{f' ({note})' if note else ''}")
-    raise typer.Exit(exits.OK if outcome.state == "accepted" else exits.PHYSICS)
+    raise typer.Exit(exits.OK if outcome.accepted else exits.PHYSICS)
 
 
 def outcome_document(session: "Session", outcome: "LoopOutcome") -> dict[str, Any]:
     """Return the document that `--json` prints."""
     best = outcome.best
     return {
-        "ok": outcome.state == "accepted",
+        "ok": outcome.accepted,
         "state": outcome.state,
         "why": outcome.why,
         "case": str(session.case / "case.yaml") if best is not None else None,

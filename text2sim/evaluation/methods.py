@@ -190,7 +190,7 @@ def _text2sim(
         prompt=name,
         status="finished" if output.get("case") else "failed",
         accepted=output["state"] == "accepted",
-        why="" if output["state"] == "accepted" else f"{output['state']}: {output.get('why', '')}"[:4000],
+        why="" if output["state"] == "accepted" else _why_not_accepted(output),
         film=_relative(film, place),
         program=_relative(case / CASE, place),
         run=_relative(run, place),
@@ -198,6 +198,11 @@ def _text2sim(
         attempts=len((read_json(case / "generation" / "run.json") or {}).get("attempts", [])),
         simulation_s=sum(record.wall for record in records if record is not None) + seconds,
     )
+
+
+def _why_not_accepted(output: Mapping[str, Any]) -> str:
+    """The outcome of a loop that was not accepted, or in part only, and what is missing."""
+    return "; ".join([f"{output['state']}: {output.get('why', '')}", *output.get("unresolved", ())])[:4000]
 
 
 def _film(run: Path | None, allowance: Allowance, place: Path) -> tuple[Path | None, float]:
