@@ -122,7 +122,7 @@ def check(
         if engine:
             from dataclasses import asdict
 
-            from text2sim.asset_intake.mesh_import import import_into_engine
+            from text2sim.asset_intake.tiny_case import import_into_engine
 
             tried = import_into_engine(file)
             document |= {"engine": asdict(tried), "ok": document["ok"] and tried.ok}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.live import watch
 from text2sim.cli.output import say
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
@@ -71,8 +72,6 @@ def attempts(
         runs: Folder of runs.
         **options: Options of `attempt`.
     """
-    from text2sim.cli.attempt import attempt
-
     if where is None:
         for row in rows:
             yield row, None if row.loaded is None else attempt(row, quiet=quiet, runs=runs, **options)
@@ -175,3 +174,29 @@ def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -
                 left = (now - begun) / count * (len(tasks) - count)
                 say(f"{count} of {len(tasks)} done, {duration_text(left)} left", to=sys.stderr)
             yield done
+
+
+def attempt(row: "Examined", *, quiet: bool = False, **options: Any) -> "RunResult | None":
+    """Run a loaded case.
+
+    Args:
+        row: The case; its problems are updated.
+        quiet: Show no progress.
+        options: Keyword arguments of `run_case`.
+
+    Returns:
+        The result; None if the case cannot be run, with the reasons in `row.problems`.
+    """
+    from text2sim.harness.run import run_case
+
+    assert row.loaded is not None
+    try:
+        if row.plan is None:
+            row.plan_and_lint()
+        with watch(row.name, quiet=quiet) as on_progress:
+            result = run_case(row.loaded, on_progress=on_progress, lint=row.findings(), **options)
+    except Text2SimError as error:
+        row.blame(error)
+        return None
+    # The lint's warnings include those of the plan, which the result has.
+    return replace(result, warnings=row.problems)

@@ -9,9 +9,9 @@ import numpy as np
 from text2sim.compiler.build import Resolution
 from text2sim.drawing.canvas import FAINT, INK, Canvas, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
+from text2sim.drawing.labels import draw_labels
 from text2sim.drawing.lighting import Light, ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
-from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import composed, draw_frame, draw_ground_lines, draw_scale, fitted, ground, nice_step
 from text2sim.drawing.picture import Picture, Style, paint
 from text2sim.drawing.prop import Stage

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,15 +12,18 @@ from text2sim.compiler.build import Resolution
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, thumbnail
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quats_to_matrices
+from text2sim.compiler.shapes.sagging import is_bent
+from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
-from text2sim.drawing.cloths import cloth_surfaces
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
+from text2sim.spec_schema.models.shapes import Disc, Sheet
 
 Rgba = tuple[float, float, float, float]
 
@@ -29,6 +33,8 @@ FINE_STAGE_TRIANGLES = 400_000
 """Number of triangles of the meshes of a fine stage."""
 FILE_COLOR: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of bodies from files, whose own colours are not read here."""
+SHEET_CELLS = 48
+"""Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
 
 
 def stage(resolution: Resolution, budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
@@ -269,3 +275,24 @@ def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
 def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
     apart = any(not geom.touches for geom in link.geoms)
     return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))
+
+
+def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
+    """Return the surface of a disc, or of a sheet with its picture if it has one; None for other shapes.
+
+    Raises:
+        AssetError: if the picture cannot be used.
+    """
+    if isinstance(shape, Disc):
+        net = soft_surface(shape, folder, 2 * shape.radius / SHEET_CELLS)
+        return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
+    if not isinstance(shape, Sheet):
+        return None
+    picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
+    net = soft_surface(shape, folder, max(shape.size) / (SHEET_CELLS if picture or is_bent(shape) else 1))
+    normals = np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
+    if is_bent(shape):
+        from trimesh import Trimesh  # slow to import
+
+        normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals
+    return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]

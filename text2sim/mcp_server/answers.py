@@ -4,7 +4,8 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
 
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.plain import plain
@@ -108,3 +109,28 @@ def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = N
 def _dump(value: Any) -> str:
     # Names and messages come from other people's files, and a lone surrogate could not be sent.
     return plain(json.dumps(value, ensure_ascii=False, default=str))
+
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+
+def compressed(png: bytes) -> tuple[bytes, str]:
+    """Return a PNG as a JPEG, and its type."""
+    from PIL import Image
+
+    with Image.open(BytesIO(png)) as picture:
+        return jpeg(picture.convert("RGB")), "image/jpeg"
+
+
+def jpeg(picture: "Image") -> bytes:
+    """Return a picture as a JPEG of limited size; quality is reduced first, then resolution."""
+    for quality in (88, 75, 60):
+        stream = BytesIO()
+        picture.save(stream, "JPEG", quality=quality, optimize=True)
+        if stream.tell() <= MAX_PICTURE:
+            return stream.getvalue()
+    picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
+    stream = BytesIO()
+    picture.save(stream, "JPEG", quality=60)
+    return stream.getvalue()

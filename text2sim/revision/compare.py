@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from text2sim.revision.side import Side
-from text2sim.spec_schema.changes.diff import Change, difference, operations
-from text2sim.spec_schema.changes.effects import Effect, effects
+from text2sim.spec_schema.changes.diff import Change, Effect, difference, effects, operations
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.loaded import LoadedCase
