@@ -12,6 +12,7 @@ from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.cli.output import say, say_json
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
+from text2sim.spec_schema.errors import nearest
 
 if TYPE_CHECKING:
     from text2sim.lint.rules import Rule
@@ -102,7 +103,6 @@ def say_rule(name: str, as_json: bool) -> int:
     """Print the full description of a rule, and return the exit code."""
     from text2sim.lint.rules import RULES, find_rule
     from text2sim.service.descriptions import describe_rule
-    from text2sim.spec_schema.errors import nearest
 
     rule = find_rule(name)
     if rule is None:

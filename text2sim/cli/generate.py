@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from text2sim.cli.last_film import Film, FilmMinutes, Quality, last_film
+from text2sim.cli.loop_view import looking_on, say_outcome
 from text2sim.cli.options import with_options
 from text2sim.cli.output import say, say_json
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
@@ -192,9 +194,6 @@ def _needed_models(models: dict[str, str]) -> dict[str, str]:
 
 
 def _run_session(session: "Session", as_json: bool, film: Quality, film_minutes: float | None) -> None:
-    from text2sim.cli.loop_view import looking_on, say_outcome
-    from text2sim.runtime.stop import Stop
-
     with Stop() as stop, looking_on(session.case.name, quiet=as_json) as listener:
         try:
             with stop.gently():

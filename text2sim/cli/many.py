@@ -12,12 +12,13 @@ import typer
 
 from text2sim.cli.live import watch
 from text2sim.cli.output import say
+from text2sim.cli.recorded import Chosen
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 
 if TYPE_CHECKING:
-    from text2sim.cli.recorded import Chosen
     from text2sim.cluster.run import Placement
     from text2sim.cluster.task import Done, Task
     from text2sim.harness.result import RunResult
@@ -114,7 +115,7 @@ def attempts(
         yield rows[rest], found.get(rest)
 
 
-def trace(chosen: "Chosen", where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
+def trace(chosen: Chosen, where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
     """Trace the frames of a run in several processes; existing ones are kept.
 
     Args:
@@ -159,7 +160,6 @@ def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -
     """
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import capacity, run_tasks
-    from text2sim.runtime.stop import Stop
 
     if not tasks:
         return

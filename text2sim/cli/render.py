@@ -1,5 +1,6 @@
 """The command `text2sim render`."""
 
+import shutil
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -10,16 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from text2sim.cli.film_tracing import ProgressReporter, trace_films
-from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
+from text2sim.cli.many import Ray, StoreUrl, Workers, trace, where_of
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
+from text2sim.cli.recorded import Chosen, choose
 from text2sim.cli.render_options import film_size, frame_range, shard_numbers, time_range
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
-    from text2sim.cli.recorded import Chosen
     from text2sim.cluster.run import Placement
     from text2sim.rendering.budget import FittedFilm
     from text2sim.rendering.film import Filming, FilmProgress, Format, Reel
@@ -78,11 +80,9 @@ def render(
     Finished frames are reused: a stopped render resumes, and a change of the case only costs the frames that it
     affects.
     """
-    from text2sim.cli.recorded import choose
     from text2sim.rendering.budget import FittedFilm, fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
-    from text2sim.runtime.stop import Stop
 
     span, shard_of, size, times = frame_range(frames), shard_numbers(shard), film_size(resolution), time_range(during)
     if write and not suggest:
@@ -135,7 +135,7 @@ def render(
 
 def _trace_in_many(
     fit: "FittedFilm",
-    chosen: "Chosen",
+    chosen: Chosen,
     where: "Placement",
     parts: dict[str, Any],
     samples: int | None,
@@ -144,8 +144,6 @@ def _trace_in_many(
     quiet: bool,
 ) -> None:
     """Trace the pictures of a film in several processes."""
-    from text2sim.cli.many import trace
-
     film = fit.filming
     how = {"quality": film.quality, "size": film.size, "samples": samples, "fps": film.fps, "format": format}
     trace(chosen, where, {**how, "reels": parts}, sum(len(reel.frames) for reel in fit.reels), quiet=quiet)
@@ -239,8 +237,6 @@ def _still_reel(reel: "Reel", *, first: bool) -> "Reel":
 
 def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]:
     """Copy finished frames to numbered files."""
-    import shutil
-
     from text2sim.rendering.frames import save
 
     folder, made = filming.folder / reel.name, []

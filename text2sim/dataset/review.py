@@ -7,6 +7,8 @@ from html import escape
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.tables import read_rows, want_dataset
 from text2sim.spec_schema.models.base import Model
@@ -92,7 +94,6 @@ def _block(row: dict[str, Any], film: bytes, earlier: ReviewDecision | None) -> 
 
 def _pictures(film: bytes) -> list[str]:
     import av
-    import numpy as np
 
     with av.open(io.BytesIO(film), "r") as container:
         pictures = [picture.to_image() for picture in container.decode(video=0)]

@@ -8,6 +8,7 @@ from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.reuse.catalogue import built_in, example_case, examples, param_rows, parts_of
 from text2sim.spec_schema.reuse.library import BUILT_IN
 
@@ -58,7 +59,6 @@ def picture(name: str) -> bytes:
 
     from text2sim.compiler.build import resolve_case
     from text2sim.drawing.portrait import portrait
-    from text2sim.spec_schema.load import load_text
 
     drawn = portrait(resolve_case(load_text(example_case(examples()[name]))), SIZE)
     info = PngInfo()

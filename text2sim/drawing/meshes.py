@@ -1,6 +1,7 @@
 """Triangles of pieces and surfaces in their own frames, with limited detail."""
 
 import math
+from io import BytesIO
 from typing import NamedTuple
 
 import numpy as np
@@ -190,8 +191,6 @@ def _simplified(
 
 def _sampled(picture: bytes, uvs: np.ndarray) -> np.ndarray:
     """The colours (n, 3) of a picture at texture coordinates (n, 2)."""
-    from io import BytesIO
-
     from PIL import Image
 
     pixels = np.asarray(Image.open(BytesIO(picture)).convert("RGB"), np.float32) / 255

@@ -23,6 +23,7 @@ from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
+from text2sim.drawing.robots import urdf_dress
 from text2sim.spec_schema.models.shapes import Disc, Sheet
 
 Rgba = tuple[float, float, float, float]
@@ -261,8 +262,6 @@ def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
     shapes = {link.name: (_visual_shapes(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
-        from text2sim.drawing.robots import urdf_dress
-
         shapes |= urdf_dress(mechanism)
 
     def dress(link: TreeLink) -> TreeLink:

@@ -18,6 +18,7 @@ from text2sim.compiler.shapes.hulls import corners_and_sides
 from text2sim.compiler.shapes.rings import Arc, profile, profile_of, turned
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, quat_of, quat_to_rows
 from text2sim.compiler.shapes.sagging import points_along_sheet
+from text2sim.compiler.shapes.sculpting import sculpted
 from text2sim.compiler.shapes.triangles import MAX_TRIANGLES, check_triangle_count, surface_area
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.faceted import Faceted
@@ -128,7 +129,6 @@ def _mesh_union(
     import numpy as np
 
     from text2sim.compiler.shapes.remesh import remesh_evenly, split_long_edges
-    from text2sim.compiler.shapes.sculpting import sculpted
 
     if isinstance(shape, Sculpt):
         made = sculpted(shape)

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.compiler.shapes.piece import wall_radii
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
@@ -145,8 +146,6 @@ class LazyMesh(VisualMesh):
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     """Give surfaces that are not yet made their digests from the cache, if it has them."""
-    from text2sim.assets.answer_cache import cached_answer
-
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
         return
