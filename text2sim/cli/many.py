@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.live import watch
+from text2sim.cli.live import LINE_INTERVAL, watch
 from text2sim.cli.output import say
 from text2sim.cli.recorded import Chosen
 from text2sim.runtime.stop import Stop
@@ -38,8 +38,6 @@ RENDER_CORES = 4
 """Cores of a render task on a Ray cluster."""
 RENDER_MEMORY = 3_000_000_000
 """Memory of a render task [bytes]."""
-LINE_INTERVAL = 15.0
-"""Wall time [s] between lines of progress."""
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Placement | None":

@@ -7,8 +7,12 @@ from hashlib import sha256
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.plain import plain
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MAX_PAGE = 9_000
 """Characters of a page of text or rows, so that an answer has at most about 3,000 tokens."""
@@ -111,10 +115,6 @@ def _dump(value: Any) -> str:
     return plain(json.dumps(value, ensure_ascii=False, default=str))
 
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-
 def compressed(png: bytes) -> tuple[bytes, str]:
     """Return a PNG as a JPEG, and its type."""
     from PIL import Image
@@ -126,11 +126,8 @@ def compressed(png: bytes) -> tuple[bytes, str]:
 def jpeg(picture: "Image") -> bytes:
     """Return a picture as a JPEG of limited size; quality is reduced first, then resolution."""
     for quality in (88, 75, 60):
-        stream = BytesIO()
-        picture.save(stream, "JPEG", quality=quality, optimize=True)
-        if stream.tell() <= MAX_PICTURE:
-            return stream.getvalue()
+        content = picture_bytes(picture, "JPEG", quality=quality, optimize=True)
+        if len(content) <= MAX_PICTURE:
+            return content
     picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
-    stream = BytesIO()
-    picture.save(stream, "JPEG", quality=60)
-    return stream.getvalue()
+    return picture_bytes(picture, "JPEG", quality=60)
