@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.spec_schema.errors import AssetError, SpecError
 
-TRIAL_STEPS, TRIAL_STEP = 5, 0.01
-
-
 if TYPE_CHECKING:
     from text2sim.spec_schema.loaded import LoadedCase
 
 BODY = "it"
+TRIAL_STEPS, TRIAL_STEP = 5, 0.01
 TIMEOUT = 900.0
 """Wall time [s] of a trial: the first run on a machine compiles the engine's kernels."""
 
