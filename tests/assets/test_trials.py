@@ -12,9 +12,9 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from text2sim.asset_intake.mechanism_check import check_mechanism, draw_preview
-from text2sim.asset_intake.mesh_import import import_into_engine
 from text2sim.asset_intake.probe import probe
 from text2sim.asset_intake.register import add
+from text2sim.asset_intake.tiny_case import import_into_engine
 from text2sim.assets.manifest import read_manifest, verify_manifest
 from text2sim.cli.main import app
 from text2sim.spec_schema.errors import AssetError

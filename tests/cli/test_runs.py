@@ -76,7 +76,7 @@ def test_how_a_run_ended_decides_the_exit_code(
     def ended(row: Examined, **_: object) -> RunResult:
         return RunResult("fall", Path("runs/x"), Work.SIMULATE, state, 0.2, "it did", None, None, None, "", None, False)
 
-    monkeypatch.setattr("text2sim.cli.attempt.attempt", ended)
+    monkeypatch.setattr("text2sim.cli.many.attempt", ended)
     assert cli("run", case).code == code
 
 

@@ -7,8 +7,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from text2sim.compiler.shapes.softmesh import SoftMesh
-from text2sim.compiler.shapes.tets import tet_options
+from text2sim.compiler.shapes.softmesh import SoftMesh, tet_options
 from text2sim.spec_schema.errors import AssetError
 
 MIN_RATIO, MIN_DIHEDRAL = 1.1, 10

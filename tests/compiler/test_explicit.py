@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from text2sim.compiler.build import Resolution, resolve_case
-from text2sim.compiler.explicit import explicit
-from text2sim.compiler.folding import folded
+from text2sim.compiler.explicit import explicit, folded
 from text2sim.compiler.masses import masses
 from text2sim.spec_schema.arithmetic.resolution import COPY_VARIABLES
 from text2sim.spec_schema.load import load_case, load_text

@@ -14,8 +14,7 @@ from text2sim.compiler.shapes.extents import extents
 from text2sim.compiler.shapes.regions import RegionError, region_points
 from text2sim.compiler.shapes.remesh import split_long_edges
 from text2sim.compiler.shapes.rotation import IDENTITY, quat_from_euler_deg
-from text2sim.compiler.shapes.softmesh import SoftMesh, soft_surface, write_obj
-from text2sim.compiler.shapes.tets import tet_options
+from text2sim.compiler.shapes.softmesh import SoftMesh, soft_surface, tet_options, write_obj
 from text2sim.spec_schema.errors import AssetError, SpecError
 from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.models.regions import BodyRegion

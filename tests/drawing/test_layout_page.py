@@ -14,11 +14,10 @@ from PIL import Image
 from text2sim.compiler.build import Resolution, resolve_case
 from text2sim.drawing.canvas import Canvas, clipped, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
-from text2sim.drawing.labels import place_labels
+from text2sim.drawing.labels import draw_labels, place_labels
 from text2sim.drawing.layout import SIZE, layout
 from text2sim.drawing.lighting import Light
 from text2sim.drawing.marks import JointMark, arrow_marks, camera_marks, joint_marks
-from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import fitted, nice_step, ticks
 from text2sim.drawing.picture import Style, paint
 from text2sim.drawing.signs import SignMarks, draw_marks

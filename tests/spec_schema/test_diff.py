@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from patch_strategies import VALUES, patches
 from staged import STAGE, edited
 
-from text2sim.spec_schema.changes.diff import Change, difference, operations
+from text2sim.spec_schema.changes.diff import Change, difference, effects, operations
 from text2sim.spec_schema.changes.diff_words import change_line, effect_line, sections
-from text2sim.spec_schema.changes.effects import effects
 from text2sim.spec_schema.changes.patch import apply_operations, same
 from text2sim.spec_schema.load import load_case
 

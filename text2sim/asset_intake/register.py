@@ -1,6 +1,7 @@
 """Registration of assets in a case: repaired, checked, copied into its folder, listed in its manifest."""
 
 import re
+import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
@@ -86,8 +87,6 @@ def generate(case: Path, name: str, order: Order3D, meshy: Meshy, *, goal: Repai
         RunError: if Meshy refuses or fails, or the budget is too small.
         MachineError: if there is no answer in time; the same call continues with the same task.
     """
-    import tempfile
-
     check_name(name)
     folder = case_folder(case)
     content = meshy.make(order)

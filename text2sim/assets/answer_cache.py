@@ -8,7 +8,6 @@ import json
 import os
 import re
 import sys
-import tempfile
 from base64 import b64decode, b64encode
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -16,6 +15,8 @@ from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     import numpy as np
@@ -141,11 +142,7 @@ def _keep(key: str, answer: dict[str, Any]) -> None:
     with suppress(OSError, RuntimeError):
         where = answers_folder()
         where.mkdir(parents=True, exist_ok=True)
-        # Another process may do the same: each writes its own file, and renames it when it is complete.
-        handle, name = tempfile.mkstemp(suffix=".part", dir=where)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(name, where / f"{key}.json")
+        write_atomically(where / f"{key}.json", text)
         _delete_old_entries(where)
 
 

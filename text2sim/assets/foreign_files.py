@@ -2,7 +2,7 @@
 
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -138,3 +138,16 @@ def _is_held(accessor: dict[str, Any], views: list[Any]) -> bool:
     width = WIDTHS.get(str(accessor.get("type")), 1) * SIZES.get(accessor.get("componentType", 0), 1)
     length = views[view].get("byteLength", 0)
     return isinstance(length, int) and accessor.get("count", 0) * width <= max(length, 0)
+
+
+class NamedFiles(Mapping[str, bytes]):
+    """Files that another file names: read one by one, and never listed, as a folder may have any number of them."""
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return 0
+
+    def __bool__(self) -> bool:
+        return True

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from text2sim.assets.engine_files import PREFIX, asset_folder
 from text2sim.spec_schema.errors import AssetError
 
 Vec = tuple[float, float, float]
@@ -144,7 +145,6 @@ def load_mechanism(folder: Path, file: str, *, base: str | None = None) -> Mecha
 def _load(folder: Path, file: str, base: str | None) -> Mechanism:
     # Imported here, because most cases have no such file.
     from text2sim.assets.bundle import Bundle, path_inside
-    from text2sim.assets.engine_files import PREFIX, asset_folder
     from text2sim.assets.inspection import inspect_model
     from text2sim.assets.markup import parse_markup
     from text2sim.assets.mjcf import read_mjcf

@@ -1,7 +1,6 @@
 """Reader of untrusted mesh files: with limits, without access to other folders, z up."""
 
 import logging
-from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from text2sim.assets.foreign_files import check_gltf, named_errors
+from text2sim.assets.foreign_files import NamedFiles, check_gltf, named_errors
 from text2sim.assets.safe_write import MAX_FILE, read_file
 from text2sim.assets.surface import Paint, TriangleMesh, welded
 from text2sim.spec_schema.errors import AssetError
@@ -167,7 +166,7 @@ def small_picture(picture: Any) -> Any:
     return picture
 
 
-class _Beside(Mapping[str, bytes]):
+class _Beside(NamedFiles):
     """Reads materials and pictures of an .obj file from its folder or below."""
 
     def __init__(self, folder: Path) -> None:
@@ -185,19 +184,3 @@ class _Beside(Mapping[str, bytes]):
             raise KeyError(name)
         with path.open("rb") as stream:
             return stream.read(MAX_FILE)
-
-    def get(self, key: str, default: Any = None) -> Any:
-        """Return a file, or the default if it cannot be read."""
-        try:
-            return self[key]
-        except KeyError:
-            return default
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(())
-
-    def __len__(self) -> int:
-        return 0
-
-    def __bool__(self) -> bool:
-        return True

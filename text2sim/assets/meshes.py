@@ -3,6 +3,7 @@
 The libraries also change the state of a whole process, such as its working directory.
 """
 
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,8 +79,6 @@ def _check(path: Path, up: "Up | None") -> "MeshReport":
 
 
 def _repair(path: Path, goal: "RepairGoal | None") -> RepairedFile:
-    import tempfile
-
     from text2sim.assets.mesh_intake import read_surface
     from text2sim.assets.mesh_output import mesh_bytes, suffix_for
     from text2sim.assets.mesh_repair import RepairGoal, repair

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from text2sim.card_library.library import CardEntry, check_entry
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
+from text2sim.spec_schema.loaded import LoadedCase
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
     from text2sim.runtime.stop import Stop
-    from text2sim.spec_schema.loaded import LoadedCase
 
 TIMEOUT = 300.0
 """Limit of the wall time of a case [s]."""
@@ -128,7 +128,7 @@ def verify_card(
     return Verdict(entry.id, not reasons, shown, ended, "; ".join(reasons), monotonic() - begun)
 
 
-def _outcomes(loaded: "LoadedCase", *, simulate: bool, **options: Any) -> list[str]:
+def _outcomes(loaded: LoadedCase, *, simulate: bool, **options: Any) -> list[str]:
     """All outcomes of a case; besides those of cards, `error` if it cannot be run, and `state:…` for any early end."""
     from text2sim.compiler.build import resolve_case
     from text2sim.lint import lint_case
@@ -143,7 +143,7 @@ def _outcomes(loaded: "LoadedCase", *, simulate: bool, **options: Any) -> list[s
     return [*found, *_run(loaded, **options)] if simulate else found
 
 
-def _run(loaded: "LoadedCase", *, stop: "Stop | None" = None, **options: Any) -> list[str]:
+def _run(loaded: LoadedCase, *, stop: "Stop | None" = None, **options: Any) -> list[str]:
     from text2sim.harness.run import run_case
 
     if stop is not None and stop.count:

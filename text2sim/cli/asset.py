@@ -4,17 +4,19 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.assets.mechanism import KIND_BY_SUFFIX
 from text2sim.cli.options import AsJson, with_options
 from text2sim.cli.output import say, say_json, say_problems
 from text2sim.service import exits
 from text2sim.spec_schema.errors import AssetError
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.asset_intake.register import AddedAsset
@@ -100,12 +102,9 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Report the properties and problems of a mesh or mechanism. Nothing is changed."""
-    from text2sim.assets.mechanism import KIND_BY_SUFFIX
-
     document: dict[str, Any]
     if file.suffix.lower() in KIND_BY_SUFFIX:
         from text2sim.asset_intake.mechanism_check import check_mechanism, draw_preview
-        from text2sim.spec_schema.whole_files import write_atomically
 
         with _pointing_to_root(root):
             report = check_mechanism(file, root)
@@ -120,9 +119,7 @@ def check(
         document = {"ok": not found.problems, "path": str(file), **found.as_dict()}
         lines = _mesh_lines(document)
         if engine:
-            from dataclasses import asdict
-
-            from text2sim.asset_intake.mesh_import import import_into_engine
+            from text2sim.asset_intake.tiny_case import import_into_engine
 
             tried = import_into_engine(file)
             document |= {"engine": asdict(tried), "ok": document["ok"] and tried.ok}
@@ -189,8 +186,6 @@ def generate(
 @asset.command("probe")
 def probe(file: _File, root: _Root = None, as_json: AsJson = False) -> None:
     """Drive each joint of a mechanism a little in the engine, and report which of them respond."""
-    from dataclasses import asdict
-
     from text2sim.asset_intake.probe import probe
 
     with _pointing_to_root(root):

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from text2sim.cli.many import Ray, StoreUrl, Workers
+from text2sim.cli.many import Ray, StoreUrl, Workers, where_of, with_progress
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.cli.output import say, say_json
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError, Text2SimError
@@ -40,7 +41,6 @@ def export_cases(
     case defines observables, tolerances and equations.
     """
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.many import where_of
     from text2sim.cluster.run import Placement
 
     where = where_of(workers, ray, store, runs) or Placement()
@@ -101,7 +101,6 @@ def exported(
         where: Where the runs take place.
         quiet: Whether no progress is printed.
     """
-    from text2sim.cli.many import with_progress
     from text2sim.engine_benchmark.export import export
 
     done = {
@@ -133,7 +132,6 @@ def run_benchmarks(
     Exit code 1: an observable is beyond its tolerance.
     """
     from text2sim.engine_benchmark.compare import Compared, run, table
-    from text2sim.runtime.stop import Stop
 
     found = [
         p.parent for folder in folders for p in sorted([folder / "benchmark.json", *folder.glob("*/benchmark.json")])

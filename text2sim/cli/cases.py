@@ -3,19 +3,17 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import typer
 
 from text2sim.cli.output import say, say_json, say_problems
+from text2sim.revision.files import rewrite
 from text2sim.service import exits
 from text2sim.service.examined import Examined, case_file, find_cases
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import Text2SimError
-from text2sim.spec_schema.text.source import read_source
-
-if TYPE_CHECKING:
-    from text2sim.spec_schema.text.source import Source
+from text2sim.spec_schema.text.source import Source, read_source
 
 
 def say_examined(case: Examined) -> None:
@@ -27,8 +25,8 @@ def say_examined(case: Examined) -> None:
 
 def rewrite_cases(
     cases: list[Path],
-    change: "Callable[[Source], str]",
-    report: "Callable[[Source, str], None]",
+    change: Callable[[Source], str],
+    report: Callable[[Source, str], None],
     *,
     keep: bool,
     as_json: bool,
@@ -45,8 +43,6 @@ def rewrite_cases(
     Raises:
         typer.Exit: Always.
     """
-    from text2sim.revision.files import rewrite
-
     code, documents = exits.OK, list[dict[str, Any]]()
     for path in find_cases(cases):
         file = case_file(path)

@@ -2,8 +2,9 @@
 
 import os
 import sys
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,8 +12,10 @@ from text2sim.cli.options import AsJson, Sets, Variants, overlay_of
 from text2sim.cli.output import say, say_json
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
+from text2sim.spec_schema.errors import nearest
 
 if TYPE_CHECKING:
+    from text2sim.lint.rules import Rule
     from text2sim.service.examined import Examined
 
 LONG_RUN = 60.0
@@ -38,8 +41,6 @@ def check(
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
 
     if rules or explain:
-        from text2sim.cli.rules import say_rule, say_rules
-
         raise typer.Exit(say_rule(explain, as_json) if explain else say_rules(as_json))
     # For small arrays, threads take longer to start than they save.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -83,3 +84,39 @@ def _say(row: "Examined", base: "Examined | None", *, settings: bool) -> None:
 def _counts(row: "Examined") -> str:
     counts = (len(row.problems), "warning", "warnings"), (len(row.waived), "waived", "waived")
     return "".join(f", {n} {one if n == 1 else many}" for n, one, many in counts if n)
+
+
+def say_rules(as_json: bool) -> int:
+    """Print one line for each rule, and return the exit code."""
+    from text2sim.lint.rules import RULES
+
+    if as_json:
+        say_json({"rules": [_plain(rule) for rule in RULES]})
+        return exits.OK
+    wide = max(len(rule.id) for rule in RULES)
+    for rule in RULES:
+        say(f"{rule.id:{wide}}  {rule.severity:7}  {rule.title}")
+    return exits.OK
+
+
+def say_rule(name: str, as_json: bool) -> int:
+    """Print the full description of a rule, and return the exit code."""
+    from text2sim.lint.rules import RULES, find_rule
+    from text2sim.service.descriptions import describe_rule
+
+    rule = find_rule(name)
+    if rule is None:
+        hint = nearest(name, [rule.id for rule in RULES])
+        end = f"; did you mean `{hint}`?" if hint else "; --rules lists them"
+        aside = " (--settings says which settings were derived)" if "/" in name or "." in name else ""
+        say(f"there is no rule `{name}`{end}{aside}", to=sys.stderr)
+        return exits.INPUT
+    if as_json:
+        say_json(_plain(rule))
+        return exits.OK
+    say(describe_rule(rule))
+    return exits.OK
+
+
+def _plain(rule: "Rule") -> dict[str, Any]:
+    return {field.name: getattr(rule, field.name) for field in fields(rule) if field.name != "run"}

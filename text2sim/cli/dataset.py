@@ -1,14 +1,16 @@
 """The commands `text2sim dataset`: datasets of films with annotations and questions."""
 
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.benchmark import examined, exported
 from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
@@ -46,7 +48,6 @@ def build_dataset(
     Runs that exist in the runs folder are not simulated again.
     """
     _require()
-    from text2sim.cli.benchmark import examined, exported
     from text2sim.cli.cases import say_examined
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import Placement, capacity
@@ -126,8 +127,6 @@ def check(folder: Folder, as_json: AsJson = False) -> None:
 def questions(folder: Folder, as_json: AsJson = False) -> None:
     """Count the questions, and report the accuracy of answers without seeing the film."""
     _require()
-    from collections import Counter
-
     from text2sim.dataset.balance import guess_by_words
     from text2sim.dataset.tables import read_rows, want_dataset
 
@@ -172,7 +171,5 @@ def _require() -> None:
     Raises:
         MachineError: if it is not installed.
     """
-    from importlib.util import find_spec
-
     if find_spec("pyarrow") is None:
         raise MachineError("datasets need the extra `data`: pip install 'text2sim[data]'")

@@ -1,11 +1,14 @@
 """The command `text2sim diff`."""
 
+import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from text2sim.cli.output import say, say_json
+from text2sim.cli.verdict import MARKS
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.plain import plain
@@ -36,8 +39,6 @@ def diff(
 
     Exit codes: 0 same meaning, 1 different, 2 one cannot be read.
     """
-    from contextlib import ExitStack
-
     from text2sim.revision.compare import compare
     from text2sim.revision.side import open_side
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
@@ -85,7 +86,6 @@ def stat_lines(found: "CaseComparison") -> list[str]:
 
 
 def _run_lines(found: "CaseComparison") -> list[str]:
-    from text2sim.cli.verdict import MARKS
     from text2sim.revision.compare import STATISTICS
 
     if found.runs is None:
@@ -107,8 +107,6 @@ def _number(value: float | None) -> str:
 
 
 def _say_invalid(side: "Side") -> None:
-    import sys
-
     if side.problems:
         say(f"{side.label} is not valid, so that derived values cannot be compared:", to=sys.stderr)
         say(f"  {side.problems[0]}", to=sys.stderr)
@@ -116,8 +114,6 @@ def _say_invalid(side: "Side") -> None:
 
 def say_line(line: str) -> None:
     """Print a line of a difference, in colour on a terminal."""
-    import sys
-
     if not sys.stdout.isatty():
         say(line)
         return

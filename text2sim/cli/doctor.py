@@ -1,5 +1,7 @@
 """The command `text2sim doctor`."""
 
+from dataclasses import asdict
+
 import typer
 
 from text2sim.cli.options import AsJson
@@ -9,8 +11,6 @@ from text2sim.service import exits
 
 def doctor(as_json: AsJson = False) -> None:
     """Report what this machine has and lacks, and how to fix that. Takes about ten seconds."""
-    from dataclasses import asdict
-
     from text2sim.runtime.inspection import inspect_machine
 
     findings = inspect_machine()

@@ -12,6 +12,7 @@ from text2sim.cli.generate import AgentOptions, Cost, Minutes, Tokens
 from text2sim.cli.last_film import Film
 from text2sim.cli.options import with_options
 from text2sim.cli.output import say
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.spec_schema.errors import RunError, SpecError
 
@@ -168,7 +169,6 @@ def judge_methods(
     from text2sim.evaluation.judging import JUDGING_FILE, Judging
     from text2sim.evaluation.method_folder import read_method
     from text2sim.evaluation.suite import check_complete, read_suite, select_prompts
-    from text2sim.runtime.stop import Stop
 
     read, document = read_suite(suite)
     check_complete(read, document)

@@ -7,6 +7,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
 
+from text2sim.cli.live import LINE_INTERVAL
 from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.plain import plain_line
 
@@ -14,9 +15,6 @@ if TYPE_CHECKING:
     from text2sim.rendering.budget import FittedFilm
     from text2sim.rendering.film import FilmProgress, Reel
     from text2sim.runtime.stop import Stop
-
-LINE_INTERVAL = 15.0
-"""Wall time [s] between lines of progress."""
 
 
 def trace_films(

@@ -6,12 +6,14 @@ from typing import Annotated
 
 import typer
 
+from text2sim.cli.diff import report_lines, say_line
 from text2sim.cli.output import say
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import SpecError
 from text2sim.spec_schema.plain import plain
 from text2sim.spec_schema.text.source import read_source
+from text2sim.spec_schema.whole_files import write_atomically
 
 git = typer.Typer(
     help="Let git show and merge cases by meaning.",
@@ -45,7 +47,6 @@ def uninstall(everywhere: _Global = False) -> None:
 @git.command("diff", hidden=True)
 def diff(name: _Name, files: Annotated[list[str] | None, typer.Argument()] = None) -> None:
     """Command that git calls as `diff.text2sim.command`: PATH OLD HEX MODE NEW HEX MODE."""
-    from text2sim.cli.diff import say_line
     from text2sim.cli.failure import fail
     from text2sim.revision.driver import text_difference
 
@@ -79,7 +80,6 @@ def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotate
     """Command that git calls as `merge.text2sim.driver`: %O %A %B %P %L. The result goes to the second file."""
     from text2sim.revision.installation import CONFLICT
     from text2sim.revision.merging import merge_files
-    from text2sim.spec_schema.whole_files import write_atomically
 
     result = merge_files(base, ours, theirs, name, max(1, min(marker, 100)))
     write_atomically(ours, result.text)
@@ -89,7 +89,6 @@ def merge(base: _File, ours: _File, theirs: _File, name: _Name, marker: Annotate
 
 
 def _difference(name: str, files: list[str]) -> list[str]:
-    from text2sim.cli.diff import report_lines
     from text2sim.revision.compare import compare
     from text2sim.revision.driver import driver_side, text_difference
     from text2sim.spec_schema.load import CASE_FILE

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from text2sim.cli.film_tracing import ProgressReporter, trace_films
 from text2sim.cli.output import say
+from text2sim.runtime.stop import Stop
 from text2sim.service.phrases import display_path, duration_text
 from text2sim.spec_schema.errors import Text2SimError
 
@@ -46,14 +48,12 @@ def last_film(run: Path, quality: Quality, minutes: float | None, *, quiet: bool
     Returns:
         The film, None without one, and a note about it.
     """
-    from text2sim.cli.film_tracing import ProgressReporter, trace_films
     from text2sim.recording.film_record import read_recording
     from text2sim.rendering.budget import fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.legibility import write_legibility
     from text2sim.rendering.renderer import find_variant
     from text2sim.runtime.internal_errors import internal_error_message
-    from text2sim.runtime.stop import Stop
 
     if quality == "none":
         return None, "none was requested"

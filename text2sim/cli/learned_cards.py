@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from text2sim.agents.journal import Journal
 from text2sim.cli.evaluate import MethodOptions
 from text2sim.cli.options import AsJson, with_options
 from text2sim.cli.output import say, say_json
+from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 
 if TYPE_CHECKING:
@@ -73,7 +75,6 @@ def distill_cards(
 def _from_case(case: Path, model: str, out: Path, as_json: bool) -> None:
     from text2sim.agents.conversation import Conversation
     from text2sim.agents.distilling import distill
-    from text2sim.agents.journal import Journal
     from text2sim.agents.models.calls import Account, Budget, CallLog
     from text2sim.agents.session import endpoint_of
 
@@ -95,7 +96,6 @@ def _from_suite(
 ) -> None:  # fmt: skip
     from text2sim.evaluation.learning import Learning
     from text2sim.evaluation.suite import check_complete, read_suite, select_prompts, shared_sources
-    from text2sim.runtime.stop import Stop
 
     read, document = read_suite(suite)
     check_complete(read, document)

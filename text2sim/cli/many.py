@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from text2sim.cli.live import LINE_INTERVAL, watch
 from text2sim.cli.output import say
+from text2sim.cli.recorded import Chosen
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
 from text2sim.spec_schema.errors import MachineError, RunError, Text2SimError
 
 if TYPE_CHECKING:
-    from text2sim.cli.recorded import Chosen
     from text2sim.cluster.run import Placement
     from text2sim.cluster.task import Done, Task
     from text2sim.harness.result import RunResult
@@ -36,8 +38,6 @@ RENDER_CORES = 4
 """Cores of a render task on a Ray cluster."""
 RENDER_MEMORY = 3_000_000_000
 """Memory of a render task [bytes]."""
-LINE_INTERVAL = 15.0
-"""Wall time [s] between lines of progress."""
 
 
 def where_of(workers: int, ray: str, store: str, runs: Path) -> "Placement | None":
@@ -71,8 +71,6 @@ def attempts(
         runs: Folder of runs.
         **options: Options of `attempt`.
     """
-    from text2sim.cli.attempt import attempt
-
     if where is None:
         for row in rows:
             yield row, None if row.loaded is None else attempt(row, quiet=quiet, runs=runs, **options)
@@ -115,7 +113,7 @@ def attempts(
         yield rows[rest], found.get(rest)
 
 
-def trace(chosen: "Chosen", where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
+def trace(chosen: Chosen, where: "Placement", arguments: dict[str, Any], pictures: int, *, quiet: bool) -> None:
     """Trace the frames of a run in several processes; existing ones are kept.
 
     Args:
@@ -160,7 +158,6 @@ def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -
     """
     from text2sim.cluster.estimate import in_words
     from text2sim.cluster.run import capacity, run_tasks
-    from text2sim.runtime.stop import Stop
 
     if not tasks:
         return
@@ -175,3 +172,29 @@ def with_progress(tasks: "Sequence[Task]", where: "Placement", *, quiet: bool) -
                 left = (now - begun) / count * (len(tasks) - count)
                 say(f"{count} of {len(tasks)} done, {duration_text(left)} left", to=sys.stderr)
             yield done
+
+
+def attempt(row: "Examined", *, quiet: bool = False, **options: Any) -> "RunResult | None":
+    """Run a loaded case.
+
+    Args:
+        row: The case; its problems are updated.
+        quiet: Show no progress.
+        options: Keyword arguments of `run_case`.
+
+    Returns:
+        The result; None if the case cannot be run, with the reasons in `row.problems`.
+    """
+    from text2sim.harness.run import run_case
+
+    assert row.loaded is not None
+    try:
+        if row.plan is None:
+            row.plan_and_lint()
+        with watch(row.name, quiet=quiet) as on_progress:
+            result = run_case(row.loaded, on_progress=on_progress, lint=row.findings(), **options)
+    except Text2SimError as error:
+        row.blame(error)
+        return None
+    # The lint's warnings include those of the plan, which the result has.
+    return replace(result, warnings=row.problems)

@@ -10,6 +10,7 @@ import typer
 
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json, say_problems
+from text2sim.revision.files import rewrite
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.text.source import decode_source, read_source
@@ -39,7 +40,6 @@ def patch(
 
     The result must be a valid case without new lint errors.
     """
-    from text2sim.revision.files import rewrite
     from text2sim.revision.patch_file import read_patch
     from text2sim.revision.revise import RefusedPatch, revise
     from text2sim.service.examined import case_file

@@ -8,6 +8,7 @@ import typer
 
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
+from text2sim.service import exits
 from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ def prefabs(
     as_json: AsJson = False,
 ) -> None:
     """List the prefabs that a case can use, or explain one."""
-    from text2sim.service import exits
     from text2sim.service.descriptions import describe_prefab
 
     library = _library(case)
@@ -51,8 +51,6 @@ def _library(case: Path | None) -> "PrefabLibrary":
 
 def _list(library: "PrefabLibrary", as_json: bool) -> int:
     """Print one line for each prefab, including broken ones, and return the exit code."""
-    from text2sim.service import exits
-
     found = [(name, _find(library, name)) for name in library.names()]
     usable = [prefab for _, prefab in found if prefab is not None]
     if as_json:

@@ -1,5 +1,6 @@
 """The command `text2sim render`."""
 
+import shutil
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -10,16 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from text2sim.cli.film_tracing import ProgressReporter, trace_films
-from text2sim.cli.many import Ray, StoreUrl, Workers, where_of
+from text2sim.cli.many import Ray, StoreUrl, Workers, trace, where_of
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
-from text2sim.cli.render_options import film_size, frame_range, shard_numbers, time_range
+from text2sim.cli.recorded import Chosen, choose
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 
 if TYPE_CHECKING:
-    from text2sim.cli.recorded import Chosen
     from text2sim.cluster.run import Placement
     from text2sim.rendering.budget import FittedFilm
     from text2sim.rendering.film import Filming, FilmProgress, Format, Reel
@@ -78,11 +79,9 @@ def render(
     Finished frames are reused: a stopped render resumes, and a change of the case only costs the frames that it
     affects.
     """
-    from text2sim.cli.recorded import choose
     from text2sim.rendering.budget import FittedFilm, fitted
     from text2sim.rendering.film import Filming
     from text2sim.rendering.renderer import find_variant
-    from text2sim.runtime.stop import Stop
 
     span, shard_of, size, times = frame_range(frames), shard_numbers(shard), film_size(resolution), time_range(during)
     if write and not suggest:
@@ -135,7 +134,7 @@ def render(
 
 def _trace_in_many(
     fit: "FittedFilm",
-    chosen: "Chosen",
+    chosen: Chosen,
     where: "Placement",
     parts: dict[str, Any],
     samples: int | None,
@@ -144,8 +143,6 @@ def _trace_in_many(
     quiet: bool,
 ) -> None:
     """Trace the pictures of a film in several processes."""
-    from text2sim.cli.many import trace
-
     film = fit.filming
     how = {"quality": film.quality, "size": film.size, "samples": samples, "fps": film.fps, "format": format}
     trace(chosen, where, {**how, "reels": parts}, sum(len(reel.frames) for reel in fit.reels), quiet=quiet)
@@ -239,8 +236,6 @@ def _still_reel(reel: "Reel", *, first: bool) -> "Reel":
 
 def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]:
     """Copy finished frames to numbered files."""
-    import shutil
-
     from text2sim.rendering.frames import save
 
     folder, made = filming.folder / reel.name, []
@@ -256,3 +251,70 @@ def _numbered(filming: "Filming", reel: "Reel", paths: list[Path]) -> list[Path]
         made.append(filming.folder / f"{reel.name}.png" if single else folder / f"{frame.k:05d}.png")
         save(made[-1], lambda part, image=image: Image.fromarray(image).save(part, format="png"))
     return made
+
+
+def frame_range(text: str) -> tuple[int, int] | None:
+    """Return the first picture of `--frames` and the one after the last; None if the option is left out.
+
+    Raises:
+        typer.BadParameter: If the text cannot be understood.
+    """
+    first, colon, end = text.partition(":")
+    try:
+        if not text:
+            return None
+        start = int(first or 0)
+        span = start, (int(end) if end else sys.maxsize) if colon else start + 1
+    except ValueError:
+        span = (0, 0)
+    if not 0 <= span[0] < span[1]:
+        raise typer.BadParameter(f"{text}: write 10:20, or 10", param_hint="'--frames'")
+    return span
+
+
+def time_range(text: str) -> tuple[float, float] | None:
+    """Return the times of `--during` [s]; None if the option is left out.
+
+    Raises:
+        typer.BadParameter: If the text cannot be understood.
+    """
+    first, colon, end = text.partition(":")
+    try:
+        if not text:
+            return None
+        begin, until = float(first), float(end if colon else "")
+    except ValueError:
+        begin, until = 1.0, 0.0
+    if not 0 <= begin <= until < float("inf"):
+        raise typer.BadParameter(f"{text}: write 0.2:1.5, from and to in seconds", param_hint="'--during'")
+    return begin, until
+
+
+def shard_numbers(text: str) -> tuple[int, int]:
+    """Return the number of the part of `--shard`, from 0, and the number of parts.
+
+    Raises:
+        typer.BadParameter: If the text cannot be understood.
+    """
+    if not text:
+        return 0, 1
+    number, _, count = text.partition("/")
+    if not (number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+        raise typer.BadParameter(f"{text}: write 1/4 for the first of four", param_hint="'--shard'")
+    return int(number) - 1, int(count)
+
+
+def film_size(text: str) -> tuple[int, int] | None:
+    """Return width and height of `--resolution` [pixels]; None if the option is left out.
+
+    Raises:
+        typer.BadParameter: If the text cannot be understood.
+    """
+    if not text:
+        return None
+    width, _, height = text.partition("x")
+    if not (width.isdigit() and height.isdigit()) or any(
+        not 16 <= int(n) <= 8192 or int(n) % 2 for n in (width, height)
+    ):
+        raise typer.BadParameter(f"{text}: write 1280x720, even numbers", param_hint="'--resolution'")
+    return int(width), int(height)

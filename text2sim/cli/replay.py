@@ -7,6 +7,7 @@ import typer
 
 from text2sim.cli.options import AsJson
 from text2sim.cli.output import say, say_json
+from text2sim.recording.record import RunRecord
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
@@ -21,7 +22,6 @@ def replay(
     `text2sim run` writes it, too, unless there are too many states.
     """
     from text2sim.recording.inventory import first_fault
-    from text2sim.recording.record import RunRecord
     from text2sim.replay.page import write_replay
     from text2sim.spec_schema.load import load_case
 

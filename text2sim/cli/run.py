@@ -9,6 +9,7 @@ import typer
 from text2sim.cli.many import Ray, StoreUrl, Workers, attempts, where_of
 from text2sim.cli.options import AsJson, Sets, Variants, overlay_of, with_options
 from text2sim.cli.output import say_json
+from text2sim.cli.verdict import exit_of, say_result
 from text2sim.service import exits
 
 if TYPE_CHECKING:
@@ -74,7 +75,6 @@ def run_cases(
     Ctrl-C stops and keeps what was recorded; a second one kills.
     """
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.verdict import exit_of, say_result
     from text2sim.service.examined import examine, find_cases
 
     # All are read before the first runs, so that an error in the last one does not show up after an hour.

@@ -8,6 +8,7 @@ import typer
 from text2sim.cli.output import say
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
+from text2sim.spec_schema.whole_files import write_atomically
 
 
 def schema(
@@ -15,7 +16,6 @@ def schema(
 ) -> None:
     """Print the JSON Schema of the language, for editors and for models."""
     from text2sim.spec_schema.published.json_schema import schema_text
-    from text2sim.spec_schema.whole_files import write_atomically
 
     text = schema_text()
     if out is None:

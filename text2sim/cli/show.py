@@ -1,6 +1,7 @@
 """The command `text2sim show`."""
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -99,7 +100,6 @@ def _print(
 
 def _open_file(picture: Path) -> None:
     """Ask the desktop to show a file."""
-    import subprocess
     import webbrowser
 
     command = {"darwin": ["open"], "win32": ["cmd", "/c", "start", ""]}.get(sys.platform, ["xdg-open"])

@@ -1,5 +1,6 @@
 """The commands `text2sim study`: blind comparisons of methods' films by people."""
 
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -55,8 +56,6 @@ def serve_study(
 
     Ctrl-C ends it; a restart has the same address, and people continue where they were.
     """
-    import sys
-
     try:
         from text2sim.study.server import serve
     except ModuleNotFoundError as error:

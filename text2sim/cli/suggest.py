@@ -4,17 +4,18 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say, say_json
+from text2sim.cli.recorded import Chosen
+from text2sim.revision.files import rewrite
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.plain import plain
 from text2sim.spec_schema.text.source import read_source
 
 if TYPE_CHECKING:
-    from text2sim.cli.recorded import Chosen
     from text2sim.rendering.suggest import RenderProposal
 
 
-def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
+def propose(chosen: Chosen, *, write: bool, as_json: bool) -> None:
     """Propose a camera and light for a run, and with `write` add them to its case.
 
     Args:
@@ -27,7 +28,6 @@ def propose(chosen: "Chosen", *, write: bool, as_json: bool) -> None:
         SpecError: if the case would be invalid with them.
     """
     from text2sim.rendering.suggest import suggest
-    from text2sim.revision.files import rewrite
     from text2sim.revision.revise import revise
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.text.canonical import dump_case

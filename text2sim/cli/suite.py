@@ -11,6 +11,7 @@ from text2sim.cli.many import attempts
 from text2sim.cli.options import with_options
 from text2sim.cli.output import expectation_rows, say, say_json
 from text2sim.cli.run import RunOptions
+from text2sim.cli.verdict import exit_of, say_failure
 from text2sim.service import exits
 from text2sim.service.phrases import duration_text
 
@@ -28,7 +29,6 @@ def run_suite(
     options: RunOptions,
 ) -> None:
     """Run cases like a test suite: a case passes if it meets all its expectations."""
-    from text2sim.cli.verdict import exit_of
     from text2sim.service.examined import examine, find_cases
 
     begun, code, as_json = monotonic(), exits.OK, options.as_json
@@ -60,7 +60,6 @@ def run_suite(
 
 def _say_row(word: str, row: "Examined", result: "RunResult | None") -> None:
     from text2sim.cli.cases import say_examined
-    from text2sim.cli.verdict import say_failure
 
     if result is None:
         say(f"ERROR {row.name}")

@@ -2,15 +2,18 @@
 
 import csv
 import io
+import json
 import sys
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.cli.output import say, say_json
+from text2sim.cli.verdict import exit_of, say_failure
 from text2sim.service import exits
 from text2sim.service.phrases import display_path, run_line
 from text2sim.spec_schema.errors import RunError, SpecError
+from text2sim.spec_schema.whole_files import write_atomically
 
 if TYPE_CHECKING:
     from text2sim.harness.result import RunResult
@@ -33,7 +36,6 @@ def run_sweep(
     """
     from text2sim.cli.cases import say_examined
     from text2sim.cli.many import attempts
-    from text2sim.cli.verdict import exit_of, say_failure
     from text2sim.service.examined import examine
 
     base = examine(path, to="loaded", overlay=overlay)
@@ -142,10 +144,6 @@ class _Table:
 
     def write(self) -> None:
         """Rewrite both files, so that an interrupted sweep keeps its results."""
-        import json
-
-        from text2sim.spec_schema.whole_files import write_atomically
-
         self.folder.mkdir(parents=True, exist_ok=True)
         write_atomically(self.folder / "sweep.json", json.dumps(self.document(), indent=1, allow_nan=False) + "\n")
         stream = io.StringIO()

@@ -9,13 +9,15 @@ import typer
 
 from text2sim.cli.options import Sets, Variants, overlay_of
 from text2sim.cli.output import expectation_rows, say, say_problems
+from text2sim.cli.verdict import MARKS
+from text2sim.runtime.stop import Stop
 from text2sim.service import exits
 from text2sim.service.phrases import display_path
-from text2sim.spec_schema.errors import MachineError, RunError
+from text2sim.spec_schema.errors import MachineError, Problem, RunError
+from text2sim.watching.page_state import PageState
 
 if TYPE_CHECKING:
     from text2sim.service.examined import Examined
-    from text2sim.spec_schema.errors import Problem
     from text2sim.spec_schema.reuse.overlay import CaseOverlay
     from text2sim.watching.live_run import LiveRun
     from text2sim.watching.protocols import Checked
@@ -42,9 +44,7 @@ def watch(
     Ctrl-C ends it.
     """
     from text2sim.runtime.lock import RunLock
-    from text2sim.runtime.stop import Stop
     from text2sim.service.examined import case_file
-    from text2sim.watching.page_state import PageState
     from text2sim.watching.server import PageServer
     from text2sim.watching.session import Options, WatchSession
 
@@ -120,11 +120,10 @@ class _Terminal:
     def status(self, words: str) -> None:
         self._say(words)
 
-    def trouble(self, words: str, problem: "Problem | None") -> None:
+    def trouble(self, words: str, problem: Problem | None) -> None:
         self._say(str(problem) if problem is not None else words, to=sys.stderr)
 
     def done(self, live_run: "LiveRun", evidence: dict[str, Any] | None, no_scene: str) -> None:
-        from text2sim.cli.verdict import MARKS
         from text2sim.watching.page_text import timing
 
         rows = expectation_rows((evidence or {}).get("expect", {}))

@@ -5,6 +5,7 @@ import shutil
 from typing import Any
 
 from text2sim.cluster.task import TaskPlace
+from text2sim.recording.record import COMPLETE
 from text2sim.spec_schema.errors import RunError
 
 
@@ -33,7 +34,6 @@ def simulate(
         The result, as in `RunResult.as_dict`.
     """
     from text2sim.harness.run import run_case
-    from text2sim.recording.record import COMPLETE
     from text2sim.spec_schema.load import load_case
     from text2sim.spec_schema.reuse.library import VARIABLE
     from text2sim.spec_schema.reuse.overlay import CaseOverlay

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.shapes.rotation import quats_to_matrices
 from text2sim.drawing.raster import Raster
 from text2sim.drawing.view import PictureView
 from text2sim.legibility.recorded import Array, Recorded, raster_view
@@ -226,8 +227,6 @@ class Annotator:
         link = getattr(piece, "link", None)
         quat, turn = np.array([1.0, 0, 0, 0]), np.eye(3)
         if link is not None:
-            from text2sim.compiler.shapes.rotation import quats_to_matrices
-
             quat = self.recording.states.poses(t)[1][link].astype(float)
             turn = quats_to_matrices(quat[None])[0]
         local = points @ turn

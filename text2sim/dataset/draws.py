@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from text2sim.dataset.paths import parse_path
-from text2sim.dataset.recipe import Draw
+from text2sim.dataset.recipe import Draw, parse_path
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.reuse.overlay import CaseOverlay

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.assets.manifest import read_manifest
 from text2sim.cluster.task import STOPPED
 from text2sim.dataset.annotations import Annotator, PictureContacts
 from text2sim.dataset.recipe import Film, Recipe
@@ -204,8 +205,6 @@ def _copy_run(run: Path, states: RunStates, recording: FilmRecord, pictures: lis
 
 
 def _about_case(loaded: LoadedCase, record: RunRecord) -> dict[str, Any]:
-    from text2sim.assets.manifest import read_manifest
-
     data = loaded.case.model_dump(mode="json", by_alias=True)
     assets = [
         {

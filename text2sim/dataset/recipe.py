@@ -4,10 +4,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from text2sim.dataset.paths import in_section, parse_path
 from text2sim.spec_schema.errors import Problem, SpecError
 from text2sim.spec_schema.models.base import Count, Fraction, Length, Model, Name, NonNegative, Positive, Range, Real
-from text2sim.spec_schema.text.document import Document, parse_document
+from text2sim.spec_schema.paths import dotted, parse_dotted
+from text2sim.spec_schema.text.document import Document, Path, parse_document, parse_pointer
 from text2sim.spec_schema.text.source import Source as Text
 from text2sim.spec_schema.vocabulary.typed_document import model_of
 
@@ -21,6 +21,9 @@ GROUPS: tuple[Group, ...] = ("physics", "looks", "lights", "cameras")
 MAX_DRAWS = 200
 """Largest number of draws, of films of a run, and of tries."""
 Few = Annotated[Count, Field(le=MAX_DRAWS)]
+LOOKS = ("background", "backdrop", "tone")
+"""Keys of `render` that belong to neither lights nor cameras."""
+LIGHTS = ("lights", "exposure")
 
 
 class Draw(Model):
@@ -178,3 +181,31 @@ def _check_paths(recipe: Recipe, document: Document) -> list[Problem]:
     if not any(recipe.splits.values()):
         problems.append(document.problem(("splits",), "at least one share must be above 0", rule="inconsistent"))
     return problems
+
+
+def parse_path(text: str) -> Path:
+    """Return the steps of `bodies.ball.pose.pos[2]` or `/bodies/ball/pose/pos/2`.
+
+    Raises:
+        ValueError: if it is neither.
+    """
+    if not text.startswith("/"):
+        return parse_dotted(text)
+    path = tuple(int(step) if isinstance(step, str) and step.isdigit() else step for step in parse_pointer(text))
+    return parse_dotted(dotted(path))
+
+
+def in_section(path: Path, group: str) -> str | None:
+    """Return why a path does not belong to `physics`, `looks`, `lights` or `cameras`; None if it does."""
+    steps = [str(step) for step in path]
+    film = steps[0] == "render"
+    if group == "physics":
+        return "changes the film: draw it under `looks`, `lights` or `cameras`" if film or "look" in steps else None
+    inner = steps[1] if film and len(steps) > 1 else ""
+    if group == "looks":
+        ok, wanted = "look" in steps or inner in LOOKS, f"a `look`, or render.{', render.'.join(LOOKS)}"
+    elif group == "lights":
+        ok, wanted = inner in LIGHTS, f"a path that begins with render.{' or render.'.join(LIGHTS)}"
+    else:
+        ok, wanted = inner == group, f"a path that begins with render.{group}"
+    return None if ok else f"does not belong to {group}, which takes {wanted}"

@@ -7,6 +7,9 @@ from html import escape
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.dataset.shards import read_shard
 from text2sim.dataset.tables import read_rows, want_dataset
 from text2sim.spec_schema.models.base import Model
@@ -92,15 +95,12 @@ def _block(row: dict[str, Any], film: bytes, earlier: ReviewDecision | None) -> 
 
 def _pictures(film: bytes) -> list[str]:
     import av
-    import numpy as np
 
     with av.open(io.BytesIO(film), "r") as container:
         pictures = [picture.to_image() for picture in container.decode(video=0)]
     found = []
     for k in np.linspace(0, len(pictures) - 1, PICTURES).round().astype(int):
-        buffer = io.BytesIO()
-        pictures[k].save(buffer, "jpeg", quality=85)
-        found.append(base64.b64encode(buffer.getvalue()).decode())
+        found.append(base64.b64encode(picture_bytes(pictures[k], "jpeg", quality=85)).decode())
     return found
 
 

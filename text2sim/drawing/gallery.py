@@ -8,6 +8,8 @@ from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
 
+from text2sim.compiler.shapes.pictures import picture_bytes
+from text2sim.spec_schema.load import load_text
 from text2sim.spec_schema.reuse.catalogue import built_in, example_case, examples, param_rows, parts_of
 from text2sim.spec_schema.reuse.library import BUILT_IN
 
@@ -58,17 +60,14 @@ def picture(name: str) -> bytes:
 
     from text2sim.compiler.build import resolve_case
     from text2sim.drawing.portrait import portrait
-    from text2sim.spec_schema.load import load_text
 
     drawn = portrait(resolve_case(load_text(example_case(examples()[name]))), SIZE)
     info = PngInfo()
     info.add_text(KEY, digest(name))
     content = b""
     for colors in TRIED_COLOR_COUNTS:
-        stream = BytesIO()
         few = Image.open(BytesIO(drawn)).convert("RGB").quantize(colors, dither=Image.Dither.NONE)
-        few.save(stream, "PNG", optimize=True, pnginfo=info)
-        content = stream.getvalue()
+        content = picture_bytes(few, "PNG", optimize=True, pnginfo=info)
         if len(content) <= MAX_PICTURE_SIZE:
             break
     return content

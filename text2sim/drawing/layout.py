@@ -1,17 +1,17 @@
 """Page that shows the start of a case from above, from the front, from the side, and through its camera."""
 
 from concurrent.futures import ThreadPoolExecutor
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
 from text2sim.compiler.build import Resolution
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.drawing.canvas import FAINT, INK, Canvas, shortened, text_width
 from text2sim.drawing.framing import subject_bounds
+from text2sim.drawing.labels import draw_labels
 from text2sim.drawing.lighting import Light, ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.marks import arrow_marks, camera_marks, joint_marks
-from text2sim.drawing.naming import draw_labels
 from text2sim.drawing.panel import composed, draw_frame, draw_ground_lines, draw_scale, fitted, ground, nice_step
 from text2sim.drawing.picture import Picture, Style, paint
 from text2sim.drawing.prop import Stage
@@ -85,9 +85,7 @@ def layout(resolution: Resolution, variant: str = "") -> bytes:
     canvas.box((corner[0] - 0.5, corner[1] - 0.5, corner[2] + 0.5, corner[3] + 0.5), outline=(150, 156, 164))
     _draw_head(canvas, resolution, variant)
     draw_legend(canvas, float(LEFT), SIZE[1] - FOOT / 2 - 2, marks)
-    stream = BytesIO()
-    canvas.finished().save(stream, "PNG", compress_level=3)
-    return stream.getvalue()
+    return picture_bytes(canvas.finished(), "PNG", compress_level=3)
 
 
 def write_layout(resolution: Resolution, path: Path, variant: str = "") -> None:

@@ -1,12 +1,14 @@
 """Triangles of pieces and surfaces in their own frames, with limited detail."""
 
 import math
+from io import BytesIO
 from typing import NamedTuple
 
 import numpy as np
 
 from text2sim.compiler.shapes.piece import Piece
-from text2sim.compiler.shapes.surface import VisualMesh
+from text2sim.compiler.shapes.surface import VisualMesh, surface
+from text2sim.spec_schema.models.shapes import Box
 
 MAX_SMOOTH_DIFFERENCE = 0.5
 """Difference of normals above which neighbours stay apart when a surface is simplified."""
@@ -25,15 +27,8 @@ class Triangles(NamedTuple):
 
 def box() -> Triangles:
     """Return a cube of edge length 1."""
-    corners, normals = [], []
-    for axis in range(3):
-        u, v = np.eye(3)[(axis + 1) % 3], np.eye(3)[(axis + 2) % 3]
-        for side in (-1.0, 1.0):
-            normal = side * np.eye(3)[axis]
-            a, b, c, d = (normal + side * s * u + t * v for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
-            corners += [(a, b, c), (a, c, d)]
-            normals += [(normal,) * 3] * 2
-    return Triangles(np.array(corners) / 2, np.array(normals))
+    cube = surface(Box(kind="box", size=(1.0, 1.0, 1.0)))
+    return Triangles(cube.vertices[cube.faces], cube.normals[cube.faces])
 
 
 def square() -> Triangles:
@@ -190,8 +185,6 @@ def _simplified(
 
 def _sampled(picture: bytes, uvs: np.ndarray) -> np.ndarray:
     """The colours (n, 3) of a picture at texture coordinates (n, 2)."""
-    from io import BytesIO
-
     from PIL import Image
 
     pixels = np.asarray(Image.open(BytesIO(picture)).convert("RGB"), np.float32) / 255

@@ -1,11 +1,11 @@
 """Picture of a body for the gallery: from above at an angle, on an infinite light ground."""
 
 from dataclasses import replace
-from io import BytesIO
 
 import numpy as np
 
 from text2sim.compiler.build import Resolution
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.drawing.framing import box_of
 from text2sim.drawing.lighting import ParallelLight, light_up, sky, soft_lamp
 from text2sim.drawing.picture import Style, paint
@@ -42,10 +42,8 @@ def portrait(resolution: Resolution, size: tuple[int, int] = (640, 480)) -> byte
     view = _framed(props, bounds, size)
     light = light_up(scene, lamps, AMBIENT, bounds, 640)
     picture = paint(scene, view, light, Style(BACKGROUND))
-    stream = BytesIO()
     pixels = (np.clip(picture.pixels, 0.0, 1.0) * 255 + 0.5).astype(np.uint8)
-    Image.fromarray(pixels).save(stream, "PNG", optimize=True)
-    return stream.getvalue()
+    return picture_bytes(Image.fromarray(pixels), "PNG", optimize=True)
 
 
 def _on_ground(props: Stage, bounds: tuple[np.ndarray, np.ndarray], lamps: list[ParallelLight]) -> Stage:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from math import log2, sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,15 +12,19 @@ from text2sim.compiler.build import Resolution
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan
 from text2sim.compiler.shapes import geometry
+from text2sim.compiler.shapes.pictures import PREVIEW_SIDE, thumbnail
 from text2sim.compiler.shapes.piece import Piece
 from text2sim.compiler.shapes.rotation import IDENTITY, Quaternion, Vec, frame_apply, quat_multiply, quats_to_matrices
+from text2sim.compiler.shapes.sagging import is_bent
+from text2sim.compiler.shapes.softmesh import soft_surface
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.soft.solvers import is_soft
 from text2sim.compiler.trees.file_bodies import geom_of
 from text2sim.compiler.trees.tree import Tree, TreeGeom, TreeLink, tree_links
-from text2sim.drawing.cloths import cloth_surfaces
 from text2sim.drawing.meshes import Triangles, limited_surface, scale_of, solid, square, unit
 from text2sim.drawing.prop import Prop, Stage
+from text2sim.drawing.robots import urdf_dress
+from text2sim.spec_schema.models.sheets import Disc, Ribbon, Sheet
 
 Rgba = tuple[float, float, float, float]
 
@@ -29,6 +34,10 @@ FINE_STAGE_TRIANGLES = 400_000
 """Number of triangles of the meshes of a fine stage."""
 FILE_COLOR: Rgba = (0.74, 0.77, 0.8, 1.0)
 """Colour of bodies from files, whose own colours are not read here."""
+SHEET_CELLS = 48
+"""Cells along the longer side of a sheet that is bent, or has a picture, because each triangle has one colour."""
+RIBBON_CELLS = 2
+"""Cells across a ribbon."""
 
 
 def stage(resolution: Resolution, budget: int = STAGE_TRIANGLES, *, fine: bool = False) -> Stage:
@@ -255,8 +264,6 @@ def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
     """The tree of a body from a file, with visual shapes of its links in place of collision shapes."""
     shapes = {link.name: (_visual_shapes(link), ()) for link in mechanism.links}
     if fine and mechanism.kind == "urdf":
-        from text2sim.drawing.robots import urdf_dress
-
         shapes |= urdf_dress(mechanism)
 
     def dress(link: TreeLink) -> TreeLink:
@@ -269,3 +276,29 @@ def _with_visuals(tree: Tree, mechanism: Mechanism, *, fine: bool) -> Tree:
 def _visual_shapes(link: MechanismLink) -> tuple[TreeGeom, ...]:
     apart = any(not geom.touches for geom in link.geoms)
     return tuple(geom_of(geom) for geom in link.geoms if not (apart and geom.touches))
+
+
+def cloth_surfaces(shape: Any, folder: Path) -> list[VisualMesh] | None:
+    """Return the surface of a disc, a ribbon, or a sheet with its picture if it has one; None for other shapes.
+
+    Raises:
+        AssetError: if the picture cannot be used.
+    """
+    if isinstance(shape, Disc):
+        net = soft_surface(shape, folder, 2 * shape.radius / SHEET_CELLS)
+        return [VisualMesh(net.vertices, net.faces, np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1)))]
+    if isinstance(shape, Ribbon):
+        picture, bent, edge = None, True, shape.width / RIBBON_CELLS
+    elif isinstance(shape, Sheet):
+        picture = None if shape.texture is None else thumbnail(shape.texture, folder, PREVIEW_SIDE)
+        bent = is_bent(shape)
+        edge = max(shape.size) / (SHEET_CELLS if picture or bent else 1)
+    else:
+        return None
+    net = soft_surface(shape, folder, edge)
+    normals = np.tile([0.0, 0.0, 1.0], (len(net.vertices), 1))
+    if bent:
+        from trimesh import Trimesh  # slow to import
+
+        normals = Trimesh(net.vertices, net.faces, process=False).vertex_normals
+    return [VisualMesh(net.vertices, net.faces, normals, uvs=net.uvs, picture=picture)]

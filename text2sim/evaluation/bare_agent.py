@@ -21,6 +21,8 @@ from text2sim.agents.models.exchange import Image, Message
 from text2sim.agents.models.fences import fenced_blocks, without_thoughts
 from text2sim.agents.models.parsing import ReplyError, read_reply
 from text2sim.agents.roles import quoted
+from text2sim.card_library.library import load_library
+from text2sim.card_library.retrieval import find_cards
 from text2sim.evaluation.film_frames import film_frames, length_of
 from text2sim.evaluation.genesis_docs import digest, docstrings_of
 from text2sim.evaluation.method_folder import CaseResult, resources_of
@@ -190,9 +192,6 @@ class BareAgent:
     def _deal_cards(self, prompt: str) -> str:
         if not self._cards:
             return ""
-        from text2sim.card_library.library import load_library
-        from text2sim.card_library.retrieval import find_cards
-
         found = find_cards(load_library(), text=prompt, limit=MAX_CARDS)
         return "\n\n".join(match.entry.card.brief() for match in found)
 

@@ -19,6 +19,7 @@ from text2sim.evaluation.keyframes import Motion, motion_of
 from text2sim.evaluation.method_folder import PromptResult
 from text2sim.evaluation.prompt_templates import render_prompt
 from text2sim.evaluation.suite import Prompt
+from text2sim.evidence.recorded_case import RecordedCase
 from text2sim.recording.run_files import read_evidence, read_json
 from text2sim.spec_schema.errors import RunError, SpecError, Text2SimError
 from text2sim.spec_schema.load import load_case
@@ -120,8 +121,6 @@ def bind_facts(chat: Callable[[], Conversation], prompt: Prompt, shown: ResultEx
 
 def _read_run(shown: ResultExhibit, run: Path, program: Path | None) -> None:
     """Read as much of a run folder as possible: it may be another tool's."""
-    from text2sim.evidence.recorded_case import RecordedCase
-
     try:
         record = read_json(run / "run.json")
         if not isinstance(record, dict):

@@ -1,6 +1,5 @@
 """Frames of a film for judges: evenly spaced ones and those after scene changes, at full resolution."""
 
-import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from text2sim.agents.models.exchange import MAX_IMAGE, Image
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.legibility.film import spread_numbers
 from text2sim.spec_schema.errors import RunError
 
@@ -134,10 +134,7 @@ def _pictures(film: Path, chosen: list[int]) -> Iterator[Any]:
 
 def _image(name: str, picture: Any) -> Image:
     """A frame as PNG, or as JPEG if the PNG is too large to send."""
-    stream = io.BytesIO()
-    picture.save(stream, "png")
-    if stream.tell() <= MAX_IMAGE:
-        return Image(f"{name}.png", "image/png", stream.getvalue())
-    stream = io.BytesIO()
-    picture.save(stream, "jpeg", quality=92)
-    return Image(f"{name}.jpg", "image/jpeg", stream.getvalue())
+    content = picture_bytes(picture, "png")
+    if len(content) <= MAX_IMAGE:
+        return Image(f"{name}.png", "image/png", content)
+    return Image(f"{name}.jpg", "image/jpeg", picture_bytes(picture, "jpeg", quality=92))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.evaluation.film_frames import length_of, pictures_at
 from text2sim.evaluation.judging import KINDS, Judgement, Kind
 from text2sim.evaluation.scores import PHYSICAL_WEIGHTS, VISUAL_WEIGHTS
@@ -143,9 +144,7 @@ def _strips(films: dict[str, Path | None]) -> tuple[list[float], dict[str, list[
 
 def _thumbnail(picture: Any) -> str:
     picture.thumbnail((THUMBNAIL, THUMBNAIL))
-    stream = io.BytesIO()
-    picture.save(stream, "jpeg", quality=82)
-    return _uri(stream.getvalue(), "jpeg")
+    return _uri(picture_bytes(picture, "jpeg", quality=82), "jpeg")
 
 
 def _uri(data: bytes, kind: str) -> str:

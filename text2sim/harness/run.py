@@ -8,9 +8,10 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from text2sim import __version__
+from text2sim.compiler.plan import Plan
 from text2sim.harness.folder import (
     Wanted,
     Work,
@@ -35,18 +36,15 @@ from text2sim.runtime.program import Finished, run_program
 from text2sim.runtime.progress import Clock, OnProgress, ignore
 from text2sim.runtime.stop import Stop
 from text2sim.spec_schema.errors import MachineError, Problem, RunError
+from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.names.selectors import body_of
 from text2sim.spec_schema.reuse.expanded import expanded_text
 from text2sim.spec_schema.reuse.overlay import needs_layers
 from text2sim.spec_schema.whole_files import write_atomically
 
-if TYPE_CHECKING:
-    from text2sim.compiler.plan import Plan
-    from text2sim.spec_schema.loaded import LoadedCase
-
 __all__ = ["Compile", "Device", "run_case"]
 
-Compile = Callable[["LoadedCase", Path], "Plan"]
+Compile = Callable[[LoadedCase, Path], Plan]
 """Writes the program of a case into a folder and returns its plan."""
 Runner = Callable[..., Finished]
 """Runs the program of a run folder, as `run_program` does."""
@@ -55,7 +53,7 @@ Device = Literal["cpu", "gpu"]
 
 
 def run_case(
-    loaded: "LoadedCase",
+    loaded: LoadedCase,
     *,
     runs: Path,
     on_progress: OnProgress = ignore,
@@ -150,8 +148,8 @@ class _Run:
 
     def __init__(
         self,
-        loaded: "LoadedCase",
-        plan: "Plan",
+        loaded: LoadedCase,
+        plan: Plan,
         folder: Path,
         engine: _Engine,
         limits: Limits,
@@ -355,7 +353,7 @@ class _Run:
             self.record.notes.append(f"there is no 3D replay: {error}")
 
 
-def _case_digest(loaded: "LoadedCase") -> str:
+def _case_digest(loaded: LoadedCase) -> str:
     """Return the digest of the case as written, its prefabs, and what is laid over it."""
     text = loaded.source.text
     if needs_layers(loaded.written.data, loaded.overlay):
@@ -363,7 +361,7 @@ def _case_digest(loaded: "LoadedCase") -> str:
     return sha256(text.encode()).hexdigest()
 
 
-def _judge_digest(loaded: "LoadedCase", film_digest: str) -> str:
+def _judge_digest(loaded: LoadedCase, film_digest: str) -> str:
     """Return the digest of what evidence depends on besides recorded states, and of the code that makes it."""
     case = loaded.case.model_dump_json(by_alias=True, exclude={"render": True})
     # How well bodies are seen depends on the cameras.

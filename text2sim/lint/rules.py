@@ -2,7 +2,7 @@
 
 from text2sim.lint.contact import bounce, creep, driven_through, nets, sliding, tunnelling
 from text2sim.lint.film import leaving, unseen_subjects, viewpoints
-from text2sim.lint.joints import angles, following, holding, idle, ranges_and_anchors, ropes
+from text2sim.lint.joints import angles, following, holding, ranges_and_anchors, ropes
 from text2sim.lint.numbers import counted_twice, densities, magnitudes, masses, meshes, steps, stiffness
 from text2sim.lint.rule import EXAMPLE_BASE, Rule
 from text2sim.lint.script import (
@@ -28,7 +28,6 @@ from text2sim.lint.soft import (
     sap,
     solver_domain,
     starts,
-    streams,
     tearing,
     unheeded,
     walls,
@@ -57,7 +56,6 @@ RULES: tuple[Rule, ...] = (
     *steps.RULES,
     *pushes.RULES,
     *holding.RULES,
-    *idle.RULES,
     *following.RULES,
     *ranges_and_anchors.RULES,
     *ropes.RULES,
@@ -75,7 +73,6 @@ RULES: tuple[Rule, ...] = (
     *viewpoints.RULES,
     *families.RULES,
     *starts.RULES,
-    *streams.RULES,
     *walls.RULES,
     *feet.RULES,
     *folds.RULES,

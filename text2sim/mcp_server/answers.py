@@ -4,10 +4,15 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
 
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.spec_schema.errors import Problem
 from text2sim.spec_schema.plain import plain
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 MAX_PAGE = 9_000
 """Characters of a page of text or rows, so that an answer has at most about 3,000 tokens."""
@@ -108,3 +113,21 @@ def problem_rows(problems: Iterable[Problem], sources: dict[str, str] | None = N
 def _dump(value: Any) -> str:
     # Names and messages come from other people's files, and a lone surrogate could not be sent.
     return plain(json.dumps(value, ensure_ascii=False, default=str))
+
+
+def compressed(png: bytes) -> tuple[bytes, str]:
+    """Return a PNG as a JPEG, and its type."""
+    from PIL import Image
+
+    with Image.open(BytesIO(png)) as picture:
+        return jpeg(picture.convert("RGB")), "image/jpeg"
+
+
+def jpeg(picture: "Image") -> bytes:
+    """Return a picture as a JPEG of limited size; quality is reduced first, then resolution."""
+    for quality in (88, 75, 60):
+        content = picture_bytes(picture, "JPEG", quality=quality, optimize=True)
+        if len(content) <= MAX_PICTURE:
+            return content
+    picture = picture.resize((max(1, picture.width // 2), max(1, picture.height // 2)))
+    return picture_bytes(picture, "JPEG", quality=60)

@@ -1,6 +1,7 @@
 """Tool that looks up debug cards: earlier failures, their signatures and repairs."""
 
 from text2sim.card_library.library import load_library
+from text2sim.card_library.retrieval import find_cards
 from text2sim.mcp_server.answers import ToolAnswer, paged, text_page
 
 MAX_CARDS = 5
@@ -22,8 +23,6 @@ def cards(query: str, offset: int) -> ToolAnswer:
     if words in library.entries:
         ids = [words]
     else:
-        from text2sim.card_library.retrieval import find_cards
-
         ids = [match.entry.id for match in find_cards(library, text=words, limit=MAX_CARDS)]
     text, page = text_page("\n\n".join(library.find(name).card.brief() for name in ids), offset)
     return ToolAnswer({"cards": ids, **page}, text)

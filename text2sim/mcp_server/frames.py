@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from text2sim.mcp_server.answers import ToolAnswer
-from text2sim.mcp_server.pictures import jpeg
+from text2sim.mcp_server.answers import ToolAnswer, jpeg
 from text2sim.mcp_server.workspace import Workspace, is_file, read_file
 from text2sim.recording.record import RunRecord
 from text2sim.spec_schema.errors import RunError

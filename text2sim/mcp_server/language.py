@@ -9,6 +9,7 @@ from text2sim.mcp_server.answers import MAX_PAGE, ToolAnswer, refusal, text_page
 from text2sim.service.descriptions import describe_prefab, describe_rule
 from text2sim.spec_schema.errors import did_you_mean
 from text2sim.spec_schema.published.language_reference import language_reference
+from text2sim.spec_schema.reuse.catalogue import library
 
 _HEADING = re.compile(r"^(#{1,4}) (.+)$")
 _LINK = re.compile(r"\[([^\]\n]+)\]\(#[^)\n]*\)")
@@ -135,8 +136,6 @@ def _page_text(page: Page) -> str:
 
 @cache
 def _prefab_names() -> tuple[str, ...]:
-    from text2sim.spec_schema.reuse.catalogue import library
-
     return tuple(library().names())
 
 
@@ -144,6 +143,4 @@ def _prefab(name: str) -> str | None:
     """Description of a built-in prefab; None if there is none of that name."""
     if name not in _prefab_names():
         return None
-    from text2sim.spec_schema.reuse.catalogue import library
-
     return describe_prefab(library().find(name))

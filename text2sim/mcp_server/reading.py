@@ -6,6 +6,7 @@ from text2sim.mcp_server.answers import (
     MAX_PICTURE,
     ToolAnswer,
     clipped,
+    compressed,
     digest,
     paged,
     problem_rows,
@@ -145,7 +146,6 @@ def _shape(body: dict[str, Any]) -> str:
 def _picture(resolution: "Resolution", overlay: CaseOverlay) -> tuple[bytes, str]:
     """The picture of a case's start, and its type."""
     from text2sim.drawing.layout import layout
-    from text2sim.mcp_server.pictures import compressed
 
     page = layout(resolution, ", ".join(overlay.words))
     return (page, "image/png") if len(page) <= MAX_PICTURE else compressed(page)

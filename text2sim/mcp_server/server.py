@@ -23,6 +23,7 @@ from text2sim.mcp_server.answers import ToolAnswer, problem_rows, refusal
 from text2sim.mcp_server.jobs import BackgroundRun, Jobs
 from text2sim.mcp_server.workspace import Workspace
 from text2sim.runtime.internal_errors import internal_error_message
+from text2sim.runtime.progress import PHASES
 from text2sim.runtime.stop import SIGNALS
 from text2sim.service.phrases import user_message
 from text2sim.spec_schema.errors import SpecError, Text2SimError
@@ -259,8 +260,6 @@ def _add_running(server: MCPServer, workspace: Workspace, jobs: Jobs) -> None:
 
 async def _watched(job: BackgroundRun, ctx: Context, wait: float) -> CallToolResult:
     """Report progress to the client until the run ends or the time is over; a cancelled call stops the run."""
-    from text2sim.runtime.progress import PHASES
-
     deadline, reported = anyio.current_time() + wait, -1.0
     try:
         while not job.done and anyio.current_time() < deadline:

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import math
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -9,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from text2sim.evidence.page import render_page, sentence
-from text2sim.evidence.report import REPLAY
+from text2sim.evidence.report import REPLAY, bound_of
 from text2sim.exchange.scenery import Scenery
 from text2sim.recording.record import RunRecord
-from text2sim.recording.run_files import read_evidence
-from text2sim.replay.findings import pack_findings
+from text2sim.recording.run_files import read_events, read_evidence, read_measures
 from text2sim.replay.motion import pack_cameras, pack_contacts, pack_figures, pack_links
 from text2sim.replay.packing import Blob
 from text2sim.replay.pictures import Pictures
 from text2sim.replay.shapes import pack_shapes
 from text2sim.spec_schema.models.case import Case
+from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.whole_files import write_atomically
 
 NAME = REPLAY
@@ -29,6 +30,11 @@ BOUNDS_TIMES = 40
 """Number of times at which bounds are computed."""
 MAX_STATES_SIZE = 200_000_000
 """Size of states [bytes] above which a replay is not written with the report."""
+MAX_ROWS = 1500
+"""Largest number of values of a measure."""
+MAX_MEASURES = 60
+MAX_EVENTS = 600
+"""Largest number of declared events."""
 
 
 def is_quick(folder: Path) -> bool:
@@ -157,3 +163,62 @@ def _light(lights: dict[str, dict[str, Any]]) -> list[float]:
     if not directed:
         return [0.4, 0.5, -1.0]
     return [float(x) for x in max(directed, key=lambda light: light["strength"])["direction"]]
+
+
+def pack_findings(folder: Path, case: Case, blob: Blob, notes: list[str]) -> dict[str, Any]:
+    """Pack measures, events and expectations, as far as there is evidence.
+
+    Args:
+        folder: The run folder.
+        case: The case.
+        blob: Collects the arrays.
+        notes: Collects notes about omissions.
+    """
+    evidence = read_evidence(folder) or {}
+    time, columns = read_measures(folder)
+    every = math.ceil(max(len(time), 1) / MAX_ROWS)
+    measures = []
+    for name, values in list(columns.items())[:MAX_MEASURES]:
+        summary = evidence.get("measures", {}).get(name) or {}
+        bounds = [b for key, row in case.actions.expect.items() if (b := bound_of(key, row, name, evidence, time))]
+        measures.append(
+            {
+                "name": name, "unit": summary.get("unit") or "", "values": blob.add(values[::every].astype(np.float32)),
+                "bounds": [
+                    {
+                        "name": b.name, "from": b.start, "to": b.end, "low": b.low, "high": b.high, "ok": b.ok,
+                        "every": b.every,
+                    }
+                    for b in bounds
+                ],
+            }
+        )  # fmt: skip
+    if every > 1:
+        notes.append(f"plots have every {every}th value")
+    declared = [row for row in read_events(folder) if row["name"]]
+    if len(declared) > MAX_EVENTS:
+        notes.append(f"the first {MAX_EVENTS} of {len(declared)} events are listed")
+    events = [
+        {"name": str(row["name"]), "time": float(row["time"]), "of": ", ".join(map(str, _participants(row)))}
+        for row in sorted(declared, key=lambda row: row["time"])[:MAX_EVENTS]
+    ]
+    return {
+        "measure_times": blob.add(time[::every].astype(np.float32)),
+        "measures": measures,
+        "events": events,
+        "expect": [
+            _expectation(name, row, case.actions.expect[name])
+            for name in case.actions.expect
+            if (row := evidence.get("expect", {}).get(name)) is not None
+        ],
+    }
+
+
+def _expectation(name: str, row: dict[str, Any], expect: Expect) -> dict[str, Any]:
+    found = {"name": name, "ok": row.get("ok"), "wanted": row.get("wanted", ""), "why": row.get("why", "")}
+    found |= {"event": expect.event} if expect.event is not None else {}
+    return found | ({"measure": expect.measure} if expect.measure is not None else {})
+
+
+def _participants(row: dict[str, Any]) -> list[Any]:
+    return row.get("between") or [row.get("of") or row.get("measure") or ""]

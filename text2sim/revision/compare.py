@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from text2sim.recording.record import COMPLETE, RunRecord
 from text2sim.revision.side import Side
-from text2sim.spec_schema.changes.diff import Change, difference, operations
-from text2sim.spec_schema.changes.effects import Effect, effects
+from text2sim.spec_schema.changes.diff import Change, Effect, difference, effects, operations
 from text2sim.spec_schema.changes.operation import Operation
 from text2sim.spec_schema.errors import Text2SimError
 from text2sim.spec_schema.loaded import LoadedCase
@@ -132,8 +132,6 @@ def _add_runs(comparison: CaseComparison, a: Side, b: Side, runs: Path | None) -
 
 def _find_run(side: Side, runs: Path | None) -> Path | None:
     """The folder of a complete run of this version, if there is one."""
-    from text2sim.recording.record import COMPLETE, RunRecord
-
     if side.run is not None:
         return side.run
     if side.loaded is None or runs is None or not any(runs.glob(f"{side.loaded.case.name}-*")):

@@ -1,13 +1,10 @@
 """Descriptions of lint rules and prefabs, for people and agents."""
 
 import textwrap
-from typing import TYPE_CHECKING
 
 from text2sim.lint.rules import Rule
 from text2sim.spec_schema.reuse.catalogue import param_rows, parts_of, usage
-
-if TYPE_CHECKING:
-    from text2sim.spec_schema.reuse.library import Definition
+from text2sim.spec_schema.reuse.library import Definition
 
 
 def describe_rule(rule: Rule) -> str:
@@ -19,7 +16,7 @@ def describe_rule(rule: Rule) -> str:
     return f"{text}\n\nIf it is intended:\n\n    waive: {{{rule.id}: why it is intended}}"
 
 
-def describe_prefab(found: "Definition") -> str:
+def describe_prefab(found: Definition) -> str:
     """Return the purpose of a prefab, its bodies and parameters, and an example."""
     lines = [f"{found.name} ({found.place})", "", *textwrap.wrap(" ".join(found.model.doc.split()), 100)]
     if parts := parts_of(found):

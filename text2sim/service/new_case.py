@@ -7,6 +7,7 @@ from pathlib import Path
 from text2sim.service.phrases import display_path
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.text.source import read_source
+from text2sim.spec_schema.whole_files import naming
 
 STARTER = Path(__file__).with_name("starter.yaml")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,47}\Z")
@@ -26,7 +27,6 @@ def make_case(name: str, source: Path | None, cases: Path) -> Path:
         RunError: if the name is invalid or taken.
     """
     from text2sim.harness.folder import staging
-    from text2sim.spec_schema.whole_files import naming
 
     if not _NAME.match(name):
         raise RunError(f"{name!r} is not a name: a letter, then letters, digits or underscores (48 at most)")

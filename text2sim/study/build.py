@@ -5,8 +5,10 @@ STUDY/films/<number>.mp4  films, all encoded in the same way
 STUDY/answers.sqlite      answers, see `answers.py`
 """
 
+import os
 import random
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Literal
@@ -18,7 +20,6 @@ from text2sim.evaluation.method_folder import MethodFolder, MethodName
 from text2sim.spec_schema.errors import RunError
 from text2sim.spec_schema.models.base import Model, Name
 from text2sim.spec_schema.whole_files import write_json
-from text2sim.study.films import anonymise_film
 from text2sim.study.plan import Trial, assignments
 
 STUDY, FILMS = "study.json", "films"
@@ -41,6 +42,10 @@ MAX_TEXT_LENGTH = 20_000
 """Largest number of characters of a text."""
 
 Text = Annotated[str, StringConstraints(min_length=1, max_length=MAX_TEXT_LENGTH)]
+MOST_FRAMES = 18_000
+"""Frames of a film: five minutes at 60 per second."""
+LONGEST_SIDE = 4096
+"""Largest width or height of a frame [pixels]."""
 
 
 class Study(Model):
@@ -142,3 +147,44 @@ def _copy_films(
         except RunError as error:
             left_out.append(f"{task}, {method.name}: {error}")
     return films, left_out
+
+
+def anonymise_film(source: Path, target: Path) -> None:
+    """Re-encode a film with the settings of all others, without sound, tags, names and dates.
+
+    Raises:
+        RunError: If it is not a film, or is too large.
+    """
+    import av
+    import av.error
+
+    try:
+        with av.open(str(source)) as film, av.open(str(target), "w", format="mp4", options=_OPTIONS) as made:
+            if not film.streams.video:
+                raise RunError(f"{source}: the film has no frames")
+            pictures = film.streams.video[0]
+            old = pictures.codec_context
+            if max(old.width, old.height) > LONGEST_SIDE:
+                raise RunError(f"{source}: its frames are larger than {LONGEST_SIDE} pixels")
+            rate = pictures.average_rate or Fraction(25)
+            stream = made.add_stream("libx264", rate=rate)
+            stream.width, stream.height, stream.pix_fmt = old.width // 2 * 2, old.height // 2 * 2, "yuv420p"
+            stream.options = {"crf": "14", "preset": "veryfast", "threads": "2"}
+            for name in ("colorspace", "color_primaries", "color_trc", "color_range"):
+                setattr(stream.codec_context, name, getattr(old, name))
+            count = 0
+            for count, frame in enumerate(film.decode(pictures), 1):
+                if count > MOST_FRAMES:
+                    raise RunError(f"{source}: it has more than {MOST_FRAMES:,} frames")
+                plain = frame.reformat(stream.width, stream.height, "yuv420p")
+                plain.pts, plain.time_base, plain.pict_type = count - 1, 1 / rate, 0
+                made.mux(stream.encode(plain))
+            made.mux(stream.encode())
+        if not count:
+            raise RunError(f"{source}: the film has no frames")
+    except (av.error.FFmpegError, ValueError, OverflowError) as error:
+        raise RunError(f"{source}: the film cannot be read: {error}") from None
+    os.utime(target, (0, 0))
+
+
+_OPTIONS = {"movflags": "+faststart", "fflags": "+bitexact"}

@@ -23,6 +23,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_dot,
 )
 from text2sim.compiler.shapes.sagging import SHEET_THICKNESS, sheet_reach
+from text2sim.compiler.shapes.sculpting import sculpted
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.placed import Linked
@@ -79,8 +80,6 @@ def _reach_flat(shape: Text | Sketch, u: Vec, folder: Path) -> float:
 
 
 def _reach_sculpt(shape: Sculpt, u: Vec, folder: Path) -> float:
-    from text2sim.compiler.shapes.sculpting import sculpted
-
     return float((sculpted(shape).vertices @ u).max())
 
 

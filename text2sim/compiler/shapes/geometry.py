@@ -19,6 +19,7 @@ from text2sim.compiler.shapes.rotation import (
     vector_unit,
 )
 from text2sim.compiler.shapes.sagging import disc_pieces, sheet_pieces
+from text2sim.compiler.shapes.sculpting import pieces_of, sculpted
 from text2sim.compiler.shapes.surface import Drawn, VisualMesh, surface
 from text2sim.spec_schema.errors import AssetError
 from text2sim.spec_schema.models.base import content_of
@@ -101,8 +102,6 @@ def _pieces(shape: Any, folder: Path) -> list[Piece]:
 
         return prisms(shape, folder)
     if isinstance(shape, Sculpt):
-        from text2sim.compiler.shapes.sculpting import pieces_of
-
         return pieces_of(shape)
     if isinstance(shape, Sheet):
         return sheet_pieces(shape)
@@ -191,8 +190,6 @@ def visual_mesh(shape: Any, folder: Path) -> list[VisualMesh] | None:
             for paint in load_paint(shape.file, folder)
         ]
     if isinstance(shape, Sculpt):
-        from text2sim.compiler.shapes.sculpting import sculpted
-
         return sculpted(shape).visuals()
     if isinstance(shape, Drawn):
         return [_SURFACES.recall(key_of(shape, folder), lambda: surface(shape))]
@@ -239,8 +236,6 @@ def volume(shape: Any, folder: Path) -> float:
 
         return whole(shape, folder).area * shape.depth
     if isinstance(shape, Sculpt):
-        from text2sim.compiler.shapes.sculpting import sculpted
-
         return sculpted(shape).volume
     if kind == "plane":
         raise ValueError("a plane has no volume")

@@ -1,14 +1,14 @@
 """Mesh files of a case: read, checked and limited."""
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.engine_files import asset_folder
-from text2sim.assets.foreign_files import check_gltf, check_obj, named_errors
+from text2sim.assets.foreign_files import NamedFiles, check_gltf, check_obj, named_errors
 from text2sim.compiler.shapes.hulls import hull_of
 from text2sim.spec_schema.errors import AssetError
 
@@ -185,7 +185,7 @@ def _check_mesh(loaded: Any, path: Path) -> MeshFile:
     return MeshFile(arrays[0], arrays[1], arrays[2], arrays[3], volume, closed, flat)
 
 
-class _Resolver(Mapping[str, bytes]):
+class _Resolver(NamedFiles):
     """Gives a mesh file the files that it refers to, as long as they are in the case's folder."""
 
     def __init__(self, parent: Path, root: Path) -> None:
@@ -196,12 +196,3 @@ class _Resolver(Mapping[str, bytes]):
         if not path.is_relative_to(self.root) or not path.is_file() or path.stat().st_size > MAX_BYTES:
             raise AssetError(f"refers to `{name}`, which is not in the case's folder")
         return path.read_bytes()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(())
-
-    def __len__(self) -> int:
-        return 0
-
-    def __bool__(self) -> bool:
-        return True

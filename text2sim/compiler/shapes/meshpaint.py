@@ -1,12 +1,12 @@
 """Colours and pictures of a case's mesh files."""
 
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from text2sim.assets.foreign_files import named_errors
 from text2sim.compiler.shapes.meshfile import MeshFile, open_mesh, read_mesh, turn_upright
+from text2sim.compiler.shapes.pictures import picture_bytes
 from text2sim.spec_schema.errors import AssetError
 
 # Imported where it is used: a check of a plain case needs no arrays, and must be quick.
@@ -123,8 +123,6 @@ def _png(picture: Any) -> bytes:
     try:
         picture = picture.convert("RGB")
         picture.thumbnail((MAX_PICTURE_SIDE, MAX_PICTURE_SIDE))
-        stream = BytesIO()
-        picture.save(stream, "PNG")
+        return picture_bytes(picture, "PNG")
     except Exception as error:  # damaged pictures fail in every way there is
         raise AssetError(f"has a picture that cannot be read ({type(error).__name__}: {str(error)[:80]})") from error
-    return stream.getvalue()

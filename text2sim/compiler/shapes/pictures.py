@@ -4,7 +4,7 @@ import warnings
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.meshfile import case_path, errors_about
 from text2sim.spec_schema.errors import AssetError
@@ -95,6 +95,17 @@ def thumbnail(file: str, folder: Path, side: int) -> bytes:
 def _thumbnail(path: Path, side: int, _mtime: int, _size: int) -> bytes:
     image = open_picture(path).convert("RGB")
     image.thumbnail((side, side))
+    return picture_bytes(image, "PNG", compress_level=1)  # read again at once: speed matters, not size
+
+
+def picture_bytes(picture: "Image", kind: str, **options: Any) -> bytes:
+    """Return a picture as the content of a file.
+
+    Args:
+        picture: The picture.
+        kind: Format of the file, such as `PNG`.
+        options: How it is saved; see Pillow.
+    """
     stream = BytesIO()
-    image.save(stream, "PNG", compress_level=1)  # read again at once: speed matters, not size
+    picture.save(stream, kind, **options)
     return stream.getvalue()

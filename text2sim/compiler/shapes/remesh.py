@@ -2,6 +2,7 @@
 
 from functools import lru_cache
 from hashlib import file_digest
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -167,8 +168,6 @@ def _remeshed(vertices: np.ndarray, faces: np.ndarray, edge: float, feature: flo
 
     Edges that are bent by more than `feature` [deg] stay.
     """
-    from importlib import import_module
-
     pymeshlab = import_module("pymeshlab")  # its names are created when it is loaded
 
     meshes = pymeshlab.MeshSet()

@@ -6,6 +6,7 @@ They consist of rings around an axis, each with as many points as its length nee
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from text2sim.compiler.shapes.piece import wall_radii
@@ -99,21 +100,23 @@ def profile(shape: Any) -> tuple[list[Part], bool]:
         return [Arc(0.0, -h, r, r, -math.pi / 2, 0.0), ((r, -h), (r, h)), Arc(0.0, h, r, r, 0.0, math.pi / 2)], False
     if kind == "torus":
         return [Arc(shape.radius, 0.0, shape.bar_radius, shape.bar_radius, 0.0, 2 * math.pi)], True
+    corners = profile_corners(shape)
+    return list(pairwise(corners)), corners[0] == corners[-1]
+
+
+def profile_corners(shape: Any) -> list[Point]:
+    """Return the corners of the profile of a cylinder, cone, cup, tube or funnel, the solid on their left."""
     h = shape.height / 2
-    if kind == "cylinder":
-        return _polyline((0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)), False
-    if kind == "cone":
+    if shape.kind == "cylinder":
+        return [(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)]
+    if shape.kind == "cone":
         top = [(shape.top_radius, h)] if shape.top_radius else []
-        return _polyline((0.0, -h), (shape.radius, -h), *top, (0.0, h)), False
-    if kind == "cup":
+        return [(0.0, -h), (shape.radius, -h), *top, (0.0, h)]
+    if shape.kind == "cup":
         r, t = shape.radius, shape.thickness
-        return _polyline((0.0, -h), (r, -h), (r, h), (r - t, h), (r - t, t - h), (0.0, t - h)), False
+        return [(0.0, -h), (r, -h), (r, h), (r - t, h), (r - t, t - h), (0.0, t - h)]
     low, high = wall_radii(shape)
-    return _polyline((low[0], -h), (low[1], -h), (high[1], h), (high[0], h), (low[0], -h)), True
-
-
-def _polyline(*points: Point) -> list[Part]:
-    return list(zip(points, points[1:], strict=False))
+    return [(low[0], -h), (low[1], -h), (high[1], h), (high[0], h), (low[0], -h)]
 
 
 def turned(

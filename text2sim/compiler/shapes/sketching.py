@@ -6,6 +6,8 @@ from hashlib import file_digest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from text2sim.assets.answer_cache import cached_answer, packed, unpacked
 from text2sim.assets.confined import call_confined
 from text2sim.compiler.shapes.lettering import areas
@@ -14,7 +16,6 @@ from text2sim.compiler.shapes.pictures import MAX_USEFUL_SIDE, open_picture, pic
 from text2sim.spec_schema.errors import AssetError
 
 if TYPE_CHECKING:
-    import numpy as np
     from shapely import Polygon
 
 MAX_ENLARGEMENT = 4.0
@@ -79,7 +80,6 @@ def _read(path: Path, _mtime: int, _size: int) -> tuple[Stroke, ...]:
 
 
 def _packed(found: tuple[Stroke, ...]) -> dict[str, str]:
-    import numpy as np
     import shapely
 
     _, points, (rings, forms) = shapely.to_ragged_array([stroke.form for stroke in found])
@@ -104,7 +104,7 @@ def _unpacked(kept: dict[str, str]) -> tuple[Stroke, ...] | None:
     return tuple(Stroke(form, *place) for form, place in zip(made.tolist(), places.tolist(), strict=True))
 
 
-def _splits(offsets: "np.ndarray", count: int) -> bool:
+def _splits(offsets: np.ndarray, count: int) -> bool:
     """Return whether offsets (n, 1) divide so many things into groups, none of them empty."""
     return (
         len(offsets) > 0 and offsets[0, 0] == 0 and offsets[-1, 0] == count and bool((offsets[1:] > offsets[:-1]).all())
@@ -126,9 +126,8 @@ def trace(path: Path) -> tuple[Stroke, ...]:
     return tuple(_in_rows(forms))
 
 
-def _gray(path: Path) -> "np.ndarray":
+def _gray(path: Path) -> np.ndarray:
     """Return a picture as grey levels (h, w) from 0 to 255, on white paper."""
-    import numpy as np
     from PIL import Image
 
     image = open_picture(path)
@@ -140,10 +139,9 @@ def _gray(path: Path) -> "np.ndarray":
     return np.asarray(Image.alpha_composite(paper, image).convert("L"), np.float32)
 
 
-def _pieces(gray: "np.ndarray") -> "list[Polygon]":
+def _pieces(gray: np.ndarray) -> "list[Polygon]":
     """Trace what is dark. x is to the right, z up, in pixels of the picture."""
     import cv2
-    import numpy as np
     from contourpy import FillType, contour_generator
     from shapely import Polygon, make_valid
 

@@ -10,8 +10,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from text2sim.assets.answer_cache import cached_answer
 from text2sim.compiler.shapes.hulls import hull_of
-from text2sim.compiler.shapes.piece import wall_radii
+from text2sim.compiler.shapes.rings import Point, profile_corners
 from text2sim.compiler.shapes.rotation import Quaternion, Vec, quat_to_rows
 from text2sim.spec_schema.models.faceted import Faceted
 from text2sim.spec_schema.models.shapes import (
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 _DIGEST = re.compile("[0-9a-f]{64}")
 SIDES = 64
 BAR_SIDES = 32
-
-Profile = list[tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,8 +144,6 @@ class LazyMesh(VisualMesh):
 
 def learn_digests(meshes: Iterable[VisualMesh]) -> None:
     """Give surfaces that are not yet made their digests from the cache, if it has them."""
-    from text2sim.assets.answer_cache import cached_answer
-
     lazy = [mesh for mesh in meshes if isinstance(mesh, LazyMesh) and "digest" not in mesh.__dict__]
     if not lazy:
         return
@@ -179,17 +176,7 @@ def _surface(shape: Any) -> VisualMesh:
         return _lathe_smooth(shape)
     if isinstance(shape, Faceted):
         return _facets(shape)
-    h = shape.height / 2
-    if isinstance(shape, Cylinder):
-        return _lathe([(0.0, -h), (shape.radius, -h), (shape.radius, h), (0.0, h)])
-    if isinstance(shape, Cone):
-        top = [(shape.top_radius, h)] if shape.top_radius else []
-        return _lathe([(0.0, -h), (shape.radius, -h), *top, (0.0, h)])
-    if isinstance(shape, Cup):
-        outer, inner, floor = shape.radius, shape.radius - shape.thickness, shape.thickness - h
-        return _lathe([(0.0, -h), (outer, -h), (outer, h), (inner, h), (inner, floor), (0.0, floor)])
-    (inner, outer), (inner_top, outer_top) = wall_radii(shape)
-    return _lathe([(inner, -h), (outer, -h), (outer_top, h), (inner_top, h), (inner, -h)])
+    return _lathe(profile_corners(shape))
 
 
 def _box(box: Box) -> VisualMesh:
@@ -236,7 +223,7 @@ def _turns(sides: int) -> "tuple[np.ndarray, np.ndarray]":
     return np.cos(angles), np.sin(angles)
 
 
-def _lathe(profile: Profile) -> VisualMesh:
+def _lathe(profile: list[Point]) -> VisualMesh:
     """Turn a profile (radius, height) about z, the solid on its left; smooth around z, sharp at corners."""
     import numpy as np
 

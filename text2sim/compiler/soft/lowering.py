@@ -10,8 +10,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.plan import EntityPlan, Surface
 from text2sim.compiler.shapes.piece import Ball
 from text2sim.compiler.shapes.rotation import IDENTITY
-from text2sim.compiler.shapes.softmesh import hull_area, solid_volume
-from text2sim.compiler.shapes.tets import tet_options
+from text2sim.compiler.shapes.softmesh import hull_area, solid_volume, tet_options
 from text2sim.compiler.soft import ipc
 from text2sim.compiler.soft.gas import gas_row
 from text2sim.compiler.soft.materials import made_of

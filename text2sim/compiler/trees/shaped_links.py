@@ -9,6 +9,7 @@ from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes import geometry
 from text2sim.compiler.shapes.inertials import Inertial
 from text2sim.compiler.shapes.piece import Piece
+from text2sim.compiler.shapes.sculpting import sculpted
 from text2sim.compiler.shapes.surface import VisualMesh
 from text2sim.compiler.trees.tree import TreeGeom, TreeLink, TreeVisual
 from text2sim.spec_schema.models.materials import DENSITY, Look, Material
@@ -103,8 +104,6 @@ def _inertia(shape: Any, geoms: tuple[TreeGeom, ...]) -> Inertial | None:
     """Return the inertia of a sculpt from its surface, since its pieces overlap; their masses add up to its mass."""
     if not isinstance(shape, Sculpt):
         return None
-    from text2sim.compiler.shapes.sculpting import sculpted
-
     made = sculpted(shape)
     mass = sum(geom.density * geom.piece.volume() for geom in geoms)
     xx, yy, zz, xy, xz, yz = (moment * mass / made.volume for moment in made.inertia)

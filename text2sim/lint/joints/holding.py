@@ -1,4 +1,4 @@
-"""Motors that do not hold their load; see `motors` for the engine's model.
+"""Motors that do not hold their load, or have no drive; see `motors` for the engine's model.
 
 At rest, gravity's torque about a hinge is `axis . (r x m g)`, which depends on the angle as `a cos q + b sin q`; along
 a slider the force is `axis . m g`. If the motor gives less, the joint sinks. A position servo has no integral term: it
@@ -11,8 +11,10 @@ from itertools import islice
 from math import inf, pi
 
 from text2sim.lint.facts import Facts
-from text2sim.lint.joints.drives import Span
+from text2sim.lint.joints.drives import Span, spans_of
+from text2sim.lint.joints.loaded_joint import LoadedJoint
 from text2sim.lint.joints.loads import Lift, lifts
+from text2sim.lint.joints.mechanics import mechanics_of
 from text2sim.lint.joints.motors import Powered, powered
 from text2sim.lint.rule import Rule, one_per_place
 from text2sim.lint.words import amount, at_least
@@ -130,6 +132,34 @@ def _droops(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("servo-droop", motor.where("stiffness"), text)
 
 
+def _idle(facts: Facts) -> Iterator[Problem]:
+    mechanics = mechanics_of(facts)
+    driven = {(facts.copies[entity].body, joint) for entity, joint in spans_of(facts)}
+    bodies: dict[str, list[LoadedJoint]] = {}
+    for joint in mechanics.joints():
+        where = mechanics.where(joint, "actuator")
+        if joint.motor is None or (joint.copy.body, joint.name) in driven or facts.value_at(where) is None:
+            continue
+        # The motor of a prefab may stay idle, as long as its joint does not sag.
+        if facts.loaded.document.origin(where) is None or _sags(joint):
+            bodies.setdefault(joint.copy.body, []).append(joint)
+    for joints in bodies.values():
+        names = list(dict.fromkeys(f"`{mechanics.label(joint)}`" for joint in joints))
+        listed = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        then = "their joints move" if len(names) > 1 else "its joint moves"
+        text = (
+            f"no control drives {listed}: a motor without a drive gives no force, and {then} freely; add a control "
+            "of kind `drive` (a constant `position` holds it), or leave the actuator out"
+        )
+        yield facts.problem("idle-motor", mechanics.where(joints[0], "actuator"), text, key=True)
+
+
+def _sags(joint: LoadedJoint) -> bool:
+    """Return whether gravity moves a joint that nothing holds."""
+    scale = joint.mass * 9.81 * (joint.size if joint.hinge else 1.0)
+    return max(map(abs, joint.pull)) > max(joint.spec.friction, 0.01 * scale) or joint.mass <= 0.0
+
+
 RULES = (
     Rule(
         id="weak-motor",
@@ -181,5 +211,27 @@ actions:
 """,
         fix="bodies: {lift: {mount: {actuator: {stiffness: 8000, damping: 250}}}}",
         run=_droops,
+    ),
+    Rule(
+        id="idle-motor",
+        severity="warning",
+        title="A joint has a motor that no control drives.",
+        reason="""\
+An actuator does nothing until a control of kind `drive` gives it a target: it does not hold the start pose. The joint
+moves as freely as without an actuator.""",
+        remedy="Drive it (`position: 0` holds the pose of the case), or leave the actuator out.",
+        example="""\
+bodies:
+  gate:
+    kind: rigid
+    shape: {kind: box, size: [0.5, 0.05, 0.3]}
+    pose: {pos: [0, 0, 0.5]}
+    mount: {kind: hinge, axis: y, anchor: [-0.25, 0, 0], actuator: {stiffness: 500, damping: 50}}
+""",
+        fix="""\
+bodies: {gate: {mount: {actuator: {stiffness: 5000, damping: 500}}}}
+actions: {controls: {hold: {kind: drive, joint: gate, position: 0}}}
+""",
+        run=_idle,
     ),
 )

@@ -1,4 +1,4 @@
-"""Deformable bodies that start inside other bodies, or below the ground."""
+"""Deformable bodies that start inside other bodies or below the ground, or too late."""
 
 from collections.abc import Iterable, Iterator
 from itertools import combinations
@@ -7,13 +7,14 @@ from typing import NamedTuple
 from text2sim.compiler.placing.placement import Copy
 from text2sim.compiler.shapes.boxes import apart
 from text2sim.lint.facts import Facts
-from text2sim.lint.rule import Rule
+from text2sim.lint.rule import Rule, first_per_place
 from text2sim.lint.soft.facts import SoftBody, SoftFacts, soft_facts
 from text2sim.lint.soft.families import TOUCHING_PAIRS
 from text2sim.lint.soft.gaps import Gaps
 from text2sim.lint.start.escape import Effort, Escape, axes_first, overlap_of, overlapping
 from text2sim.lint.words import length, more_copies, vector
 from text2sim.spec_schema.errors import Problem
+from text2sim.spec_schema.models.shapes import Stream
 from text2sim.spec_schema.text.document import Path
 
 MAX_DEPTH = 1e-3
@@ -140,6 +141,16 @@ def _into_each_other(facts: Facts) -> Iterator[Problem]:
         yield facts.problem("soft-in-soft", pair.where(facts), text, key=True, severity=severity)
 
 
+@first_per_place
+def _dry(facts: Facts) -> Iterator[Problem]:
+    duration = facts.case.scene.duration
+    for body in soft_facts(facts).of("mpm"):
+        shape = body.model.shape
+        if isinstance(shape, Stream) and shape.start >= duration:
+            text = f"`{body.name}` begins to flow at {shape.start:g} s, and the run ends at {duration:g} s"
+            yield facts.problem("dry-stream", facts.where(body.body, "shape", "start"), text)
+
+
 RULES = (
     Rule(
         id="soft-inside",
@@ -173,5 +184,24 @@ bodies:
 """,
         fix="bodies: {upper: {pose: {pos: [0.1, 0, 0.33]}}}",
         run=_into_each_other,
+    ),
+    Rule(
+        id="dry-stream",
+        severity="error",
+        title="A stream begins to flow after the end of the run.",
+        reason="""\
+Nothing comes out: all of it waits in the mouth, and nothing is drawn.""",
+        remedy="""\
+Let it begin earlier, or the run last longer.""",
+        example="""\
+scene: {duration: 1}
+bodies:
+  oil:
+    kind: liquid
+    shape: {kind: stream, radius: 0.02, speed: 0.5, duration: 1, start: 1.5}
+    pose: {pos: [0, 0, 0.3]}
+""",
+        fix="bodies: {oil: {shape: {start: 0.2}}}",
+        run=_dry,
     ),
 )

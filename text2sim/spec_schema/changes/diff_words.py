@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from math import hypot
 from typing import Any
 
-from text2sim.spec_schema.changes.diff import NOTHING, Change
-from text2sim.spec_schema.changes.effects import Effect
+from text2sim.spec_schema.changes.diff import NOTHING, Change, Effect
 from text2sim.spec_schema.paths import dotted
 from text2sim.spec_schema.text.writing import flow_text
 

@@ -1,5 +1,6 @@
 """Table of a case's names, with lookup of its selectors."""
 
+import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -8,10 +9,14 @@ from text2sim.spec_schema.errors import Problem, Severity, nearest, there_are
 from text2sim.spec_schema.loaded import LoadedCase
 from text2sim.spec_schema.models.bodies import Articulated, Driven, Rigid
 from text2sim.spec_schema.models.placed import Deformable
+from text2sim.spec_schema.models.repeat import Glyphs, Grid, Repeat, RunningBond
 from text2sim.spec_schema.models.scene import Static
-from text2sim.spec_schema.names.copies import count_copies
+from text2sim.spec_schema.models.shapes import Text
 from text2sim.spec_schema.names.selectors import Selection, named_by, parse_selector
 from text2sim.spec_schema.text.document import Path
+
+UNKNOWN_COPIES = 1000
+"""Copies of an unread sketch: the largest number of pieces."""
 
 
 @dataclass(frozen=True)
@@ -251,3 +256,21 @@ def _nearest(part: str, names: Iterable[str]) -> str | None:
         return nearest(part, names)
     cuts = [(name, i) for name in names for i, letter in enumerate(name) if letter == "_"]
     return nearest(part, [f"*{name[i:]}" for name, i in cuts] + [f"{name[: i + 1]}*" for name, i in cuts])
+
+
+def count_copies(repeat: Repeat | None, shape: Any = None) -> int:
+    """Return the number of copies; 1 without `repeat`. Half ends give every second row of a bond one box more.
+
+    Args:
+        repeat: The pattern.
+        shape: The repeated shape; a text has a copy for each letter.
+    """
+    if repeat is None:
+        return 1
+    if isinstance(repeat, Glyphs):
+        return sum(not sign.isspace() for sign in shape.text) if isinstance(shape, Text) else UNKNOWN_COPIES
+    if isinstance(repeat, Grid):
+        return math.prod(repeat.counts)
+    if isinstance(repeat, RunningBond):
+        return repeat.rows * repeat.columns + (repeat.rows // 2 if repeat.ends == "half" else 0)
+    return repeat.count

@@ -1,26 +1,31 @@
-"""Checks of all names and selectors of a case."""
+"""Checks of all names, selectors, times and expectations of a case."""
 
 from collections.abc import Mapping
 from typing import Any
 
 from text2sim.spec_schema.errors import Problem, sort_problems
 from text2sim.spec_schema.loaded import LoadedCase
+from text2sim.spec_schema.models.base import span_of
 from text2sim.spec_schema.models.bodies import Articulated, Rigid
+from text2sim.spec_schema.models.expectations import Expect
 from text2sim.spec_schema.models.place_rules import contradictions
 from text2sim.spec_schema.models.placement import Place
 from text2sim.spec_schema.models.soft_bodies import Round
 from text2sim.spec_schema.names.control_references import check_controls
-from text2sim.spec_schema.names.event_references import check_events
-from text2sim.spec_schema.names.expect_references import check_expectations
+from text2sim.spec_schema.names.event_references import check_events, check_tested_measure
 from text2sim.spec_schema.names.film_references import check_film
 from text2sim.spec_schema.names.measure_references import check_measures
 from text2sim.spec_schema.names.name_table import Member, NameTable, Parts
 from text2sim.spec_schema.names.reference_cycles import find_cycles
 from text2sim.spec_schema.names.removal_references import check_removals
 from text2sim.spec_schema.names.selectors import parse_selector
-from text2sim.spec_schema.names.time_references import check_time
 from text2sim.spec_schema.names.tree_references import check_mount, check_tree
 from text2sim.spec_schema.text.document import Path
+
+MAX_STEPS = 10_000_000
+"""Most time steps of a run: at a millisecond each, three hours."""
+MAX_RECORDED = 1_000_000
+"""Most recorded frames of a run."""
 
 
 def check_references(
@@ -120,3 +125,72 @@ def _check_place(table: NameTable, where: Path, name: str, model: Any) -> Member
         )
         table.report((*where, place.relation), message, "pairs", found.name)
     return found
+
+
+def check_time(table: NameTable) -> None:
+    """Check the time step and the rate of recording."""
+    scene = table.loaded.case.scene
+    duration, rate = scene.duration, table.loaded.case.record_rate
+    if scene.dt > duration:
+        message = f"the time step is longer than the whole run ({duration:g} s)"
+        table.report(("scene", "dt"), message, "time-step")
+    _check_amount(table, ("scene", "dt"), "time steps", duration / scene.dt, MAX_STEPS)
+    recorded = duration * min(rate, 1 / scene.dt)
+    _check_amount(table, ("scene", "record", "rate"), "recorded frames", recorded, MAX_RECORDED)
+    if duration * rate < 1:
+        message = f"records only the start: a run of {duration:g} s needs at least {1 / duration:g}"
+        table.report(("scene", "record", "rate"), message, "rate")
+
+
+def _check_amount(table: NameTable, where: Path, noun: str, amount: float, most: int) -> None:
+    if amount > most:
+        table.report(where, f"gives {amount:.3g} {noun}; at most {most:,} are possible", "too-many", key=True)
+
+
+def check_expectations(table: NameTable) -> None:
+    """Check every expectation."""
+    for name, expect in table.loaded.case.actions.expect.items():
+        where: Path = ("actions", "expect", name)
+        events = table.loaded.case.actions.events
+        for field in ("event", "before", "on"):
+            table.check_known((*where, field), "event", getattr(expect, field), events)
+        if expect.event is not None:
+            _check_event(table, where, expect)
+        elif expect.measure is not None:
+            check_tested_measure(table, (*where, "measure"), expect.measure, "warning")
+            _check_values(table, where, expect)
+
+
+def _check_event(table: NameTable, where: Path, expect: Expect) -> None:
+    duration = table.loaded.case.scene.duration
+    if expect.before is not None and expect.before == expect.event:
+        table.report((*where, "before"), "an event cannot come before itself", "impossible")
+    if expect.within is not None and expect.within[0] > duration:
+        table.report((*where, "within"), f"starts after the end of the run ({duration:g} s)", "after-end")
+    if isinstance(expect.count, tuple) and expect.count[1] < expect.count[0]:
+        table.report((*where, "count"), "the second number must not be smaller than the first", "impossible")
+    least = expect.count[1] if isinstance(expect.count, tuple) else expect.count
+    if least is not None and least < 0:
+        table.report((*where, "count"), "an event cannot happen less than 0 times", "impossible")
+
+
+def _check_values(table: NameTable, where: Path, expect: Expect) -> None:
+    """Check the times and bounds of the values of a measure."""
+    duration = table.loaded.case.scene.duration
+    if isinstance(expect.at, float) and expect.at > duration:
+        table.report((*where, "at"), f"is after the end of the run ({duration:g} s)", "after-end")
+    window = expect.during if isinstance(expect.during, tuple) else None
+    if max(span_of(window, duration)) > duration:
+        table.report((*where, "during"), f"lasts beyond the end of the run ({duration:g} s)", "after-end")
+    low, high = _bounds(expect)
+    if low >= high:
+        table.report(where, f"no value is above {low:g} and below {high:g}", "impossible", key=True)
+
+
+def _bounds(expect: Expect) -> tuple[float, float]:
+    """Return the open interval of allowed values."""
+    low = expect.above if expect.above is not None else float("-inf")
+    high = expect.below if expect.below is not None else float("inf")
+    if expect.equals is not None and expect.tolerance is not None:
+        low, high = max(low, expect.equals - expect.tolerance), min(high, expect.equals + expect.tolerance)
+    return low, high

@@ -2,20 +2,17 @@
 
 from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
-from typing import TYPE_CHECKING
 
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
 from text2sim.spec_schema.reuse.arguments import Argument, Unfit, check_value, describe_param, is_open, locate, names_in
+from text2sim.spec_schema.reuse.filling import Filler
 from text2sim.spec_schema.reuse.library import Definition
 from text2sim.spec_schema.reuse.substitution import BoundParameter, bind
 from text2sim.spec_schema.reuse.trees import LocatedValue
 from text2sim.spec_schema.text.document import Document, Node, Origin, Path
 from text2sim.spec_schema.text.nodes import Derived
 from text2sim.spec_schema.vocabulary.words import show
-
-if TYPE_CHECKING:
-    from text2sim.spec_schema.reuse.filling import Filler
 
 
 class RefusedUse(Exception):
@@ -35,7 +32,7 @@ class Binding:
     """Those whose value depends on the case's parameters or on the copy."""
 
 
-def bind_all(document: Document, entry: LocatedValue, definition: Definition, path: Path, filler: "Filler") -> Binding:
+def bind_all(document: Document, entry: LocatedValue, definition: Definition, path: Path, filler: Filler) -> Binding:
     """Bind every parameter of a prefab.
 
     Args:
@@ -85,7 +82,7 @@ def bind_all(document: Document, entry: LocatedValue, definition: Definition, pa
 
 
 def _bind_defaults(
-    document: Document, definition: Definition, path: Path, use: Node, binding: Binding, filler: "Filler"
+    document: Document, definition: Definition, path: Path, use: Node, binding: Binding, filler: Filler
 ) -> None:
     """Bind the defaults of missing arguments, each after those that it uses."""
     params = definition.model.params

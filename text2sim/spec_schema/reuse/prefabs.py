@@ -4,23 +4,30 @@ An entry `{use: cup, with: {height: 0.2}, place: …}` becomes the body of the p
 parameters in every `${…}`, and with the other keys of the entry merged into it.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from text2sim.spec_schema.arithmetic.values import ExpressionError
 from text2sim.spec_schema.errors import Problem, nearest
+from text2sim.spec_schema.models.base import Selector
 from text2sim.spec_schema.reuse.arguments import Argument, locate
 from text2sim.spec_schema.reuse.binding import RefusedUse, bind_all
 from text2sim.spec_schema.reuse.filling import Filler, settle
 from text2sim.spec_schema.reuse.library import Definition, MissingPrefab, PrefabLibrary, named
-from text2sim.spec_schema.reuse.selector_names import renamed
 from text2sim.spec_schema.reuse.substitution import BoundParameter
 from text2sim.spec_schema.reuse.trees import LocatedValue, count, mapping, merge, put
 from text2sim.spec_schema.text.document import MAX_NODES, Document, Node, Origin, Path, mapping_at, sites_of, value_at
-from text2sim.spec_schema.vocabulary.words import show
+from text2sim.spec_schema.vocabulary.slot_path import mapping_slots
+from text2sim.spec_schema.vocabulary.slots import ENTRY
+from text2sim.spec_schema.vocabulary.words import LanguageSlot, noun_of, show, slot_of
+
+_NOUN = noun_of(slot_of(Selector))
+_FIRST = re.compile(r"[A-Za-z][A-Za-z0-9_]*(?=$|[.\[])")
+
 
 if TYPE_CHECKING:
     from text2sim.spec_schema.reuse.layers import Layers
@@ -268,3 +275,36 @@ class _Expansion:
 
     def _problem(self, node: Node, path: Path, message: str, rule: str, hint: str | None = None) -> Problem:
         return locate(self.document, path, node, message, rule=rule, hint=hint)
+
+
+def renamed(body: LocatedValue, names: Mapping[str, str]) -> LocatedValue:
+    """Return a body of a prefab with the names of the case in its selectors.
+
+    Args:
+        body: The body.
+        names: Name in the case by name in the prefab.
+    """
+    return _renamed(body, [ENTRY], names)
+
+
+def _renamed(tree: LocatedValue, slots: list[LanguageSlot], names: Mapping[str, str]) -> LocatedValue:
+    data = tree.data
+    if isinstance(data, dict):
+        found = mapping_slots(slots, [data], ())
+        inner = {key: found.inner(key) or [] for key in data}
+        if not any(inner.values()):
+            return tree
+        return mapping(tree.node, {key: _renamed(tree.child(key), inner[key], names) for key in data})
+    if isinstance(data, str) and any(_takes_selector(slot) for slot in slots):
+        first = _FIRST.match(data)
+        if first is not None and first[0] in names:
+            return LocatedValue(names[first[0]] + data[first.end() :], tree.node)
+    return tree
+
+
+def _takes_selector(slot: LanguageSlot) -> bool:
+    return any(
+        noun_of(member) == _NOUN
+        or (get_origin(member.base) is list and _takes_selector(slot_of(get_args(member.base)[0])))
+        for member in slot.members
+    )
