@@ -180,6 +180,11 @@ def test_links_may_be_named_by_a_pattern() -> None:
         assert faults(PLAN, checks__measures__mine=measure) == []
 
 
+def test_contacts_may_name_parts_of_rigid_bodies() -> None:
+    event = {"kind": "contact", "between": ["bob.spike_*", "pin[0]"]}
+    assert faults(PLAN, checks__events__strike=event) == []
+
+
 def test_where_bodies_stand_is_not_known_yet() -> None:
     for measure, expect in (
         ({"kind": "position", "of": "bob", "axis": "z"}, {"at": "end", "above": -5}),

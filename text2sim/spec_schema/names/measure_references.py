@@ -8,7 +8,12 @@ from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import quoted
-from text2sim.spec_schema.names.soft_measure_references import check_gap, check_other_side, check_soft_measure
+from text2sim.spec_schema.names.soft_measure_references import (
+    check_gap,
+    check_other_side,
+    check_parts_touched,
+    check_soft_measure,
+)
 from text2sim.spec_schema.text.document import Path
 
 JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
@@ -30,8 +35,9 @@ def check_measures(table: NameTable) -> None:
         if isinstance(measure, measures.Gap):
             check_gap(table, where, measure)
             continue
+        others: list[Member] = []
         if measure.kind in CONTACT_KINDS:
-            others = table.find_all(getattr(measure, "by", None), (*where, "by"), many=True)
+            others = table.find_all(getattr(measure, "by", None), (*where, "by"), many=True, touching=True)
             check_other_side(table, measure, others)
             # The penetration of deformable bodies comes from the positions of their points.
             sides = [side for side in (measured(table, measure), others) if side]
@@ -42,7 +48,15 @@ def check_measures(table: NameTable) -> None:
             frame = table.find(measure.frame, (*where, "frame"))
             if frame is not None:
                 _check_rigid(table, (*where, "frame"), frame, "can be the frame")
-        members = table.find_all(measure.of, (*where, "of"), joint=isinstance(measure, JOINT_KINDS), many=True)
+        members = table.find_all(
+            measure.of,
+            (*where, "of"),
+            joint=isinstance(measure, JOINT_KINDS),
+            many=True,
+            touching=measure.kind in CONTACT_KINDS,
+        )
+        if measure.kind in CONTACT_KINDS:
+            check_parts_touched(table, [*members, *others])
         fitting = [member for member in members if _check_subject(table, where, measure, member)]
         if isinstance(measure, JOINT_KINDS):
             _check_joints(table, members)
@@ -63,7 +77,8 @@ def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Mem
         sides = measure.between
     elif isinstance(measure, measures.Gap):
         sides = (measure.of, measure.to)
-    return [quiet.find_all(selectors, (), many=True) for selectors in sides]
+    touching = measure.kind in CONTACT_KINDS
+    return [quiet.find_all(selectors, (), many=True, touching=touching) for selectors in sides]
 
 
 def check_contacts_recorded(table: NameTable, where: Path) -> None:
