@@ -274,6 +274,27 @@ FIRING: list[tuple[str, str, str | None, dict[str, Any]]] = [
         for rule, frame in (("carrier", "brick"), ("unknown-body", "nothing_of_the_kind"))
     ),
     *(
+        ("no-thread", f"{MEASURE}/{side}", None, {MEASURE: {"kind": "threaded", "of": of, "by": by}})
+        for side, of, by in (
+            ("of", "ball", "brick"),
+            ("of", "arm", "arm.elbow"),
+            ("of", "jelly", "post"),
+            ("by", "drum", "arm.hand"),
+            ("by", "drum", "ball"),
+        )
+    ),
+    *(
+        (rule, f"{MEASURE}/measures{at}", hint, {MEASURE: {"kind": kind, "measures": names}, **more})
+        for rule, at, hint, kind, names, more in (
+            ("unknown-measure", "/1", "height", "ratio", ["ball_speed", "heigt"], {}),
+            ("measure-kind", "", None, "difference", ["ball_speed", "height"], {}),
+            ("measure-kind", "", None, "difference", ["height", "angle"],
+             {"/actions/measures/angle": {"kind": "joint_position", "of": "arm.elbow"}}),
+            ("nested", "/0", None, "ratio", ["other", "height"],
+             {"/actions/measures/other": {"kind": "ratio", "measures": ["ball_speed", "height"]}}),
+        )
+    ),
+    *(
         (rule, where, hint, {"/bodies/chair": CHAIR, **edits})
         for rule, where, hint, edits in (
             ("unknown-link", f"{MEASURE}/of", "chair", {MEASURE: {"kind": "speed", "of": "chair.leg_0"}}),
@@ -305,6 +326,12 @@ SILENT: list[dict[str, Any]] = [
     {
         MEASURE: {"kind": "speed", "of": ["paddle", "ball"], "stat": "max"},
         EVENT: {"kind": "threshold", "measure": "it", "above": 1},
+    },
+    {MEASURE: {"kind": "threaded", "of": "drum", "by": ["arm.elbow", "post[0]"]}},
+    {MEASURE: {"kind": "ratio", "measures": ["ball_speed", "height"]}},
+    {
+        MEASURE: {"kind": "difference", "measures": ["height", "slid"]},
+        "/actions/measures/slid": {"kind": "joint_position", "of": "hook[0]"},
     },
     {EVENT: {"kind": "enters", "of": ["ball", "brick[3]"], "region": BOX}},
     {EVENT: {"kind": "joint_limit", "of": ["hook", "arm.elbow"]}},

@@ -32,8 +32,8 @@ Data = dict[str, Any]
 RESERVED_NAMES = (*sorted({*COPY_VARIABLES, NUMBER}), *sorted(RESERVED))
 """Names that expressions reserve, so that no parameter can have them."""
 MODES = get_args(Mode)
-IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain"})
-"""Rules about parts that the Writers will add."""
+IGNORED_RULES = frozenset({"unknown-attach", "never-released", "no-domain", "no-thread"})
+"""Rules about parts and shapes that the Writers will add."""
 DEFINITION_RULES = frozenset({"cannot-fail", "cannot-hold", "contradiction", "dead-event"})
 MAX_BODIES = 300
 """Largest number of bodies for which the lint runs, since the Planner waits for it."""
@@ -254,6 +254,7 @@ def _lint_findings(text: str, path: Path) -> list[Problem]:
 def _without_joints(checks: Fragments) -> Fragments:
     """The checks without those about joints, which loose stand-ins lack."""
     measures = {name: row for name, row in checks.measures.items() if row.get("kind") not in JOINT_MEASURES}
+    measures = {name: row for name, row in measures.items() if {*row.get("measures", ())} <= measures.keys()}
     events = {
         name: row
         for name, row in checks.events.items()

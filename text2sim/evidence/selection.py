@@ -38,8 +38,8 @@ class RecordedTarget:
     """Name of the link, if the target is a single one."""
     soft: int | None = None
     """Its number among deformable bodies."""
-    surface: int | None = None
-    """Its number among the surfaces that contacts tell apart, if the target is a part of a compound."""
+    part: str | None = None
+    """Name of the part, if the target is a part of a compound."""
 
 
 @dataclass(frozen=True)
@@ -91,9 +91,10 @@ class RecordedNames:
 
     def touches_soft(self, copy: str) -> bool:
         """Whether a rigid copy is coupled to deformable bodies."""
-        return getattr(getattr(self._model(copy), "material", None), "touch_soft", True)
+        return getattr(getattr(self.model_of(copy), "material", None), "touch_soft", True)
 
-    def _model(self, copy: str) -> Body | Static | None:
+    def model_of(self, copy: str) -> Body | Static | None:
+        """Return the model of a copy, with the values that the first copy has."""
         return self.case.bodies.get(body_of(copy)) or self.case.scene.statics.get(body_of(copy))
 
     def _kind(self, copy: str) -> str:
@@ -111,7 +112,7 @@ class RecordedNames:
         return _once(selectors, self._select)
 
     def select_touching(self, selectors: str | Sequence[str]) -> list[RecordedTarget]:
-        """Return the targets of contacts as `select` does; selectors may also name parts of compounds (`chair.leg`).
+        """Return targets as `select` does; selectors may also name parts of rigid compounds (`chair.leg`).
 
         Raises:
             SelectionError: if one of them matches nothing that was recorded.
@@ -120,21 +121,13 @@ class RecordedNames:
 
     def _select_touching(self, selector: str) -> list[RecordedTarget]:
         chosen, part = self._select_copies(selector)
-        known = touching_parts(self._model(chosen[0].copy))
+        known = touching_parts(self.model_of(chosen[0].copy))
         if part is None or not known:
             return self._select(selector)
-        found = []
-        for target in chosen:
-            own = {name: i for i, (link, name) in enumerate(self.states.parts) if link in target.links}
-            if not own:
-                raise SelectionError(f"this recording does not tell parts of {target.copy} apart: run the case again")
-            found += [
-                replace(target, label=f"{target.copy}.{name}", surface=len(self.states.links) + own[name])
-                for name in named_by(part, own)
-            ]
-        if not found:
-            raise SelectionError(f"{selector}: no such part was recorded (there are {', '.join(known)})")
-        return found
+        meant = named_by(part, known)
+        if not meant:
+            raise SelectionError(f"{chosen[0].copy} has no part `{part}` (it has {', '.join(known)})")
+        return [replace(target, label=f"{target.copy}.{name}", part=name) for target in chosen for name in meant]
 
     def _select(self, selector: str) -> list[RecordedTarget]:
         chosen, part = self._select_copies(selector)
@@ -210,11 +203,20 @@ class RecordedNames:
         """Return the index of the target that each surface belongs to, or -1, shape (L + P,).
 
         Surfaces are links, then parts of compounds. Deformable bodies have none and do not appear.
+
+        Raises:
+            SelectionError: if the contacts of a part were not recorded apart from those of its body.
         """
         links = self.states.surface_links
         group = np.full(len(links), -1, dtype=np.int64)
+        parts: dict[tuple[int, str | None], int] = {
+            row: len(self.states.links) + i for i, row in enumerate(self.states.parts)
+        }
         for number, target in enumerate(targets):
-            group[np.isin(links, target.links) if target.surface is None else target.surface] = number
+            surface = (target.root, target.part)
+            if target.part is not None and surface not in parts:
+                raise SelectionError(f"this recording does not tell parts of {target.copy} apart: run the case again")
+            group[np.isin(links, target.links) if target.part is None else parts[surface]] = number
         return group
 
 

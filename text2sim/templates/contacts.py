@@ -42,14 +42,17 @@ def edit_contacts(solver, name, change):
     solver.collider.detection = detection
 
 
+def part_of(geom) -> str:
+    """Returns the part of a compound that a geometry belongs to; the compiler puts it in its name, behind an `@`."""
+    return str(geom.metadata.get("name", "")).partition("@")[2]
+
+
 def surfaces_of(solver) -> tuple[list[tuple[int, str]], np.ndarray]:
     """Returns what contacts are told apart by, and the number of it for every collision geometry, (G,).
 
-    A surface is a link, or a part of a compound: (link index, name of the part or ""), sorted. The compiler writes the
-    name of the part behind an `@` into the name of the geometry.
+    A surface is a link, or a part of a compound: (link index, name of the part or ""), sorted.
     """
-    geoms = solver.geoms if solver.is_active else ()
-    of_geoms = [(geom.link.idx, str(geom.metadata.get("name", "")).partition("@")[2]) for geom in geoms]
+    of_geoms = [(geom.link.idx, part_of(geom)) for geom in (solver.geoms if solver.is_active else ())]
     surfaces = sorted({*of_geoms, *((link, "") for link in range(solver.n_links))})
     number = {surface: i for i, surface in enumerate(surfaces)}
     return surfaces, np.array([number[surface] for surface in of_geoms], int)

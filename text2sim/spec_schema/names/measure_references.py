@@ -6,6 +6,7 @@ from text2sim.spec_schema.models import events, measures
 from text2sim.spec_schema.models.bodies import Articulated, BallMount, HingeMount, Rigid
 from text2sim.spec_schema.models.placed import Linked
 from text2sim.spec_schema.names.control_references import check_joint, joints_of
+from text2sim.spec_schema.names.derived_measure_references import check_pair, check_threaded
 from text2sim.spec_schema.names.name_table import Member, NameTable
 from text2sim.spec_schema.names.selectors import quoted
 from text2sim.spec_schema.names.soft_measure_references import (
@@ -18,6 +19,8 @@ from text2sim.spec_schema.text.document import Path
 
 JOINT_KINDS = (measures.JointPosition, measures.JointVelocity, measures.JointForce)
 CONTACT_KINDS = ("contact_force", "contact_count", "penetration")
+PAIRS = ("difference", "ratio")
+"""Measures of two other measures."""
 _OF_STATICS = (*CONTACT_KINDS, "position", "extent")
 """Measures that statics may have."""
 
@@ -34,6 +37,12 @@ def check_measures(table: NameTable) -> None:
             continue
         if isinstance(measure, measures.Gap):
             check_gap(table, where, measure)
+            continue
+        if isinstance(measure, measures.Threaded):
+            check_threaded(table, where, measure)
+            continue
+        if isinstance(measure, measures.Difference | measures.Ratio):
+            check_pair(table, where, measure)
             continue
         others: list[Member] = []
         if measure.kind in CONTACT_KINDS:
@@ -70,14 +79,23 @@ def measured(table: NameTable, measure: measures.Measure) -> list[Member]:
 
 
 def measured_sides(table: NameTable, measure: measures.Measure) -> list[list[Member]]:
-    """Return the bodies of a measure as `measured` does, those on each side of a distance or gap by themselves."""
+    """Return the bodies of a measure as `measured` does, those on each side of a distance or gap by themselves.
+
+    The sides of a difference or ratio are those of its measures.
+    """
+    if isinstance(measure, measures.Difference | measures.Ratio):
+        known = table.loaded.case.actions.measures
+        plain = [known[name] for name in measure.measures if name in known and known[name].kind not in PAIRS]
+        return [side for each in plain for side in measured_sides(table, each)]
     quiet = NameTable(table.loaded, counts=table.counts)
     sides: Sequence[str | list[str] | None] = (getattr(measure, "of", None),)
     if isinstance(measure, measures.Distance):
         sides = measure.between
     elif isinstance(measure, measures.Gap):
         sides = (measure.of, measure.to)
-    touching = measure.kind in CONTACT_KINDS
+    elif isinstance(measure, measures.Threaded):
+        sides = (measure.of, measure.by)
+    touching = measure.kind in (*CONTACT_KINDS, "threaded")
     return [quiet.find_all(selectors, (), many=True, touching=touching) for selectors in sides]
 
 

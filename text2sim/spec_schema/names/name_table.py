@@ -16,7 +16,7 @@ from text2sim.spec_schema.text.document import Path
 
 
 def touching_parts(model: Any) -> list[str]:
-    """Return the parts of a rigid compound that have contact, which only measures and events of contact can name.
+    """Return the parts of a rigid compound that have contact, which contact measures and events and `threaded` name.
 
     Meshes with `collision: decompose` become one in the engine; if there are several, no contact is known to be of one.
     """
@@ -253,7 +253,7 @@ class NameTable:
             self.report(where, "only a whole body is allowed here", "part", name)
             return False
         if isinstance(model, Static | Driven | Rigid | Deformable):
-            only = "; only contact measures and events can name its parts" if touching_parts(model) else ""
+            only = "; only contact measures and events, and `threaded`, name its parts" if touching_parts(model) else ""
             self.report(where, f"`{name}` is one body without links{only}", "unknown-link", name)
             return False
         if isinstance(model, Articulated) and model.links is not None and not named_by(part, model.links):
